@@ -1,0 +1,28 @@
+// One azimuthal mode of a layer as matrices, and their conventions.
+//
+// R_ij = s_i s_j R_m(mu_i, mu_j), s_i = sqrt(2 mu_i weight_i) (weight 1 for directions of weight
+// zero), and the same for T. Reciprocity is matrix symmetry, a matrix product over the Gauss nodes
+// is an integral over the hemisphere. T is the diffuse part; the beam that passes straight,
+// exp(-tau / mu), is kept apart as a diagonal.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <stratus/transfer/quadrature.h>
+
+namespace stratus {
+
+/// What one layer does to light in one azimuthal mode.
+struct ModeMatrices {
+    Eigen::MatrixXd reflection;    // n x n, n = directions.size()
+    Eigen::MatrixXd transmission;  // n x n, diffuse
+};
+
+/// The mode's phase kernels between all directions: P+ into the same hemisphere, P- into the other;
+/// unscaled.
+struct PhaseKernels {
+    Eigen::MatrixXd same;
+    Eigen::MatrixXd other;
+};
+
+}  // namespace stratus

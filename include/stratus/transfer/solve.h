@@ -1,0 +1,98 @@
+// The solver: reflection and transmission of a homogeneous plane-parallel layer at any geometry.
+//
+// All azimuthal modes are doubled from a thin layer to the depth asked for; single scattering is
+// taken out of every mode in closed form and added again with the exact phase function, so that the
+// Fourier series only carries orders n >= 2. Conventions of the project (README): R = pi I / (mu0
+// F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/truncation.h>
+
+namespace stratus {
+
+enum class Scheme {
+    harmonic,  // doubling as an arithmetic-harmonic mean (lanes/doubling.cpp)
+    classic,   // textbook doubling: diamond start, LU of I - R R (classic.cpp)
+};
+
+struct SolverOptions {
+    int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
+    int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
+    Scheme scheme = Scheme::harmonic;
+    bool truncate = true;           // delta-M with the single-scattering correction
+    double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
+    const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
+};
+
+/// R or T at one geometry. single + multiple = total to rounding; single is the closed form of the
+/// layer itself.
+struct SolvedValue {
+    double total;
+    double single;
+    double multiple;
+};
+
+/// A layer of one albedo and depth, solved at a list of cosines.
+class LayerSolution {
+  public:
+    double albedo = 0;
+    double optical_depth = 0;
+    Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
+
+    // Orders n >= 2 of mode m between mu(i) and mu(j), of the problem after truncation.
+    std::vector<Eigen::MatrixXd> reflection_modes;
+    std::vector<Eigen::MatrixXd> transmission_modes;
+
+    // Fluxes of all orders. [HT74]
+    Eigen::VectorXd plane_albedo;           // at mu
+    Eigen::VectorXd diffuse_transmittance;  // at mu
+    double spherical_albedo = 0;            // URU
+    double total_transmittance = 1;         // UTU: uniform illumination, diffuse and beam
+
+    /// R between mu(in) and mu(out) at an azimuth in radians.
+    SolvedValue reflection(int in, int out, double azimuth) const;
+    /// Diffuse T likewise.
+    SolvedValue transmission(int in, int out, double azimuth) const;
+
+    PhaseFunction phase_function;
+    Truncation truncation;
+};
+
+/// Solves one layer at the cosines `mu`.
+///
+/// Range    albedo [0, 1]; optical_depth [0, inf]; mu in (0, 1], none: at the Gauss nodes; options
+/// as stated there. Errors   std::invalid_argument naming argument, range and value. Accuracy to
+/// rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every depth.
+/// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
+LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
+                          const std::vector<double>& mu, const SolverOptions& options = {});
+
+/// Depths that one run of doubling passes through: first, 2 first, 4 first, ... (`octaves` of
+/// them), then infinity.
+struct DepthLadder {
+    double first = 1;
+    int octaves = 1;
+    bool to_infinity = false;
+};
+
+/// Solves several albedos at all depths of a ladder: result[a][d], infinity last.
+std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
+                                                     const std::vector<double>& albedos,
+                                                     const DepthLadder& ladder,
+                                                     const std::vector<double>& mu,
+                                                     const SolverOptions& options = {});
+
+/// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
+///
+/// Source   the smallest eigenvalue k^2 of B A in mode 0 (layer matrices), by inverse iteration.
+double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
+                                  const SolverOptions& options = {});
+
+}  // namespace stratus

@@ -1,0 +1,121 @@
+#include "classic.h"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace stratus {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// diag(d) + K over all directions, products summing over the first `nodes`.
+struct BeamMatrix {
+    VectorXd d;
+    MatrixXd K;
+};
+
+BeamMatrix product(const BeamMatrix& F, const BeamMatrix& G, int nodes) {
+    MatrixXd K = F.d.asDiagonal() * G.K;
+    K += F.K * G.d.asDiagonal();
+    K += F.K.leftCols(nodes) * G.K.topRows(nodes);
+    return {F.d.cwiseProduct(G.d), K};
+}
+
+/// F^-1 = diag(1/d) - (1/d) (K - K[:, :N] (D + K)_NN^-1 K[:N, :]) (1/d).
+BeamMatrix inverse(const BeamMatrix& F, int nodes) {
+    MatrixXd block = F.K.topLeftCorner(nodes, nodes);
+    block.diagonal() += F.d.head(nodes);
+    const MatrixXd rest =
+        F.K - F.K.leftCols(nodes) * block.partialPivLu().solve(F.K.topRows(nodes));
+    const VectorXd d = F.d.cwiseInverse();
+    return {d, -(d.asDiagonal() * rest * d.asDiagonal())};
+}
+
+/// (I + F)^-1 (I - F) = 2 (I + F)^-1 - I.
+BeamMatrix cayley(const BeamMatrix& F, int nodes) {
+    const BeamMatrix half = inverse({F.d.array() + 1, F.K}, nodes);
+    return {2 * half.d.array() - 1, 2 * half.K};
+}
+
+}  // namespace
+
+PhaseKernels compute_phase_kernels(const Directions& directions, const std::vector<double>& moments,
+                                   int mode) {
+    const auto n = directions.size();
+    const auto L = static_cast<int>(moments.size());
+    // Rows l - m = k of sqrt((l-m)!/(l+m)!) P_l^m at all directions.
+    MatrixXd legendre = MatrixXd::Zero(std::max(1, L - mode), n);
+    for (int k = 0; k < L - mode; ++k) {
+        const double l = mode + k, m = mode;
+        if (k == 0) {
+            legendre.row(0).setOnes();
+            for (int j = 1; j <= mode; ++j)
+                legendre.row(0).array() *=
+                    ((2.0 * j - 1) / (2.0 * j) * (1 - directions.mu.array().square()))
+                        .sqrt()
+                        .transpose();
+            continue;
+        }
+        legendre.row(k) = (2 * l - 1) * directions.mu.transpose().cwiseProduct(legendre.row(k - 1));
+        if (k > 1) legendre.row(k) -= std::sqrt((l - 1) * (l - 1) - m * m) * legendre.row(k - 2);
+        legendre.row(k) /= std::sqrt(l * l - m * m);
+    }
+    MatrixXd even = MatrixXd::Zero(n, n), odd = MatrixXd::Zero(n, n);
+    for (int k = 0; k < L - mode; ++k) {
+        const double c = (2 * (mode + k) + 1) * moments[static_cast<std::size_t>(mode + k)];
+        (k % 2 ? odd : even) += c * legendre.row(k).transpose() * legendre.row(k);
+    }
+    if (mode == 0) {  // scale symmetrically until every row integrates to 1 (Sinkhorn)
+        VectorXd d = VectorXd::Ones(n);
+        for (int round = 0; round < 2000; ++round) {
+            const VectorXd sum = d.asDiagonal() * (even * (directions.weight.cwiseProduct(d)));
+            if ((sum.array() - 1).abs().maxCoeff() < 5e-16) break;
+            d.head(directions.nodes).array() /= sum.head(directions.nodes).array().sqrt();
+            d.tail(n - directions.nodes).array() /= sum.tail(n - directions.nodes).array();
+        }
+        even = MatrixXd(d.asDiagonal() * even * d.asDiagonal());
+        odd = MatrixXd(d.asDiagonal() * odd * d.asDiagonal());
+    }
+    return {even + odd, even - odd};
+}
+
+int count_classic_doublings(const Directions& directions, double optical_depth) {
+    const double thinnest = 1e-3 * directions.mu.minCoeff();
+    return optical_depth <= thinnest
+               ? 0
+               : static_cast<int>(std::ceil(std::log2(optical_depth / thinnest)));
+}
+
+ClassicLayer::ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
+                           double thin_depth)
+    : directions_(directions), optical_depth_(thin_depth) {
+    const int N = directions.nodes;
+    const double h = thin_depth / 2;
+    const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
+    const VectorXd slant = h * directions.mu.cwiseInverse();
+    const MatrixXd t = h * albedo / 2 * (scale.asDiagonal() * kernels.same * scale.asDiagonal());
+    const MatrixXd r = h * albedo / 2 * (scale.asDiagonal() * kernels.other * scale.asDiagonal());
+    const BeamMatrix sum = cayley({slant, -t - r}, N);
+    const BeamMatrix difference = cayley(inverse({slant, r - t}, N), N);
+    reflection_ = (sum.K + difference.K) / 2;
+    transmission_ = (sum.K - difference.K) / 2;
+}
+
+void ClassicLayer::double_depth() {
+    const int N = directions_.nodes;
+    const VectorXd none = VectorXd::Zero(directions_.size());
+    const BeamMatrix R{none, reflection_};
+    const BeamMatrix T{(-optical_depth_ * directions_.mu.cwiseInverse()).array().exp(),
+                       transmission_};
+    BeamMatrix bounce = product(R, R, N);
+    const BeamMatrix between =
+        product(T, inverse({VectorXd::Ones(none.size()), -bounce.K}, N), N);  // T (I - R R)^-1
+    reflection_ += product(between, product(R, T, N), N).K;
+    transmission_ = product(between, T, N).K;
+    optical_depth_ *= 2;
+}
+
+}  // namespace stratus

@@ -1,0 +1,38 @@
+// Textbook doubling of one mode: the scheme that the literature describes, kept to check and to
+// compare with.
+#pragma once
+
+#include <vector>
+
+#include <stratus/transfer/layer.h>
+
+namespace stratus {
+
+/// Mode kernels by the addition theorem, mode 0 rescaled to conserve energy.
+PhaseKernels compute_phase_kernels(const Directions& directions, const std::vector<double>& moments,
+                                   int mode);
+
+/// A layer that is doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
+///
+/// Starts from the diamond rule at `thin_depth`: R + T = (I + h B)^-1 (I - h B), R - T = (I + (h
+/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in lanes/thin_layer.cpp [W76]. The beam is
+/// part of T's matrices, on a diagonal of its own.
+class ClassicLayer {
+  public:
+    ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
+                 double thin_depth);
+
+    void double_depth();
+    ModeMatrices matrices() const { return {reflection_, transmission_}; }
+
+  private:
+    const Directions& directions_;
+    double optical_depth_;
+    Eigen::MatrixXd reflection_, transmission_;
+};
+
+/// Doublings that bring the diamond start (error of order (tau / mu)^2) to 1e-3 of the smallest
+/// node's cosine.
+int count_classic_doublings(const Directions& directions, double optical_depth);
+
+}  // namespace stratus

@@ -1,0 +1,118 @@
+#include "lane_ladder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+
+namespace stratus {
+
+int count_doublings(const Directions& directions, double optical_depth) {
+    const double thinnest = directions.mu.minCoeff();
+    return optical_depth <= thinnest
+               ? 0
+               : static_cast<int>(std::ceil(std::log2(optical_depth / thinnest)));
+}
+
+LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& moments,
+                       const std::vector<LaneTask>& tasks, const LaneMethods& methods)
+    : directions_(directions), methods_(methods), tasks_(static_cast<int>(tasks.size())) {
+    const long n = directions.size(), N = directions.nodes;
+    const auto moment_count = static_cast<long>(moments.size());
+    // Odd strides: rows a power of two apart would fall on the same few sets of the cache.
+    const long stride = n | 1, elimination_stride = (N + n + 1) | 1;
+    const long matrix = n + n * stride;
+    const long total = 8 * matrix + N * elimination_stride + (2 + 3) * n + 2 * moment_count * n + 1;
+    const std::size_t bytes = static_cast<std::size_t>(total) * sizeof(Pack);
+    memory_.reset(static_cast<double*>(std::aligned_alloc(alignof(Pack), bytes)));
+    if (!memory_) throw std::bad_alloc();
+    std::memset(memory_.get(), 0, bytes);
+
+    Pack* next = reinterpret_cast<Pack*>(memory_.get());
+    auto take = [&](long count) {
+        Pack* start = next;
+        next += count;
+        return start;
+    };
+    layer_.gauss = directions.nodes;
+    layer_.directions = directions.size();
+    layer_.stride = static_cast<int>(stride);
+    layer_.mu = directions.mu.data();
+    layer_.weight = directions.weight.data();
+    layer_.s = directions.s.data();
+    for (LaneMatrix* m :
+         {&layer_.scatter_odd, &layer_.scatter_even, &layer_.Y, &layer_.Z, &layer_.reflection,
+          &layer_.transmission, &layer_.spare[0], &layer_.spare[1]}) {
+        m->d = take(n);
+        m->K = take(n * stride);
+    }
+    layer_.gap_diagonal = take(n);
+    layer_.absorbed = take(n);
+    layer_.elimination = take(N * elimination_stride);
+    layer_.elimination_stride = static_cast<int>(elimination_stride);
+    for (Pack*& vector : layer_.vector) vector = take(n);
+
+    LanePhase phase{{}, moments.data(), static_cast<int>(moment_count), take(2 * moment_count * n)};
+    for (int lane = 0; lane < lane_count; ++lane) {  // idle lanes repeat the last task
+        const LaneTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
+        phase.mode[lane] = task.mode;
+        layer_.albedo[lane] = task.albedo;
+        layer_.co_albedo[lane] = task.co_albedo;
+        layer_.half_depth[lane] = task.thin_depth / 2;
+        layer_.conserving[lane] = task.mode == 0 ? 1 : 0;
+        layer_.any_conserving |= task.mode == 0;
+    }
+    methods_.phase_kernels(phase, layer_);
+    methods_.thin_layer(layer_);
+}
+
+void LaneLadder::double_depth() {
+    // From tau = 1 on the gap is carried; lanes differ little in depth, the deepest decides.
+    double deepest = 0;
+    for (int lane = 0; lane < tasks_; ++lane) deepest = std::max(deepest, layer_.half_depth[lane]);
+    if (!layer_.has_gap && deepest >= 0.25) methods_.use_gap(layer_);
+    methods_.double_depth(layer_);
+}
+
+bool LaneLadder::is_converged() const {
+    if (!layer_.has_gap) return false;
+    for (int i = 0; i < layer_.directions; ++i)
+        for (int j = 0; j < layer_.directions; ++j)
+            for (int lane = 0; lane < lane_count; ++lane) {
+                const double scale = directions_.s(i) * directions_.s(j);
+                if (std::abs(layer_.Y.K[i * layer_.stride + j][lane]) > 1e-17 * scale) return false;
+            }
+    return true;
+}
+
+void LaneLadder::extract() { methods_.extract(layer_); }
+
+namespace {
+
+Eigen::MatrixXd lane_matrix(const LaneLayer& layer, const Pack* K, int lane) {
+    Eigen::MatrixXd matrix(layer.directions, layer.directions);
+    for (int i = 0; i < layer.directions; ++i)
+        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
+    return matrix;
+}
+
+}  // namespace
+
+ModeMatrices LaneLadder::matrices(int lane) const {
+    return {lane_matrix(layer_, layer_.reflection.K, lane),
+            lane_matrix(layer_, layer_.transmission.K, lane)};
+}
+
+PhaseKernels LaneLadder::kernels(int lane) const {
+    const Eigen::VectorXd unscale =
+        (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
+    const Eigen::MatrixXd even = unscale.asDiagonal() *
+                                 lane_matrix(layer_, layer_.scatter_even.K, lane) *
+                                 unscale.asDiagonal();
+    const Eigen::MatrixXd odd = unscale.asDiagonal() *
+                                lane_matrix(layer_, layer_.scatter_odd.K, lane) *
+                                unscale.asDiagonal();
+    return {even + odd, even - odd};
+}
+
+}  // namespace stratus

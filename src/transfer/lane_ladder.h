@@ -1,0 +1,54 @@
+// Up to eight (mode, albedo) pairs of one phase function, doubled together: the owner of the lanes'
+// memory.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include <stratus/transfer/layer.h>
+
+#include "lanes/lanes.h"
+
+namespace stratus {
+
+/// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
+struct LaneTask {
+    int mode;
+    double albedo;
+    double co_albedo;
+    double thin_depth;
+};
+
+class LaneLadder {
+  public:
+    /// Phase kernels and thin layers of all tasks, 1 to 8 of them.
+    LaneLadder(const Directions& directions, const std::vector<double>& moments,
+               const std::vector<LaneTask>& tasks, const LaneMethods& methods);
+
+    void double_depth();
+
+    /// True once twice this depth differs from it by less than rounding in every lane, so that it
+    /// may stand for infinity.
+    bool is_converged() const;
+
+    /// Works out R and T of all lanes as they stand; then `matrices` reads them lane by lane.
+    void extract();
+    ModeMatrices matrices(int lane) const;
+    PhaseKernels kernels(int lane) const;
+
+  private:
+    const Directions& directions_;
+    const LaneMethods& methods_;
+    struct Free {
+        void operator()(double* memory) const { std::free(memory); }
+    };
+    std::unique_ptr<double, Free> memory_;  // all matrices of layer_
+    LaneLayer layer_{};
+    int tasks_;
+};
+
+/// Doublings from a thin start, exact to rounding, to `optical_depth`.
+int count_doublings(const Directions& directions, double optical_depth);
+
+}  // namespace stratus

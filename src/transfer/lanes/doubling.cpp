@@ -1,0 +1,183 @@
+// Doubling as an arithmetic-harmonic mean, and the way back to R and T.
+//
+// Seen from its mid-plane a layer splits light into a part symmetric about it and an antisymmetric
+// part; the symmetric positive matrices Y and Z of the two parts hold everything:
+//
+//     R + T = (I + Y)^-1 (I - Y)        R - T = (I + Z)^-1 (I - Z)        (T with the beam on its
+//     diagonal)
+//
+// Two equal layers put together, tanh 2x and coth 2x, are one step of the arithmetic-harmonic mean:
+//
+//     Z' = (Z + Y)/2        Y' = 2 (Z^-1 + Y^-1)^-1 = 2 Y - Y Z'^-1 Y
+//
+// In thick layers Y and Z grow equal; there the gap G = Z - Y is carried in the place of Y, and T
+// keeps its relative accuracy however deep:
+//
+//     Z' = Z - G/2          G' = (1/4) G Z'^-1 G          T = (I + Y)^-1 G (I + Z)^-1
+//
+// Mode 0 conserves energy: the light absorbed under uniform illumination, a = Y s, is known exactly
+// at the start, doubles as a' = Z Z'^-1 a, and is put back into the matrices after every step.
+#include "congruence.h"
+
+namespace stratus::STRATUS_ISA {
+
+namespace {
+
+/// out = F x, the product summing over the Gauss nodes.
+void apply(const LaneLayer& layer, LaneMatrix F, const Pack* x, Pack* out) {
+    for (int i = 0; i < layer.directions; ++i) {
+        Pack sum = F.d[i] * x[i];
+        for (int j = 0; j < layer.gauss; ++j) sum += F.K[i * layer.stride + j] * x[j];
+        out[i] = sum;
+    }
+}
+
+/// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
+/// conserving lanes.
+void restore_absorption(LaneLayer& layer) {
+    const int N = layer.gauss, n = layer.directions;
+    Pack *s = layer.vector[0], *e = layer.vector[1];
+    for (int i = 0; i < n; ++i) s[i] = broadcast(layer.s[i]);
+    apply(layer, layer.has_gap ? layer.Z : layer.Y, s, e);
+    if (layer.has_gap) {
+        Pack* gap = layer.vector[2];
+        apply(layer, layer.Y, s, gap);
+        for (int i = 0; i < n; ++i) e[i] -= gap[i];
+    }
+    double ss = 0;
+    for (int i = 0; i < N; ++i) ss += layer.s[i] * layer.s[i];
+    Pack es{};
+    for (int i = 0; i < n; ++i) e[i] = layer.conserving * (layer.absorbed[i] - e[i]) / ss;
+    for (int i = 0; i < N; ++i) es += e[i] * s[i];
+    es /= ss;
+    Pack* K = (layer.has_gap ? layer.Z : layer.Y).K;
+    for (int i = 0; i < N; ++i)
+        for (int j = 0; j < N; ++j)
+            K[i * layer.stride + j] += e[i] * s[j] + s[i] * e[j] - es * s[i] * s[j];
+    for (int i = N; i < n; ++i)
+        for (int j = 0; j < N; ++j) {
+            const Pack change = e[i] * s[j];
+            K[i * layer.stride + j] += change;
+            K[j * layer.stride + i] += change;
+        }
+}
+
+/// Z <- Z + x Y, diagonal and kernel.
+void add_to_Z(LaneLayer& layer, double own, double x) {
+    const int n = layer.directions;
+    for (int i = 0; i < n; ++i) {
+        layer.Z.d[i] = own * layer.Z.d[i] + x * layer.Y.d[i];
+        for (long at = i * layer.stride; at < i * layer.stride + n; ++at)
+            layer.Z.K[at] = own * layer.Z.K[at] + x * layer.Y.K[at];
+    }
+}
+
+}  // namespace
+
+void use_gap(LaneLayer& layer) {
+    const int n = layer.directions;
+    for (int i = 0; i < n; ++i) {
+        layer.Y.d[i] = layer.gap_diagonal[i];
+        for (long at = i * layer.stride; at < i * layer.stride + n; ++at)
+            layer.Y.K[at] = layer.Z.K[at] - layer.Y.K[at];
+    }
+    layer.has_gap = true;
+}
+
+void double_depth(LaneLayer& layer) {
+    const int n = layer.directions;
+    LaneMatrix &Y = layer.Y, &Z = layer.Z;
+    if (layer.has_gap)
+        add_to_Z(layer, 1.0, -0.5);
+    else
+        add_to_Z(layer, 0.5, 0.5);
+
+    Pack *u = layer.vector[1], *Yu = layer.vector[2];
+    for (int i = 0; i < n; ++i) u[i] = layer.absorbed[i];
+    eliminate_for(layer, {1.0, Y}, Z, layer.any_conserving ? u : nullptr);
+    if (layer.any_conserving) {  // a' = Z Z'^-1 a with the old Z = 2 Z' - Y, or Z' + G/2
+        apply(layer, Y, u, Yu);
+        for (int i = 0; i < n; ++i)
+            layer.absorbed[i] =
+                layer.has_gap ? layer.absorbed[i] + 0.5 * Yu[i] : 2.0 * layer.absorbed[i] - Yu[i];
+    }
+    if (layer.has_gap)
+        congruence_kernel(layer, {1.0, Y}, Z, Y.K, [](long, Pack value) { return 0.25 * value; });
+    else
+        congruence_kernel(layer, {1.0, Y}, Z, Y.K,
+                          [&](long at, Pack value) { return 2.0 * Y.K[at] - value; });
+    for (int i = 0; i < n; ++i) {
+        // Squaring doubles the relative error of the gap: begin with it where the difference would
+        // lose more.
+        Pack& gap = layer.gap_diagonal[i];
+        const Pack squared = 0.25 * gap * gap / Z.d[i];
+        if (layer.has_gap) {
+            Y.d[i] = gap = squared;
+        } else {
+            Y.d[i] *= 2.0 - Y.d[i] / Z.d[i];
+            gap = Y.d[i] < 0.25 * Z.d[i] ? Z.d[i] - Y.d[i] : squared;
+        }
+    }
+    layer.half_depth *= 2.0;
+    if (layer.any_conserving) restore_absorption(layer);
+}
+
+void extract(LaneLayer& layer) {
+    const int N = layer.gauss, n = layer.directions;
+    const long stride = layer.stride;
+    const LaneMatrix &Y = layer.Y, &Z = layer.Z;
+    const LaneMatrix E = layer.reflection, O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
+    const LaneMatrix C = layer.spare[0];
+    const Scaled identity{1.0, {nullptr, nullptr}};
+
+    for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Z.d[i];
+    congruence(layer, identity, {C.d, Z.K}, O);
+    if (!layer.has_gap) {
+        for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Y.d[i];
+        congruence(layer, identity, {C.d, Y.K}, E);
+        for (int i = 0; i < n; ++i)
+            for (long at = i * stride; at < i * stride + n; ++at) {
+                const Pack even = E.K[at], odd = O.K[at];
+                E.K[at] = even + odd;
+                O.K[at] = even - odd;
+            }
+        return;
+    }
+
+    const LaneMatrix& G = Y;
+    for (int i = 0; i < n; ++i) {
+        C.d[i] = 1.0 + Z.d[i] - G.d[i];
+        for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
+    }
+    congruence(layer, identity, C, E);
+    // T = (E G) O; F = G E = (E G)^T first, so that both products run over rows.
+    const LaneMatrix F = layer.spare[0], T = layer.spare[1];
+    auto first = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
+        Pack sum[I][J] = {};
+        accumulate(N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);
+        for (int i = i0; i < i0 + I; ++i)
+            for (int j = j0; j < j0 + J; ++j) {
+                const long at = i * stride + j;
+                F.K[at] = sum[i - i0][j - j0] + G.d[i] * E.K[at] + G.K[at] * E.d[j];
+            }
+    };
+    for_each_block(
+        n, n, [](int) { return 0; }, first);
+    auto second = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
+        Pack sum[I][J] = {};
+        accumulate(N, F.K + i0, stride, O.K + j0, stride, 1.0, sum);
+        for (int i = i0; i < i0 + I; ++i)
+            for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j)
+                T.K[i * stride + j] = T.K[j * stride + i] = sum[i - i0][j - j0] +
+                                                            E.d[i] * G.d[i] * O.K[i * stride + j] +
+                                                            F.K[j * stride + i] * O.d[j];
+    };
+    for_each_block(
+        n, n, [](int i) { return i; }, second);
+    for (int i = 0; i < n; ++i)
+        for (long at = i * stride; at < i * stride + n; ++at) E.K[at] += O.K[at];
+    layer.spare[1] = layer.transmission;
+    layer.transmission = T;
+}
+
+}  // namespace stratus::STRATUS_ISA

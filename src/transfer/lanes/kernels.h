@@ -1,0 +1,65 @@
+// Inner loops of the lane files: small blocks held in registers.
+#pragma once
+
+#include "lanes.h"
+
+namespace stratus::STRATUS_ISA {
+
+// Rows and columns of a block of packs that fit the registers: 4 x 4 accumulators with 32 wide
+// registers, 2 x 2 without.
+#ifdef __AVX512F__
+constexpr int block = 4;
+#else
+constexpr int block = 2;
+#endif
+
+/// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i
+/// and j.
+template <int I, int J>
+[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride,
+                                              const Pack* b, long b_stride, double sign,
+                                              Pack (&acc)[I][J]) {
+    Pack sum[I][J] = {};
+    for (int k = 0; k < depth; ++k, a += a_stride, b += b_stride)
+        for (int i = 0; i < I; ++i)
+            for (int j = 0; j < J; ++j) sum[i][j] += a[i] * b[j];
+    for (int i = 0; i < I; ++i)
+        for (int j = 0; j < J; ++j) acc[i][j] += sign * sum[i][j];
+}
+
+/// Calls body(i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
+/// first_column(i0); edges one by one.
+template <int I, int J>
+struct Tile {};
+
+template <class FirstColumn, class Body>
+[[gnu::always_inline]] inline void for_each_block(int rows, int columns, FirstColumn first_column,
+                                                  Body body) {
+    int i = 0;
+    for (; i + block <= rows; i += block) {
+        int j = first_column(i);
+        for (; j + block <= columns; j += block) body(i, j, Tile<block, block>{});
+        for (; j < columns; ++j) body(i, j, Tile<block, 1>{});
+    }
+    for (; i < rows; ++i) {
+        int j = first_column(i);
+        for (; j + block <= columns; j += block) body(i, j, Tile<1, block>{});
+        for (; j < columns; ++j) body(i, j, Tile<1, 1>{});
+    }
+}
+
+[[gnu::always_inline]] inline Pack broadcast(double value) { return Pack{} + value; }
+
+[[gnu::always_inline]] inline Pack square_root(Pack x) {
+    for (int lane = 0; lane < lane_count; ++lane) x[lane] = __builtin_sqrt(x[lane]);
+    return x;
+}
+
+/// Factors the symmetric positive leading block of m = [C | U^T] (gauss rows) as L L^T and leaves
+/// L^-1 [C | U^T]; the diagonal holds 1 / L_ii.
+void eliminate(int gauss, int columns, Pack* m, long stride);
+
+/// Solves L^T u = x in place, L^T as `eliminate` left it.
+void back_substitute(int gauss, const Pack* m, long stride, Pack* x);
+
+}  // namespace stratus::STRATUS_ISA

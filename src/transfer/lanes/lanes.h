@@ -1,0 +1,88 @@
+// Eight azimuthal modes (or albedos) of a layer, worked on side by side in the lanes of wide
+// registers.
+//
+// Every file of this folder is compiled once for each instruction set, inside a namespace of that
+// name, and chosen when the program runs (dispatch.cpp). They use raw memory and include no header
+// with inline functions, so that no code built for a newer processor can end up shared with the
+// rest of the program.
+//
+// All matrices live over `directions` = `gauss` quadrature nodes followed by extra directions of
+// weight zero, and have the form diag(d) + K. Products sum over the Gauss nodes alone; the
+// diagonal, which holds the unscattered beam, is never mixed with the diffuse light in K:
+//
+//     (F G) = diag(d e) + (d L + K e + K[:, :N] L[:N, :]),   N = gauss
+//
+// Scaling: with s_i = sqrt(2 mu_i weight_i), weight 1 in place of 0 for the extra directions, K_ij
+// = s_i s_j k(mu_i, mu_j). Reciprocity then is matrix symmetry, and a matrix product is an integral
+// over the hemisphere.
+#pragma once
+
+namespace stratus {
+
+constexpr int lane_count = 8;
+
+/// One double for each lane.
+using Pack = double __attribute__((vector_size(64), aligned(64)));
+
+/// A symmetric matrix diag(d) + K for every lane; K row by row, LaneLayer::stride apart.
+struct LaneMatrix {
+    Pack* d;
+    Pack* K;
+};
+
+/// A layer while it is doubled, and the memory for it.
+struct LaneLayer {
+    int gauss, directions, stride;
+    const double* mu;      // directions
+    const double* weight;  // directions, 0 for the extra ones
+    const double* s;       // directions, sqrt(2 mu weight) (weight 1 for the extra ones)
+
+    Pack albedo, co_albedo;  // w and 1 - w
+    Pack half_depth;         // h = tau / 2 of the layer as it stands
+    Pack
+        conserving;  // 1 in lanes of mode 0, where the light absorbed is known exactly; 0 elsewhere
+    bool any_conserving;
+    bool has_gap;  // the place of Y holds G = Z - Y
+
+    LaneMatrix scatter_odd;   // (P+ - P-)/2, the part of odd l - m, times s_i s_j / (2 mu_i mu_j);
+                              // no diagonal
+    LaneMatrix scatter_even;  // (P+ + P-)/2, the part of even l - m, times the same; no diagonal
+    LaneMatrix Y, Z;  // admittances of the even and odd part of the light, see doubling.cpp; with
+                      // has_gap Y's place holds the gap G = Z - Y
+    Pack* gap_diagonal;  // of Z - Y, carried from the start: no cancellation however deep
+    Pack* absorbed;      // a = Y s in conserving lanes
+
+    LaneMatrix reflection, transmission;  // what `extract` leaves
+    LaneMatrix spare[2];
+    Pack* elimination;       // gauss x elimination_stride: [C_NN | U^T], its factor on return
+    int elimination_stride;  // >= gauss + directions + 1
+    Pack* vector[3];         // directions each
+};
+
+/// What phase kernels are made of: per lane the azimuthal mode, and chi_l.
+struct LanePhase {
+    int mode[lane_count];
+    const double* moments;
+    int moment_count;
+    Pack* legendre;  // 2 x moment_count rows of `directions`: P_l^m normalised, and the same times
+                     // (2l + 1) chi_l
+};
+
+/// The steps of the method for one instruction set.
+struct LaneMethods {
+    const char* instruction_set;
+    void (*phase_kernels)(const LanePhase& phase, LaneLayer& layer);
+    void (*thin_layer)(LaneLayer& layer);
+    void (*use_gap)(LaneLayer& layer);
+    void (*double_depth)(LaneLayer& layer);
+    void (*extract)(LaneLayer& layer);
+};
+
+/// The widest instruction set that this processor has and this build contains: "avx512", "avx2" or
+/// "generic".
+const LaneMethods& lane_methods();
+
+/// A named one, for tests and benchmarks; null when this processor lacks it.
+const LaneMethods* lane_methods(const char* instruction_set);
+
+}  // namespace stratus

@@ -1,0 +1,17 @@
+#include "lanes.h"
+
+namespace stratus::STRATUS_ISA {
+
+void phase_kernels(const LanePhase& phase, LaneLayer& layer);
+void thin_layer(LaneLayer& layer);
+void use_gap(LaneLayer& layer);
+void double_depth(LaneLayer& layer);
+void extract(LaneLayer& layer);
+
+#define STRATUS_TEXT_(text) #text
+#define STRATUS_TEXT(text) STRATUS_TEXT_(text)
+extern const LaneMethods methods;
+const LaneMethods methods{
+    STRATUS_TEXT(STRATUS_ISA), phase_kernels, thin_layer, use_gap, double_depth, extract};
+
+}  // namespace stratus::STRATUS_ISA

@@ -1,0 +1,378 @@
+#include <stratus/transfer/solve.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/transfer/layer.h>
+
+#include "classic.h"
+#include "lane_ladder.h"
+
+namespace stratus {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A layer this thin scatters twice less often than rounding notices, and stays above the smallest
+/// normal numbers.
+constexpr double thinnest_depth = 1e-280;
+
+/// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
+/// rest is for g near 1.
+constexpr int most_doublings_to_infinity = 120;
+
+/// One ladder of depths for several albedos: what all modes share, and where their results go.
+class LadderRun {
+  public:
+    LadderRun(const PhaseFunction& phase_function, const std::vector<double>& albedos,
+              const DepthLadder& ladder, const std::vector<double>& mu,
+              const SolverOptions& options)
+        : albedos_(albedos),
+          ladder_(ladder),
+          options_(options),
+          truncation_(options.truncate ? delta_m(phase_function, 2 * options.nodes)
+                                       : no_truncation(phase_function, 2 * options.nodes)),
+          directions_(gauss_directions(options.nodes,
+                                       choose_node_map(truncation_.moments, options.nodes), mu)),
+          first_asked_(mu.empty() ? 0 : options.nodes) {
+        results_.resize(albedos.size());
+        for (std::size_t a = 0; a < albedos.size(); ++a)
+            for (int d = 0; d < depth_count(); ++d)
+                results_[a].push_back(blank(phase_function, a, d));
+        for (const auto& of_albedo : results_) {
+            singles_.emplace_back();
+            for (const LayerSolution& solution : of_albedo)
+                singles_.back().push_back(single_factors(solution));
+        }
+    }
+
+    std::vector<std::vector<LayerSolution>> run() {
+        const int most =
+            options_.modes ? std::min(options_.modes, 2 * options_.nodes) : 2 * options_.nodes;
+        const auto lanes = static_cast<std::size_t>(lane_count);
+        // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
+        // before stopping.
+        const int group = std::max(2, static_cast<int>(lanes / std::min(lanes, albedos_.size())));
+        bool first_group = true;
+        for (int mode = 0; mode < most; mode += group) {
+            std::vector<std::pair<int, std::size_t>> pairs;
+            for (int m = mode; m < std::min(mode + group, most); ++m)
+                for (std::size_t a = 0; a < albedos_.size(); ++a) pairs.emplace_back(m, a);
+            for (auto& of_albedo : results_)
+                for (LayerSolution& solution : of_albedo) {
+                    solution.reflection_modes.resize(
+                        static_cast<std::size_t>(std::min(mode + group, most)));
+                    solution.transmission_modes.resize(solution.reflection_modes.size());
+                }
+            for (std::size_t i = 0; i < pairs.size(); i += lanes)
+                run_pack({pairs.begin() + static_cast<std::ptrdiff_t>(i),
+                          pairs.begin() +
+                              static_cast<std::ptrdiff_t>(std::min(pairs.size(), i + lanes))});
+            if (!options_.modes && !first_group &&
+                is_negligible(mode, std::min(group, most - mode)))
+                break;
+            first_group = false;
+        }
+        return std::move(results_);
+    }
+
+  private:
+    /// Azimuthally averaged phase value 1: single scattering of a mode is its kernel times these.
+    struct SingleFactors {
+        MatrixXd reflection, transmission;
+    };
+
+    int depth_count() const { return ladder_.octaves + (ladder_.to_infinity ? 1 : 0); }
+
+    LayerSolution blank(const PhaseFunction& phase_function, std::size_t a, int depth) const {
+        LayerSolution solution;
+        solution.albedo = albedos_[a];
+        solution.optical_depth =
+            depth == ladder_.octaves ? infinity : std::ldexp(ladder_.first, depth);
+        solution.mu = directions_.mu.tail(directions_.size() - first_asked_);
+        if (first_asked_ == 0) solution.mu = directions_.mu;
+        solution.phase_function = phase_function;
+        solution.truncation = truncation_;
+        return solution;
+    }
+
+    SingleFactors single_factors(const LayerSolution& solution) const {
+        const double w = truncation_.albedo(solution.albedo);
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        const auto count = solution.mu.size();
+        SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
+        for (Eigen::Index j = 0; j < count; ++j)
+            for (Eigen::Index i = 0; i <= j; ++i) {
+                factors.reflection(i, j) = factors.reflection(j, i) =
+                    single_reflection(1, w, tau, solution.mu(i), solution.mu(j));
+                factors.transmission(i, j) = factors.transmission(j, i) =
+                    single_transmission(1, w, tau, solution.mu(i), solution.mu(j));
+            }
+        return factors;
+    }
+
+    double first_depth(std::size_t a) const {
+        return truncation_.optical_depth(
+            ladder_.octaves ? ladder_.first : directions_.mu.minCoeff(), albedos_[a]);
+    }
+
+    void run_pack(const std::vector<std::pair<int, std::size_t>>& pairs) {
+        if (options_.scheme == Scheme::classic) {
+            for (const auto& [mode, a] : pairs) run_classic(mode, a);
+            return;
+        }
+        double deepest = 0;
+        for (const auto& [mode, a] : pairs) deepest = std::max(deepest, first_depth(a));
+        const int doublings = count_doublings(directions_, deepest);
+        std::vector<LaneTask> tasks;
+        for (const auto& [mode, a] : pairs)
+            tasks.push_back({mode, truncation_.albedo(albedos_[a]),
+                             truncation_.co_albedo(albedos_[a]),
+                             std::ldexp(first_depth(a), -doublings)});
+        LaneLadder ladder(
+            directions_, truncation_.moments, tasks,
+            options_.instruction_set ? *lane_methods(options_.instruction_set) : lane_methods());
+        std::vector<PhaseKernels> kernels;
+        for (std::size_t lane = 0; lane < pairs.size(); ++lane)
+            kernels.push_back(ladder.kernels(static_cast<int>(lane)));
+        auto record_lanes = [&](int depth) {
+            ladder.extract();
+            for (std::size_t lane = 0; lane < pairs.size(); ++lane)
+                record(pairs[lane].first, pairs[lane].second, depth,
+                       ladder.matrices(static_cast<int>(lane)), kernels[lane]);
+        };
+        for (int k = 0; k < doublings; ++k) ladder.double_depth();
+        for (int depth = 0; depth < ladder_.octaves; ++depth) {
+            if (depth > 0) ladder.double_depth();
+            record_lanes(depth);
+        }
+        if (!ladder_.to_infinity) return;
+        for (int k = 0; !ladder.is_converged(); ++k) {
+            if (k == most_doublings_to_infinity)
+                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+            ladder.double_depth();
+        }
+        record_lanes(ladder_.octaves);
+    }
+
+    void run_classic(int mode, std::size_t a) {
+        const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
+        const int doublings = count_classic_doublings(directions_, first_depth(a));
+        ClassicLayer layer(directions_, kernels, truncation_.albedo(albedos_[a]),
+                           std::ldexp(first_depth(a), -doublings));
+        for (int k = 0; k < doublings; ++k) layer.double_depth();
+        for (int depth = 0; depth < ladder_.octaves; ++depth) {
+            if (depth > 0) layer.double_depth();
+            record(mode, a, depth, layer.matrices(), kernels);
+        }
+        if (!ladder_.to_infinity) return;
+        // Conservative layers approach their limit as 1/tau: 2^60 is as far as rounding lets any of
+        // them go.
+        for (int k = 0; k < 60; ++k) layer.double_depth();
+        record(mode, a, ladder_.octaves, layer.matrices(), kernels);
+    }
+
+    /// Takes single scattering out of a mode and keeps the rest; fluxes from mode 0.
+    void record(int mode, std::size_t a, int depth, const ModeMatrices& layer,
+                const PhaseKernels& kernels) {
+        LayerSolution& solution = results_[a][static_cast<std::size_t>(depth)];
+        const SingleFactors& single = singles_[a][static_cast<std::size_t>(depth)];
+        const bool infinite = std::isinf(solution.optical_depth);
+        const auto count = solution.mu.size();
+        const auto at = static_cast<std::size_t>(mode);
+        const VectorXd s = directions_.s.tail(count);
+        const VectorXd unscale = s.cwiseInverse();
+        if (!layer.reflection.allFinite() || !layer.transmission.allFinite())
+            throw std::runtime_error("solve: the scheme broke down (not a number) at mode " +
+                                     std::to_string(mode));
+        solution.reflection_modes[at] = unscale.asDiagonal() *
+                                        layer.reflection.bottomRightCorner(count, count) *
+                                        unscale.asDiagonal();
+        solution.reflection_modes[at] -=
+            single.reflection.cwiseProduct(kernels.other.bottomRightCorner(count, count));
+        if (infinite) {
+            solution.transmission_modes[at] = MatrixXd::Zero(count, count);
+        } else {
+            solution.transmission_modes[at] = unscale.asDiagonal() *
+                                              layer.transmission.bottomRightCorner(count, count) *
+                                              unscale.asDiagonal();
+            solution.transmission_modes[at] -=
+                single.transmission.cwiseProduct(kernels.same.bottomRightCorner(count, count));
+        }
+        if (mode == 0) record_fluxes(solution, layer, infinite);
+    }
+
+    void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool infinite) const {
+        const int N = directions_.nodes;
+        const auto count = solution.mu.size();
+        const VectorXd s = directions_.s.head(N);
+        const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s);
+        solution.plane_albedo =
+            unscale.asDiagonal() * (layer.reflection.bottomLeftCorner(count, N) * s);
+        if (infinite) {
+            solution.total_transmittance = 0;
+            solution.diffuse_transmittance = VectorXd::Zero(count);
+            return;
+        }
+        const VectorXd beam = (-tau / directions_.mu.array()).exp();
+        const VectorXd true_beam = (-solution.optical_depth / solution.mu.array()).exp();
+        solution.total_transmittance =
+            s.dot(layer.transmission.topLeftCorner(N, N) * s) + s.cwiseProduct(s).dot(beam.head(N));
+        solution.diffuse_transmittance =
+            unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
+        solution.diffuse_transmittance += beam.tail(count) - true_beam;
+    }
+
+    /// True when modes first .. first + count - 1 add nothing anywhere, so that all higher ones are
+    /// left out.
+    bool is_negligible(int first, int count) const {
+        for (std::size_t a = 0; a < albedos_.size(); ++a)
+            for (std::size_t d = 0; d < results_[a].size(); ++d)
+                for (int mode = first; mode < first + count; ++mode) {
+                    const LayerSolution& of = results_[a][d];
+                    const SingleFactors& single = singles_[a][d];
+                    const auto m = static_cast<std::size_t>(mode);
+                    const double tolerance = options_.mode_tolerance;
+                    auto adds = [&](const MatrixXd& f, const MatrixXd& mean, const MatrixXd& once) {
+                        return (2 * f.array().abs() >
+                                tolerance * (mean.array().abs() + once.array()))
+                            .any();
+                    };
+                    if (adds(of.reflection_modes[m], of.reflection_modes[0], single.reflection) ||
+                        adds(of.transmission_modes[m], of.transmission_modes[0],
+                             single.transmission))
+                        return false;
+                }
+        return true;
+    }
+
+    const std::vector<double>& albedos_;
+    const DepthLadder& ladder_;
+    const SolverOptions& options_;
+    const Truncation truncation_;
+    const Directions directions_;
+    const int first_asked_;
+    std::vector<std::vector<LayerSolution>> results_;
+    std::vector<std::vector<SingleFactors>> singles_;
+};
+
+double sum_modes(const std::vector<MatrixXd>& modes, int i, int j, double azimuth) {
+    const double c = std::cos(azimuth);
+    double previous = c, now = 1, sum = 0;  // cos((m - 1) phi), cos(m phi)
+    for (std::size_t m = 0; m < modes.size(); ++m) {
+        sum += (m ? 2 : 1) * now * modes[m](i, j);
+        const double next = 2 * c * now - previous;
+        previous = now;
+        now = next;
+    }
+    return sum;
+}
+
+void check(const std::vector<double>& albedos, const DepthLadder& ladder,
+           const SolverOptions& options) {
+    for (double albedo : albedos)
+        require(albedo >= 0 && albedo <= 1, "solve", "albedo", "in [0, 1]", albedo);
+    require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);
+    if (ladder.octaves > 0)
+        require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
+                "first depth of a ladder", "in [1e-280, inf)", ladder.first);
+    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
+            options.nodes);
+    require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
+    if (options.instruction_set)
+        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
+                "one that this processor has", options.instruction_set);
+}
+
+}  // namespace
+
+std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
+                                                     const std::vector<double>& albedos,
+                                                     const DepthLadder& ladder,
+                                                     const std::vector<double>& mu,
+                                                     const SolverOptions& options) {
+    check(albedos, ladder, options);
+    return LadderRun(phase_function, albedos, ladder, mu, options).run();
+}
+
+LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
+                          const std::vector<double>& mu, const SolverOptions& options) {
+    require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
+    if (std::isinf(optical_depth))
+        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
+    if (optical_depth >= thinnest_depth)
+        return solve_ladder(phase_function, {albedo}, {optical_depth, 1, false}, mu, options)[0][0];
+
+    // Thinner still, 0 included: light scatters at most once, in proportion to the depth.
+    LayerSolution solution =
+        solve_ladder(phase_function, {albedo}, {thinnest_depth, 1, false}, mu, options)[0][0];
+    const double share = optical_depth / thinnest_depth;
+    solution.optical_depth = optical_depth;
+    solution.plane_albedo *= share;
+    solution.diffuse_transmittance *= share;
+    solution.spherical_albedo *= share;
+    for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
+        solution.reflection_modes[m].setZero();
+        solution.transmission_modes[m].setZero();
+    }
+    return solution;
+}
+
+SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
+    const Geometry geometry{mu(in), mu(out), azimuth};
+    const double phase = phase_function(cos_scattering_angle_reflected(geometry));
+    const double single = single_reflection(phase, albedo, optical_depth, mu(in), mu(out));
+    const double corrected =
+        single_reflection(phase, truncation.single_scattering_albedo(albedo),
+                          truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
+    const double orders = sum_modes(reflection_modes, in, out, azimuth);
+    return {corrected + orders, single, orders + (corrected - single)};
+}
+
+SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
+    const Geometry geometry{mu(in), mu(out), azimuth};
+    const double phase = phase_function(cos_scattering_angle_transmitted(geometry));
+    const double single = single_transmission(phase, albedo, optical_depth, mu(in), mu(out));
+    const double corrected =
+        single_transmission(phase, truncation.single_scattering_albedo(albedo),
+                            truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
+    const double orders = sum_modes(transmission_modes, in, out, azimuth);
+    return {corrected + orders, single, orders + (corrected - single)};
+}
+
+double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
+                                  const SolverOptions& options) {
+    require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponent", "albedo", "in [0, 1]",
+            albedo);
+    if (albedo == 1) return 0;
+    const std::vector<double> moments = phase_function.moments(2 * options.nodes);
+    const Directions directions =
+        gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
+    const PhaseKernels kernels = compute_phase_kernels(directions, moments, 0);
+    const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
+    const MatrixXd t = albedo / 2 * (scale.asDiagonal() * kernels.same * scale.asDiagonal());
+    const MatrixXd r = albedo / 2 * (scale.asDiagonal() * kernels.other * scale.asDiagonal());
+    const MatrixXd A = MatrixXd(directions.mu.cwiseInverse().asDiagonal()) - t + r;
+    const MatrixXd B = MatrixXd(directions.mu.cwiseInverse().asDiagonal()) - t - r;
+    // 1/k^2 is the largest eigenvalue of (B A)^-1, similar to the symmetric L^-1 B^-1 L^-T with A =
+    // L L^T.
+    const Eigen::LLT<MatrixXd> factor(A);
+    const MatrixXd half = factor.matrixL().solve(MatrixXd(B.llt().solve(
+        MatrixXd(factor.matrixL().transpose().solve(MatrixXd::Identity(A.rows(), A.cols()))))));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen((half + half.transpose()) / 2);
+    return 1 / std::sqrt(eigen.eigenvalues().maxCoeff());
+}
+
+}  // namespace stratus

@@ -5,33 +5,40 @@
 
 namespace stratus::STRATUS_ISA {
 
-// Rows and columns of a block of packs that fit the registers: 4 x 4 accumulators with 32 wide
-// registers, 2 x 2 without.
-#ifdef __AVX512F__
-constexpr int block = 4;
+// One register's worth of lanes, and the rows and columns of a block of accumulators that fit the registers: 4 x 4 of 32, or
+// 3 x 3 of 16.
+#if defined(__AVX512F__)
+constexpr int word_bytes = 64, block = 4;
+#elif defined(__AVX__)
+constexpr int word_bytes = 32, block = 3;
 #else
-constexpr int block = 2;
+constexpr int word_bytes = 16, block = 3;
 #endif
+using Word = double __attribute__((vector_size(word_bytes), aligned(word_bytes), may_alias));
+constexpr int words = static_cast<int>(sizeof(Pack)) / word_bytes;
 
-/// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i
-/// and j.
+/// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i and j.
 template <int I, int J>
-[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride,
-                                              const Pack* b, long b_stride, double sign,
-                                              Pack (&acc)[I][J]) {
-    Pack sum[I][J] = {};
-    for (int k = 0; k < depth; ++k, a += a_stride, b += b_stride)
+[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride, const Pack* b,
+                                              long b_stride, double sign, Pack (&acc)[I][J]) {
+    for (int word = 0; word < words; ++word) {
+        const Word* a_row = reinterpret_cast<const Word*>(a) + word;
+        const Word* b_row = reinterpret_cast<const Word*>(b) + word;
+        Word sum[I][J] = {};
+        for (int k = 0; k < depth; ++k, a_row += a_stride * words, b_row += b_stride * words)
+            for (int i = 0; i < I; ++i)
+                for (int j = 0; j < J; ++j) sum[i][j] += a_row[i * words] * b_row[j * words];
         for (int i = 0; i < I; ++i)
-            for (int j = 0; j < J; ++j) sum[i][j] += a[i] * b[j];
-    for (int i = 0; i < I; ++i)
-        for (int j = 0; j < J; ++j) acc[i][j] += sign * sum[i][j];
+            for (int j = 0; j < J; ++j)
+                reinterpret_cast<Word*>(&acc[i][j])[word] += sign * sum[i][j];
+    }
 }
 
-/// Calls body(i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
-/// first_column(i0); edges one by one.
 template <int I, int J>
 struct Tile {};
 
+/// Calls body(i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
+/// first_column(i0); edges one by one.
 template <class FirstColumn, class Body>
 [[gnu::always_inline]] inline void for_each_block(int rows, int columns, FirstColumn first_column,
                                                   Body body) {

@@ -61,6 +61,7 @@ LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& 
         layer_.half_depth[lane] = task.thin_depth / 2;
         layer_.conserving[lane] = task.mode == 0 ? 1 : 0;
         layer_.any_conserving |= task.mode == 0;
+        conservative_[lane] = task.mode == 0 && task.co_albedo == 0;
     }
     methods_.phase_kernels(phase, layer_);
     methods_.thin_layer(layer_);
@@ -79,8 +80,10 @@ bool LaneLadder::is_converged() const {
     for (int i = 0; i < layer_.directions; ++i)
         for (int j = 0; j < layer_.directions; ++j)
             for (int lane = 0; lane < lane_count; ++lane) {
-                const double scale = directions_.s(i) * directions_.s(j);
-                if (std::abs(layer_.Y.K[i * layer_.stride + j][lane]) > 1e-17 * scale) return false;
+                const double limit = conservative_[lane] ? 1e-9 : 1e-17;
+                if (std::abs(layer_.Y.K[i * layer_.stride + j][lane]) >
+                    limit * directions_.s(i) * directions_.s(j))
+                    return false;
             }
     return true;
 }

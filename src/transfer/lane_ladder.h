@@ -46,6 +46,7 @@ class LaneLadder {
     std::unique_ptr<double, Free> memory_;  // all matrices of layer_
     LaneLayer layer_{};
     int tasks_;
+    bool conservative_[lane_count];  // mode 0 at w = 1
 };
 
 /// Doublings from a thin start, exact to rounding, to `optical_depth`.

@@ -27,6 +27,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// normal numbers.
 constexpr double thinnest_depth = 1e-280;
 
+/// Beyond this depth rounding would tell no more of the gap between Y and Z at w = 1.
+constexpr double deepest_depth = 4398046511104;  // 2^42
+
 /// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
 /// rest is for g near 1.
 constexpr int most_doublings_to_infinity = 120;
@@ -162,7 +165,7 @@ class LadderRun {
                 throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
             ladder.double_depth();
         }
-        record_lanes(ladder_.octaves);
+        record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
     }
 
     void run_classic(int mode, std::size_t a) {
@@ -201,6 +204,9 @@ class LadderRun {
         solution.reflection_modes[at] -=
             single.reflection.cwiseProduct(kernels.other.bottomRightCorner(count, count));
         if (infinite) {
+            solution.reflection_modes[at] += unscale.asDiagonal() *
+                                             layer.transmission.bottomRightCorner(count, count) *
+                                             unscale.asDiagonal();
             solution.transmission_modes[at] = MatrixXd::Zero(count, count);
         } else {
             solution.transmission_modes[at] = unscale.asDiagonal() *
@@ -222,6 +228,9 @@ class LadderRun {
         solution.plane_albedo =
             unscale.asDiagonal() * (layer.reflection.bottomLeftCorner(count, N) * s);
         if (infinite) {
+            solution.spherical_albedo += s.dot(layer.transmission.topLeftCorner(N, N) * s);
+            solution.plane_albedo +=
+                unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
             solution.total_transmittance = 0;
             solution.diffuse_transmittance = VectorXd::Zero(count);
             return;
@@ -312,6 +321,21 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     if (std::isinf(optical_depth))
         return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
+    if (optical_depth > deepest_depth) {
+        // What is transmitted falls as 1/tau (or is long gone), and R takes it up.
+        LayerSolution solution = solve_layer(phase_function, albedo, deepest_depth, mu, options);
+        const double kept = deepest_depth / optical_depth;
+        solution.optical_depth = optical_depth;
+        for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
+            solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];
+            solution.transmission_modes[m] *= kept;
+        }
+        solution.plane_albedo += (1 - kept) * solution.diffuse_transmittance;
+        solution.diffuse_transmittance *= kept;
+        solution.spherical_albedo += (1 - kept) * solution.total_transmittance;
+        solution.total_transmittance *= kept;
+        return solution;
+    }
     if (optical_depth >= thinnest_depth)
         return solve_ladder(phase_function, {albedo}, {optical_depth, 1, false}, mu, options)[0][0];
 
@@ -350,6 +374,29 @@ SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
                             truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
     const double orders = sum_modes(transmission_modes, in, out, azimuth);
     return {corrected + orders, single, orders + (corrected - single)};
+}
+
+namespace {
+
+template <class Single>
+MatrixXd correction(const LayerSolution& layer, Single single) {
+    MatrixXd result = MatrixXd::Zero(layer.mu.size(), layer.mu.size());
+    if (layer.truncation.fraction == 0) return result;
+    const double w = layer.truncation.single_scattering_albedo(layer.albedo);
+    const double tau = layer.truncation.optical_depth(layer.optical_depth, layer.albedo);
+    for (Eigen::Index i = 0; i < layer.mu.size(); ++i)
+        for (Eigen::Index j = 0; j < layer.mu.size(); ++j)
+            result(i, j) = single(1, w, tau, layer.mu(i), layer.mu(j)) -
+                           single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
+    return result;
+}
+
+}  // namespace
+
+MatrixXd LayerSolution::reflection_correction() const { return correction(*this, single_reflection); }
+
+MatrixXd LayerSolution::transmission_correction() const {
+    return correction(*this, single_transmission);
 }
 
 double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,

@@ -61,6 +61,11 @@ class LayerSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
+    // What truncation adds to single scattering, per unit of phase function, between all pairs of mu: TMS less the
+    // closed form of the layer itself. 0 without truncation.
+    Eigen::MatrixXd reflection_correction() const;
+    Eigen::MatrixXd transmission_correction() const;
+
     PhaseFunction phase_function;
     Truncation truncation;
 };

@@ -1,0 +1,90 @@
+// `stratus bake`: a recipe in, a table out.
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct BakeCommand {
+    std::string recipe, output, exr;
+    int threads = 0;
+    bool quiet = false;
+};
+
+/// Refuses a file that could not be written, before the work rather than after it.
+void require_writable(const std::filesystem::path& path, const std::string& ending) {
+    if (path.extension() != ending)
+        throw std::invalid_argument("bake: output must end in " + ending + ", got " +
+                                    path.string());
+    if (std::filesystem::is_directory(path))
+        throw std::invalid_argument("bake: output must be a file, got the folder " + path.string());
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder))
+        throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
+    if (access(folder.c_str(), W_OK) != 0)
+        throw std::runtime_error(path.string() + ": the folder cannot be written to");
+}
+
+void run_bake(const BakeCommand& command) {
+    require_writable(command.output, ".h5");
+    if (!command.exr.empty()) require_writable(command.exr, ".exr");
+    std::vector<std::string> notes;
+    const Recipe recipe = read_recipe(command.recipe, &notes);
+
+    const auto started = std::chrono::steady_clock::now();
+    Progress progress(command.quiet);
+    for (const std::string& note : notes) progress.note("note: " + note);
+    BakeOptions options;
+    options.threads = command.threads;
+    options.note = [&](const std::string& line) { progress.note("  " + line); };
+    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    const Table table = bake(recipe, options);
+    write_table(table, command.output);
+    if (!command.exr.empty()) write_table(table, command.exr);
+
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
+                  "%.2g, asked for %.2g",
+                  table.sample_count(),
+                  static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
+                  seconds, table.measured_error, table.tolerance);
+    progress.note(line);
+}
+
+}  // namespace
+
+void add_bake(CLI::App& app) {
+    auto command = std::make_shared<BakeCommand>();
+    CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
+    bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
+    bake->add_option("-o,--output", command->output, "Table to write, .h5")->required();
+    bake->add_option("--exr", command->exr, "The same table as a picture file, .exr");
+    bake->add_option("--threads", command->threads, "Threads; 0: one for each processor")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1024));
+    bake->add_flag("--quiet", command->quiet, "No progress, no notes");
+    bake->footer(
+        "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
+        "saturn_rings.exr");
+    bake->callback([command] { run_bake(*command); });
+}
+
+}  // namespace stratus

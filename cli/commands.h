@@ -1,0 +1,15 @@
+// The subcommands: one file each, each registering itself, its options and its callback.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace stratus {
+
+void add_solve(CLI::App& app);
+void add_bake(CLI::App& app);
+void add_eval(CLI::App& app);
+void add_info(CLI::App& app);
+void add_verify(CLI::App& app);
+void add_convert(CLI::App& app);
+
+}  // namespace stratus

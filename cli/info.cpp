@@ -1,0 +1,164 @@
+// `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
+#include "commands.h"
+#include "query.h"
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/table_file.h>
+#include <stratus/picture/portrait.h>
+#include <stratus/runtime/table.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct InfoOptions {
+    std::string table;
+    std::string picture;
+};
+
+constexpr std::size_t label_width = 22;
+
+std::string format(const char* pattern, double value) {
+    char text[64];
+    const int length = std::snprintf(text, sizeof text, pattern, value);
+    return {text, static_cast<std::size_t>(length)};
+}
+
+std::string short_number(double value) { return format("%.6g", value); }
+
+std::string megabytes(double bytes) { return format("%.2f MB", bytes / 1e6); }
+
+/// What fits a reader's eye of a text that may list a thousand numbers; the file holds all of it.
+std::string shortened(const std::string& text) {
+    constexpr std::size_t longest = 240;
+    return text.size() <= longest ? text : text.substr(0, longest) + " ...";
+}
+
+/// `label` and its text, which may have several lines.
+void print(const std::string& label, const std::string& text) {
+    std::string head = label;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line); head.clear()) {
+        head.resize(std::max(label_width, head.size() + 1), ' ');
+        std::cout << head << line << '\n';
+    }
+}
+
+std::string attribute(const Table& table, const std::string& name) {
+    const auto found = table.attributes.find(name);
+    return found == table.attributes.end() ? "" : found->second;
+}
+
+std::string described(const Axis& axis, double unit = 1, const char* unit_name = "") {
+    const std::vector<double>& values = axis.values;
+    std::string text =
+        std::to_string(values.size()) + (values.size() == 1 ? " sample" : " samples");
+    text += " at " + short_number(values.front() / unit);
+    if (values.size() > 1) text += " to " + short_number(values.back() / unit);
+    if (axis.view().ends_at_infinity && values.size() > 2)
+        text += " (finite to " + short_number(values[values.size() - 2] / unit) + ")";
+    text += unit_name;
+    if (values.size() > 1) text += std::string(", ") + axis_scale_name(axis.scale);
+    return text;
+}
+
+std::string sides_of(const Table& table) {
+    if (table.reflection_multiple.empty()) return "transmission";
+    if (table.transmission_multiple.empty()) return "reflection";
+    return "reflection, transmission";
+}
+
+std::string orders_of(const Table& table) {
+    const std::string multiple =
+        table.highest_order == 0 ? "2 and all above"
+        : table.highest_order == 2
+            ? "2, where the series stops"
+            : "2 to " + std::to_string(table.highest_order) + ", where the series stops";
+    return multiple + " (order 1 is closed form, added at the lookup)";
+}
+
+double bytes_in_memory(const Table& table) {
+    const std::size_t floats = table.reflection_multiple.size() +
+                               table.transmission_multiple.size() + table.plane_albedo.size() +
+                               table.diffuse_transmittance.size() + table.spherical_albedo.size();
+    return static_cast<double>(floats * sizeof(float));
+}
+
+void print_content(const Table& table) {
+    print("title", attribute(table, "title"));
+    print("phase function", shortened(table.phase_function.text()));
+    print("asymmetry g", short_number(table.phase_function.asymmetry()));
+    print("albedo", described(table.albedo));
+    print("optical depth", described(table.optical_depth));
+    print("mu_in", described(table.mu_in));
+    print("mu_out", described(table.mu_out));
+    print("azimuth", described(table.azimuth, std::numbers::pi / 180, " degrees"));
+    print("sides", sides_of(table));
+    print("orders", orders_of(table));
+}
+
+void print_size(const Table& table, const std::string& path) {
+    print("samples a side", std::to_string(table.sample_count()));
+    print("in memory", megabytes(bytes_in_memory(table)));
+    print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
+}
+
+void print_accuracy(const Table& table) {
+    print("tolerance asked", short_number(table.tolerance));
+    print("largest error met", short_number(table.measured_error) + ", relative, at the bake");
+}
+
+/// Every attribute but those already told: conventions, program version, recipes, how it was made.
+void print_attributes(const Table& table) {
+    for (const auto& [name, text] : table.attributes) {
+        if (name == "title" || text.empty()) continue;
+        std::string label = name;
+        std::replace(label.begin(), label.end(), '_', ' ');
+        if (text.find('\n') == std::string::npos) {
+            print(label, shortened(text));
+        } else {
+            std::cout << '\n' << label << '\n';
+            std::istringstream lines(text);
+            for (std::string line; std::getline(lines, line);) std::cout << "    " << line << '\n';
+        }
+    }
+}
+
+void draw_picture(const Table& table, const InfoOptions& options) {
+    require_different_files("info", options.table, options.picture);
+    write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
+        draw_portrait(table, temporary);
+    });
+}
+
+void run_info(const InfoOptions& options) {
+    const Table table = read_table(options.table);
+    if (!options.picture.empty()) draw_picture(table, options);
+    print_content(table);
+    print_size(table, options.table);
+    print_accuracy(table);
+    print("picture written", options.picture);
+    print_attributes(table);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+    auto options = std::make_shared<InfoOptions>();
+    CLI::App* command = app.add_subcommand("info", "Say what a table holds and how it was made");
+    command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
+    command->add_option("--picture", options->picture, "PNG to draw the table's portrait to");
+    command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
+    command->callback([options] { run_info(*options); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,64 @@
+// The program `stratus`: hands its arguments to a subcommand and turns what comes back into an exit
+// code.
+//
+// Exit code 0: done. 2: wrong usage, which is what CLI11 cannot parse and every
+// std::invalid_argument (a value, a row of a query, an ending that is not allowed). 1: everything
+// else that failed (a file, a library, a check not passed). Whatever went wrong is said in one line
+// on stderr.
+#include "commands.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+int refuse(int exit_code, std::string message) {
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    std::cerr << "stratus: " << message << '\n';
+    return exit_code;
+}
+
+int run(int argc, char** argv) {
+    CLI::App app{"Multiple scattering tables for clouds, rings, haze and dusty ground.", "stratus"};
+    app.set_version_flag("--version", "stratus " STRATUS_VERSION);
+    app.footer(
+        "Example:\n  stratus info saturn_rings.h5\n"
+        "Every command explains itself: stratus COMMAND --help");
+    app.require_subcommand(0, 1);  // none is refused below: CLI11 would hide a misspelt one
+    stratus::add_solve(app);
+    stratus::add_bake(app);
+    stratus::add_eval(app);
+    stratus::add_info(app);
+    stratus::add_verify(app);
+    stratus::add_convert(app);
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& help_or_version) {
+        return app.exit(help_or_version);
+    }
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return refuse(2, std::string(error.what()) + " (see --help)");
+    } catch (const std::invalid_argument& error) {
+        return refuse(2, error.what());
+    } catch (const std::bad_alloc&) {
+        return refuse(1, "out of memory");
+    } catch (const std::exception& error) {
+        return refuse(1, error.what());
+    }
+}

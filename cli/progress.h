@@ -1,0 +1,36 @@
+// Progress of long work on stderr: a bar with rate and time left on a terminal, plain lines
+// otherwise, nothing when quiet.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace stratus {
+
+class Progress {
+  public:
+    explicit Progress(bool quiet);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    /// Share done [0, 1] of a stage; a new stage, or less done than before, starts its own clock.
+    void show(double done, const std::string& stage);
+
+    /// One line of its own, not mixed up with the bar.
+    void note(const std::string& line);
+
+  private:
+    using Clock = std::chrono::steady_clock;
+
+    void clear();
+
+    bool quiet_;
+    bool terminal_;
+    bool drawn_ = false;
+    std::string stage_;
+    double done_ = 0;
+    Clock::time_point started_, shown_;
+};
+
+}  // namespace stratus

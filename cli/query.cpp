@@ -1,0 +1,118 @@
+#include "query.h"
+
+#include <stratus/io/atomic_file.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <system_error>
+
+namespace stratus {
+namespace {
+
+struct ColumnRange {
+    const char* column;
+    const char* allowed;
+    bool (*holds)(double value);
+};
+
+constexpr ColumnRange column_ranges[] = {
+    {"mu_in", "in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }},
+    {"mu_out", "in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }},
+    {"azimuth_deg", "finite", [](double degrees) { return std::isfinite(degrees); }},
+    {"optical_depth", "in [0, inf]", [](double depth) { return depth >= 0; }},
+    {"albedo", "in [0, 1]", [](double albedo) { return albedo >= 0 && albedo <= 1; }},
+};
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text;
+}
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+void check_columns(const CsvTable& query, const std::vector<std::string>& required,
+                   const std::vector<std::string>& optional) {
+    for (const std::string& column : required) query.column(column);  // refuses a missing one
+    std::vector<std::string> allowed = required;
+    allowed.insert(allowed.end(), optional.begin(), optional.end());
+    for (const std::string& column : query.columns)
+        if (!contains(allowed, column))
+            throw std::invalid_argument(query.name + ": column must be one of " + joined(allowed) +
+                                        ", got " + column);
+}
+
+/// Refuses the first line with a value out of its column's range.
+void check_values(const CsvTable& query) {
+    for (std::size_t r = 0; r < query.rows.size(); ++r)
+        for (const ColumnRange& range : column_ranges) {
+            if (!query.has_column(range.column)) continue;
+            const double value =
+                query.rows[r][static_cast<std::size_t>(query.column(range.column))];
+            if (range.holds(value)) continue;
+            throw std::invalid_argument(query.name + ", line " + std::to_string(query.lines[r]) +
+                                        ": " + range.column + " must be " + range.allowed +
+                                        ", got " + shortest_text(value));
+        }
+}
+
+bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
+
+std::string reason() { return errno != 0 ? std::strerror(errno) : "write error"; }
+
+}  // namespace
+
+CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
+                    const std::vector<std::string>& optional) {
+    CsvTable query = is_stream(path) ? read_csv(std::cin, "standard input") : read_csv(path);
+    check_columns(query, required, optional);
+    check_values(query);
+    return query;
+}
+
+void write_answer(const std::filesystem::path& path,
+                  const std::function<void(std::ostream&)>& write) {
+    errno = 0;
+    if (is_stream(path.string())) {
+        write(std::cout);
+        if (!std::cout.flush()) throw std::runtime_error("standard output: " + reason());
+        return;
+    }
+    write_atomically(path, [&](const std::filesystem::path& temporary) {
+        std::ofstream file(temporary, std::ios::binary);
+        if (file) write(file);
+        file.close();
+        if (!file) throw std::runtime_error(path.string() + ": " + reason());
+    });
+}
+
+void require_different_files(const std::string& command, const std::filesystem::path& input,
+                             const std::filesystem::path& output) {
+    std::error_code absent;
+    if (std::filesystem::equivalent(input, output, absent))
+        throw std::invalid_argument(command + ": output must be another file than the input, got " +
+                                    output.string());
+}
+
+std::string shortest_text(double value) {
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+    return {text, end};
+}
+
+std::string full_text(double value) {
+    char text[32];
+    const int length = std::snprintf(text, sizeof text, "%.17g", value);
+    return {text, static_cast<std::size_t>(length)};
+}
+
+}  // namespace stratus

@@ -1,0 +1,42 @@
+// Queries and answers as CSV: what the commands that evaluate geometries read and write.
+//
+// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth and albedo; each
+// has its one allowed range, checked here row by row. Answers go to stdout or, whole or not at all,
+// to a file.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include <stratus/runtime/csv.h>
+
+namespace stratus {
+
+/// The rows of a query, every value in its range; `path` "" or "-" is standard input.
+///
+/// Errors   std::invalid_argument for a value outside its range (naming line, column, range and
+///          value), for a missing `required` column and for one that is not asked for at all.
+CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
+                    const std::vector<std::string>& optional = {});
+
+/// Calls `write` with stdout where `path` is "" or "-", else with a file that appears at `path`
+/// whole or not at all.
+///
+/// Errors   std::runtime_error when not everything could be written.
+void write_answer(const std::filesystem::path& path,
+                  const std::function<void(std::ostream&)>& write);
+
+/// Throws std::invalid_argument when writing to `output` would overwrite `input`.
+void require_different_files(const std::string& command, const std::filesystem::path& input,
+                             const std::filesystem::path& output);
+
+/// A query's number as it was: the shortest text that reads back as the same double.
+std::string shortest_text(double value);
+
+/// An answer's number: 17 significant digits.
+std::string full_text(double value);
+
+}  // namespace stratus

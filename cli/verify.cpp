@@ -1,0 +1,125 @@
+// `stratus verify`: solves again at random points between a table's samples and says how far
+// lookups are off.
+#include "commands.h"
+#include "progress.h"
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/angle.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct VerifyCommand {
+    std::string table;
+    VerifyOptions options;
+    bool quiet = false;
+};
+
+/// Scattering angles between two bounds, degrees.
+struct Region {
+    const char* name;
+    double from, to;
+};
+
+constexpr Region regions[] = {{"all directions", 0, 181},
+                              {"within 10 degrees of forward", 0, 10},
+                              {"10 to 30 degrees", 10, 30},
+                              {"beyond 30 degrees", 30, 181}};
+
+void print_errors(const Verification& verification, Side side, const char* name) {
+    for (const Region& region : regions) {
+        std::vector<ErrorSample> samples;
+        for (const ErrorSample& sample : verification.samples) {
+            const double angle = degrees(sample.scattering_angle);
+            if (sample.side == side && angle >= region.from && angle < region.to)
+                samples.push_back(sample);
+        }
+        if (samples.empty()) continue;
+        std::printf("%-13s %-29s %7zu %9.1e %9.1e %9.1e %9.1e\n", name, region.name, samples.size(),
+                    error_quantile(samples, 0.5), error_quantile(samples, 0.99),
+                    error_quantile(samples, 0.999), error_quantile(samples, 1));
+    }
+}
+
+void print_worst(const Verification& verification) {
+    std::printf("\nworst points\n%-13s %9s %13s %8s %8s %11s %13s %13s %9s\n", "side", "albedo",
+                "optical_depth", "mu_in", "mu_out", "azimuth_deg", "solved", "looked up", "error");
+    const std::size_t shown = std::min<std::size_t>(5, verification.samples.size());
+    for (std::size_t n = 0; n < shown; ++n) {
+        const ErrorSample& at = verification.samples[verification.samples.size() - 1 - n];
+        std::printf("%-13s %9.5f %13.5g %8.5f %8.5f %11.2f %13.6e %13.6e %9.1e\n",
+                    at.side == Side::reflection ? "reflection" : "transmission", at.albedo,
+                    at.optical_depth, at.geometry.mu_in, at.geometry.mu_out,
+                    degrees(at.geometry.azimuth), at.expected, at.found, at.error);
+    }
+}
+
+void run_verify(const VerifyCommand& command) {
+    const Table table = read_table(command.table);
+    Progress progress(command.quiet);
+    VerifyOptions options = command.options;
+    options.progress = [&](double done) { progress.show(done, "verifying"); };
+    Verification verification = verify(table, options);
+
+    std::printf(
+        "%d random points against the solver with %d nodes; error relative to the total, floor 1 "
+        "%% of the "
+        "largest value at the same depth and albedo\n\n",
+        options.samples, verification.reference_nodes);
+    std::printf("%-13s %-29s %7s %9s %9s %9s %9s\n", "side", "scattering angle", "values", "median",
+                "99 %", "99.9 %", "worst");
+    print_errors(verification, Side::reflection, "reflection");
+    print_errors(verification, Side::transmission, "transmission");
+    print_worst(verification);
+    std::printf("\nreciprocity: exchanging mu_in and mu_out changes a lookup by at most %.1e\n",
+                verification.reciprocity_defect);
+    if (verification.energy_defect >= 0)
+        std::printf("energy: at albedo 1 the stored fluxes close to %.1e\n",
+                    verification.energy_defect);
+    std::printf("white furnace: lookups integrate to the stored plane albedo within %.1e\n",
+                verification.furnace_defect);
+    const auto within =
+        std::count_if(verification.samples.begin(), verification.samples.end(),
+                      [&](const ErrorSample& sample) { return sample.error <= table.tolerance; });
+    const double share = 100.0 * static_cast<double>(within) /
+                         static_cast<double>(std::max<std::size_t>(1, verification.samples.size()));
+    const double worst = error_quantile(verification.samples, 1);
+    std::printf("tolerance %.2g: %.2f %% of values within it, worst %.2f times it\n",
+                table.tolerance, share, worst / table.tolerance);
+    if (!verification.meets(table.tolerance))
+        throw std::runtime_error("verify: " + command.table +
+                                 " misses its tolerance: 99.9 % must be within it and all "
+                                 "within five times it");
+}
+
+}  // namespace
+
+void add_verify(CLI::App& app) {
+    auto command = std::make_shared<VerifyCommand>();
+    CLI::App* verify =
+        app.add_subcommand("verify", "Check a table against the solver at random points");
+    verify->add_option("TABLE", command->table, "Baked table, .h5 or .exr")->required();
+    verify->add_option("--samples", command->options.samples, "Random points")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000000));
+    verify->add_option("--seed", command->options.seed, "Seed of the random points")
+        ->capture_default_str();
+    verify->add_option("--threads", command->options.threads, "Threads; 0: one for each processor")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1024));
+    verify->add_flag("--quiet", command->quiet, "No progress");
+    verify->footer(
+        "Exit code 1 when the table misses the tolerance that it states.\nExample:\n"
+        "  stratus verify saturn_rings.h5 --samples 2000");
+    verify->callback([command] { run_verify(*command); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,63 @@
+// How accurate a table is: errors at random points between its samples, against the solver itself.
+//
+// The error of a value is taken relative to the total R (or T) there, single scattering included,
+// but not to less than 1 % of the largest value that R (or T) takes at the same optical depth and
+// albedo for cosines of at least 0.1, and not to less than 1e-8, which no picture and no
+// measurement shows.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/table.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus {
+
+/// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
+/// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
+double reflection_floor(const LayerSolution& solution);
+double transmission_floor(const LayerSolution& solution);
+const std::vector<double>& floor_cosines();
+
+enum class Side { reflection, transmission };
+
+/// One compared value.
+struct ErrorSample {
+    Side side;
+    double albedo, optical_depth;
+    Geometry geometry;
+    double scattering_angle;  // radians
+    double expected, found;   // totals
+    double error;             // relative, as above
+};
+
+/// Error not exceeded by a share of the samples; 0 for none. Sorts `samples` by error.
+double error_quantile(std::vector<ErrorSample>& samples, double share);
+
+struct VerifyOptions {
+    int samples = 2000;  // points; each compares every side that the table has
+    unsigned seed = 1;
+    int threads = 0;  // 0: all
+    std::function<void(double done)> progress;
+};
+
+struct Verification {
+    std::vector<ErrorSample> samples;  // sorted by error
+    int reference_nodes = 0;
+    double energy_defect =
+        0;  // largest |1 - plane albedo - transmittance| of the samples at w = 1; -1: none at w = 1
+    double furnace_defect =
+        0;  // largest |integral of looked-up R (and T) - the fluxes stored|, relative to 1
+    double reciprocity_defect =
+        0;  // largest relative change of a lookup on exchanging mu_in and mu_out
+
+    bool meets(double tolerance) const;  // 99.9 % within tolerance, all within five times it
+};
+
+/// Solves again at random points, half as many nodes again as the bake used, and compares lookups
+/// with that.
+Verification verify(const Table& table, const VerifyOptions& options = {});
+
+}  // namespace stratus

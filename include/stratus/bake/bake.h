@@ -1,0 +1,32 @@
+// Recipe in, table out.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <stratus/bake/recipe.h>
+#include <stratus/runtime/table.h>
+
+namespace stratus {
+
+struct BakeOptions {
+    int threads = 0;  // 0: all
+    /// One line on what was chosen and why.
+    std::function<void(const std::string& line)> note;
+    /// Share of the bake done, called from one thread at a time.
+    std::function<void(double done, const std::string& stage)> progress;
+};
+
+/// Fills in what the recipe's discretisation left open, by measuring: solver nodes and modes
+/// against finer ones, then each axis against the solver between its samples, until the tolerance
+/// is met with as few samples as do.
+Recipe resolve(const Recipe& recipe, const BakeOptions& options = {});
+
+/// Bakes a table: resolves the recipe, solves all samples, checks the table at random points. Where
+/// the check misses the tolerance and the recipe left the sampling open, it is made finer and baked
+/// again, twice at most.
+///
+/// Threads  the same bits on any number of them.
+Table bake(const Recipe& recipe, const BakeOptions& options = {});
+
+}  // namespace stratus

@@ -1,0 +1,17 @@
+// Independent cells on several threads.
+#pragma once
+
+#include <functional>
+
+namespace stratus {
+
+/// Threads meant by `requested`: itself, or one for each processor when 0.
+int thread_count(int requested);
+
+/// Calls body(i) for i = 0 .. count - 1 on `threads` threads (0: all), each i once, in no set
+/// order; each i must write only to its own slot. `finished`, if any, is told how many are done,
+/// one call at a time. The first exception is passed on.
+void parallel_for(int count, int threads, const std::function<void(int)>& body,
+                  const std::function<void(int)>& finished = nullptr);
+
+}  // namespace stratus

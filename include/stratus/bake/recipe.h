@@ -1,0 +1,60 @@
+// Recipes: the TOML file that says what table to bake. tolerance is the one knob; the rest follows
+// from it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus {
+
+/// Closed range of a table axis.
+struct Range {
+    double min;
+    double max;
+};
+
+/// How finely a table is solved and sampled. 0 stands for "as the tolerance asks".
+struct Discretisation {
+    int nodes = 0;                             // Gauss nodes of the solver, [1, 512]
+    int modes = 0;                             // azimuthal modes
+    int mu_samples = 0;                        // of mu_in and mu_out alike
+    int azimuth_samples = 0;                   // over 0 .. 180 degrees, ends included
+    int optical_depth_samples_per_octave = 0;  // a whole number: doubling goes by octaves
+    double deepest_optical_depth = 0;  // last finite sample of an axis that ends at infinity
+    int albedo_samples = 0;
+    Scheme scheme = Scheme::harmonic;
+};
+
+struct Recipe {
+    std::string title;
+    std::string phase_text;        // as given
+    PhaseFunction phase_function;  // as read
+    double tolerance = 1e-3;       // relative error of R and T asked for
+    Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
+    Range albedo{0, 1};            // [0, 1]
+    bool reflection = true;
+    bool transmission = true;
+    Discretisation discretisation;
+    std::string text;  // the file as it was
+};
+
+/// Reads a recipe from TOML text; files it names are looked for below `directory`. Notes for the
+/// user go to `notes`.
+///
+/// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
+/// with the nearest known.
+Recipe parse_recipe(const std::string& text, const std::string& directory = "",
+                    std::vector<std::string>* notes = nullptr);
+
+/// The same from a file. Errors: std::runtime_error when it cannot be read.
+Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// TOML text of a recipe with every choice spelled out, so that the same table can be baked again
+/// from it alone.
+std::string resolved_text(const Recipe& recipe);
+
+}  // namespace stratus

@@ -1,0 +1,30 @@
+// TABLE.exr: the same table as float images, for renderers and GPUs that already read OpenEXR.
+//
+// One part for each dataset, of its name, with one channel Y of 32-bit floats and a data window
+// that begins at 0, 0:
+//
+//     reflection_multiple,     one row of tiles per albedo, one column of tiles per optical depth;
+//     transmission_multiple    in a tile row = mu_in, column = mu_out * azimuth_count + azimuth
+//     plane_albedo,            row = albedo * optical_depth_count + optical_depth, column = mu_in
+//     diffuse_transmittance
+//     spherical_albedo         row = albedo, column = optical_depth
+//
+// Attributes of the first part hold the rest as text: `stratus:NAME` what TABLE.h5 has as attribute
+// NAME of its root, `dataset:NAME` the numbers of an axis or of the diffusion exponent. Equal
+// tables make equal files.
+#pragma once
+
+#include <filesystem>
+
+#include <stratus/runtime/table.h>
+
+namespace stratus {
+
+/// See table_file.h, which picks the format. `write_` writes to `path` directly; `write_table`
+/// makes it atomic.
+///
+/// Errors   std::runtime_error also for a picture of more than 2^24 rows or columns.
+Table read_exr_table(const std::filesystem::path& path);
+void write_exr_table(const Table& table, const std::filesystem::path& path);
+
+}  // namespace stratus

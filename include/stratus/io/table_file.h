@@ -1,0 +1,35 @@
+// Tables on disk: TABLE.h5 (HDF5, netCDF-4 rules) and TABLE.exr (OpenEXR, multi-part), lossless
+// into one another.
+//
+// A reader trusts nothing: format name, version, every extent, type, finiteness and checksum are
+// checked before a sample is used; a truncated, corrupted or foreign file is refused with its
+// reason. Newer minor versions are read, newer major ones refused by name. Writing is atomic
+// (atomic_file.h).
+#pragma once
+
+#include <filesystem>
+
+#include <stratus/runtime/table.h>
+
+namespace stratus {
+
+constexpr const char* table_format_name = "stratus-table";
+constexpr int table_format_major = 1;
+constexpr int table_format_minor = 0;
+
+/// Reads a table by its file name's ending, .h5 or .exr.
+///
+/// Errors   std::invalid_argument for another ending; std::runtime_error "PATH: reason" for a file
+///          that is missing, unreadable, damaged or of another kind.
+Table read_table(const std::filesystem::path& path);
+
+/// Writes a table by its file name's ending, .h5 or .exr; an existing file is replaced only by a
+/// complete one.
+///
+/// Range    names of `attributes` are 1 to 200 bytes long and none of the format's own (`format`,
+///          `moments`, `checksum`, ...); names and texts have no zero bytes, texts any length.
+/// Errors   std::invalid_argument for another ending, or a table that no reader would accept;
+///          std::runtime_error "PATH: reason" for what the system refuses.
+void write_table(const Table& table, const std::filesystem::path& path);
+
+}  // namespace stratus

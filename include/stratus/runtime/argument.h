@@ -1,0 +1,50 @@
+// What a refused argument says: function, argument, allowed range and the value met, in one line.
+//
+// Everything that constructs or loads checks its arguments at the door and throws
+// std::invalid_argument with such a line. Lookups throw nothing and use none of this.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+/// Throws std::invalid_argument "function: argument must be allowed, got value" unless `holds`.
+template <class Value>
+void require(bool holds, const char* function, const std::string& argument,
+             const std::string& allowed, const Value& value) {
+    if (holds) return;
+    std::ostringstream line;
+    line.precision(17);
+    line << function << ": " << argument << " must be " << allowed << ", got " << value;
+    throw std::invalid_argument(line.str());
+}
+
+/// The known name nearest to one that nobody knows, by letters changed, added or left out; empty
+/// when none is known.
+inline std::string nearest_name(const std::string& met, const std::vector<std::string>& known) {
+    std::string nearest;
+    std::size_t least = 0;
+    for (const std::string& name : known) {
+        std::vector<std::size_t> edits(name.size() + 1);  // from the letters of `met` seen so far
+        for (std::size_t j = 0; j <= name.size(); ++j) edits[j] = j;
+        for (std::size_t i = 0; i < met.size(); ++i) {
+            std::size_t diagonal = edits[0]++;
+            for (std::size_t j = 0; j < name.size(); ++j) {
+                const std::size_t change = diagonal + (met[i] == name[j] ? 0 : 1);
+                diagonal = edits[j + 1];
+                edits[j + 1] = std::min({change, edits[j] + 1, edits[j + 1] + 1});
+            }
+        }
+        if (!nearest.empty() && edits.back() >= least) continue;
+        nearest = name;
+        least = edits.back();
+    }
+    return nearest;
+}
+
+}  // namespace stratus

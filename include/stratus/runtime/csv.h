@@ -1,0 +1,43 @@
+// Comma-separated numbers with a header line: what phase tables, moment lists and queries come in.
+//
+// Lines that are empty or start with '#' are skipped; columns may stand in any order; numbers are
+// decimal, `inf` allowed.
+#pragma once
+
+#include <cstddef>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stratus {
+
+/// Reads the number at the front of `text` (decimal, `inf` allowed) into `value`, in the C locale
+/// whatever the program's; the count of characters read comes back, 0 when there is no number, it
+/// overflows, or is NaN.
+std::size_t read_number(std::string_view text, double& value) noexcept;
+
+/// A file of numbers: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
+struct CsvTable {
+    std::string name;
+    std::vector<std::string> columns;
+    std::vector<std::vector<double>> rows;
+    std::vector<int> lines;
+
+    /// Index of a column; std::invalid_argument naming the columns present when there is none of
+    /// that name.
+    int column(const std::string& wanted) const;
+    bool has_column(const std::string& wanted) const;
+};
+
+/// Reads a whole file.
+///
+/// Errors   std::runtime_error when the file cannot be opened; std::invalid_argument, naming file,
+///          line and text, for a row that is too short, too long or not a number, and for a
+///          missing header.
+CsvTable read_csv(const std::string& path);
+
+/// The same from a stream; `name` stands for the file in messages.
+CsvTable read_csv(std::istream& stream, const std::string& name);
+
+}  // namespace stratus

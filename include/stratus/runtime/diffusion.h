@@ -1,0 +1,28 @@
+// How deep layers approach their limits: the scales by which tables are divided before they are
+// interpolated.
+//
+// Deep inside any layer the light field decays as exp(-k tau), k the diffusion exponent [vdH80]; at
+// w = 1, k = 0 and transmission falls as 1/(tau + q), q the extrapolation length. Near w = 1 and in
+// deep layers R and T change with (tau, w) far faster than any affordable axis can follow, but only
+// through these two functions; what is left after dividing by them is smooth.
+#pragma once
+
+namespace stratus {
+
+/// How transmission falls with depth: q k / sinh(k (tau + q)), at k = 0 q / (tau + q); 0 at
+/// infinity.
+double transmission_scale(double optical_depth, double diffusion_exponent,
+                          double extrapolation_length) noexcept;
+
+/// How far reflection still is from that of an infinitely deep layer:
+/// (exp(2 k q) - 1) / (exp(2 k (tau + q)) - 1), at k = 0 q / (tau + q); 1 at depth 0, 0 at
+/// infinity.
+double reflection_deficit(double optical_depth, double diffusion_exponent,
+                          double extrapolation_length) noexcept;
+
+/// How reflection nears its limit with depth: 1 / (1 + reflection_deficit), from 1/2 in thin layers
+/// to 1 at infinity.
+double reflection_scale(double optical_depth, double diffusion_exponent,
+                        double extrapolation_length) noexcept;
+
+}  // namespace stratus

@@ -1,0 +1,42 @@
+// Lookup: closed-form single scattering plus the interpolated higher orders.
+//
+// Cubic along all five axes. What is interpolated are the samples divided by the albedo, by the
+// shares of light that the layer intercepts along both directions (single_scattering.h) and by the
+// diffusion scales (diffusion.h); between the deepest finite sample and the one at infinity,
+// reflection follows the diffusion law.
+//
+// Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
+// upper end of optical depth are clamped for the multiply scattered part (single scattering stays
+// exact). Below the first optical depth the multiply scattered part follows what it is divided by,
+// in thin layers tau^2, as physics has it.
+//
+// Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
+// limit), the neighbour of higher albedo, which decays more slowly, speaks for it.
+//
+// No lookup allocates, throws, or takes a lock; any number of threads may share a table.
+#pragma once
+
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/table.h>
+
+namespace stratus {
+
+/// R or T by origin; `total` is what a renderer wants. BRDF or BTDF = total / pi.
+struct Scattered {
+    double single;
+    double multiple;
+    double total() const noexcept { return single + multiple; }
+};
+
+/// R of the layer at one geometry. A table without reflection gives its single scattering and
+/// multiple = 0.
+///
+/// Range    albedo [0, 1], optical_depth [0, inf], cosines (0, 1], azimuth any, radians.
+Scattered reflection(const TableView& table, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept;
+
+/// Diffuse T of the layer at one geometry; the beam that passes straight is `direct_transmittance`.
+Scattered transmission(const TableView& table, double albedo, double optical_depth,
+                       const Geometry& geometry) noexcept;
+
+}  // namespace stratus

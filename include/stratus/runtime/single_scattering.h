@@ -1,0 +1,72 @@
+// Single scattering in closed form: a plane-parallel layer lit by a beam, light scattered exactly
+// once.
+//
+// Follows [Blinn82] sections 2.4 to 2.7 in the normalisation of this project: R = pi I / (mu0 F0),
+// so that a white Lambert surface has R = 1, a BRDF is R / pi, and Blinn's brightness is
+// B = 4 mu0 R. mu0 (`mu_in`) and mu (`mu_out`) are cosines in (0, 1]; the side is told by the
+// function's name. `azimuth` is between the two directions of *propagation*, 0 = forward side.
+// Optical depth may be infinity.
+#pragma once
+
+namespace stratus {
+
+/// Directions of one scattering: cosines to the normal in (0, 1] and the azimuth between them in
+/// radians.
+struct Geometry {
+    double mu_in;
+    double mu_out;
+    double azimuth;
+};
+
+/// Cosine of the scattering angle for light that leaves on the lit side:
+/// -mu mu0 + s s0 cos(azimuth).
+double cos_scattering_angle_reflected(const Geometry& geometry) noexcept;
+
+/// The same for light that leaves on the far side: +mu mu0 + s s0 cos(azimuth).
+double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept;
+
+/// R of order 1, (w/4) phi (1 - exp(-tau (1/mu + 1/mu0))) / (mu + mu0). [Blinn82] 2.4, top lit
+///
+/// Range    albedo [0, 1], optical_depth [0, inf], cosines (0, 1]; `phase_value` = phi(Theta).
+/// Accuracy 1e-15 relative for thin layers too (expm1).
+double single_reflection(double phase_value, double albedo, double optical_depth, double mu_in,
+                         double mu_out) noexcept;
+
+/// T of order 1 (diffuse), (w/4) phi (exp(-tau/mu0) - exp(-tau/mu)) / (mu0 - mu). [Blinn82] 2.4,
+/// bottom lit
+///
+/// Reaches its limit (w/4) phi (tau/mu^2) exp(-tau/mu) at mu = mu0 smoothly; 0 at infinite depth.
+double single_transmission(double phase_value, double albedo, double optical_depth, double mu_in,
+                           double mu_out) noexcept;
+
+/// The beam that passes straight through, exp(-tau / mu).
+double direct_transmittance(double optical_depth, double mu) noexcept;
+
+/// The share of a beam that a layer takes out of it, 1 - exp(-tau / mu), exact for thin layers too.
+double intercepted_share(double optical_depth, double mu) noexcept;
+
+// Blinn's own brightness functions, B = 4 mu0 R (or T), for those who compare with the paper.
+
+/// B seen from the lit side. [Blinn82] 2.4
+double brightness_top_lit(double phase_value, double albedo, double optical_depth, double mu_in,
+                          double mu_out) noexcept;
+
+/// B seen from the far side, cosines both positive. [Blinn82] 2.4
+double brightness_bottom_lit(double phase_value, double albedo, double optical_depth, double mu_in,
+                             double mu_out) noexcept;
+
+/// B of a layer without end (dust, deep atmospheres): w phi mu0 / (mu0 + mu), Hapke and Irvine.
+/// [Blinn82] 2.7
+double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
+                                double mu_out) noexcept;
+
+/// Share of a background seen straight through the layer: the beam exp(-tau/mu) and, from the same
+/// direction, the light scattered forward once, w phi(Theta = 0) (tau/mu) exp(-tau/mu).
+/// [Blinn82] 2.5
+///
+/// The paper adds the constant w phi, which would not vanish for an empty layer; this is the limit
+/// of its own bottom-lit formula at mu = mu0 (B with F0 = 1).
+double transparency(double forward_phase_value, double albedo, double optical_depth,
+                    double mu) noexcept;
+
+}  // namespace stratus

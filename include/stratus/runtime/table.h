@@ -1,0 +1,90 @@
+// A baked table in memory: `Table` owns it, `TableView` is what a lookup reads.
+//
+// The samples are the multiply scattered light only (orders n >= 2 of the Neumann series), R or T
+// over (albedo, optical_depth, mu_in, mu_out, azimuth) with azimuth contiguous. Single scattering
+// is never tabulated: the lookup adds the closed form with the exact phase function.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <stratus/runtime/axis.h>
+#include <stratus/runtime/phase_function.h>
+
+namespace stratus {
+
+/// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
+/// or a renderer's own).
+struct TableView {
+    const PhaseFunction* phase_function;
+    AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
+
+    const float* reflection_multiple;    // null when the table has no such side
+    const float* transmission_multiple;  // null when the table has no such side
+
+    // What samples are multiplied by before they are interpolated (lookup.h): over (albedo,
+    // optical_depth) for either side, and over (optical_depth, mu).
+    const float* reflection_weight;
+    const float* transmission_weight;
+    const float* mu_in_weight;
+    const float* mu_out_weight;
+    const double* diffusion_exponent;  // over albedo
+    double extrapolation_length;       // optical depth
+
+    bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
+    bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
+};
+
+/// A whole table, as files hold it.
+struct Table {
+    PhaseFunction phase_function;
+    Axis albedo{AxisScale::square_root_of_complement, {}};
+    Axis optical_depth{AxisScale::logarithmic, {}};
+    Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
+    Axis mu_out{AxisScale::arcsine_of_fourth_root, {}};
+    Axis azimuth{AxisScale::linear, {}};  // radians, 0 to pi; 0 alone when nothing depends on it
+
+    // Orders n >= 2 over (albedo, optical_depth, mu_in, mu_out, azimuth); empty when the side was
+    // not asked for.
+    std::vector<float> reflection_multiple;
+    std::vector<float> transmission_multiple;
+
+    // Fluxes of all orders over (albedo, optical_depth, mu_in); no transmittance without
+    // transmission.
+    std::vector<float> plane_albedo;
+    std::vector<float> diffuse_transmittance;
+
+    std::vector<float> spherical_albedo;  // over (albedo, optical_depth)
+
+    std::vector<double> diffusion_exponent;  // over albedo
+    double extrapolation_length = 1;         // optical depth
+
+    double tolerance = 0;       // relative error asked for at the bake
+    double measured_error = 0;  // largest relative error met at the bake's own check
+    int highest_order = 0;      // 0: all orders; n: the series stops at order n
+
+    // Everything else worth keeping, as text: title, recipe, resolved_recipe, conventions,
+    // program_version, ...
+    std::map<std::string, std::string> attributes;
+
+    // Worked out by `prepare`, not stored in files: see TableView.
+    std::vector<float> reflection_weight, transmission_weight;
+    std::vector<float> mu_in_weight, mu_out_weight;
+
+    /// Number of samples of one side.
+    std::size_t sample_count() const noexcept;
+
+    /// View for lookups, valid while this table lives and is not changed. Call `prepare` first.
+    TableView view() const noexcept;
+};
+
+/// Checks a table (axes, extents, finite samples) and works out what lookups need. Every reader and
+/// the bake end with it. A side or a flux may be absent (empty), but not both sides; an azimuth
+/// axis of more than one sample spans 0 to pi.
+///
+/// Errors   std::invalid_argument naming the dataset, what is required and what was met.
+void prepare(Table& table);
+
+}  // namespace stratus

@@ -1,0 +1,255 @@
+#include <stratus/bake/accuracy.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/diffusion.h>
+#include <stratus/transfer/quadrature.h>
+
+namespace stratus {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Light fainter than this shows in no picture and no measurement: errors are not asked for
+/// relative to less.
+constexpr double smallest_value = 1e-8;
+
+constexpr int geometries_a_cell = 8;  // points that share one solved (albedo, optical depth)
+
+template <class Value>
+double largest(const LayerSolution& solution, Value value) {
+    std::vector<int> at;
+    for (double mu : floor_cosines())
+        for (int i = 0; i < solution.mu.size(); ++i)
+            if (solution.mu(i) == mu) {
+                at.push_back(i);
+                break;
+            }
+    double most = 0;
+    for (int i : at)
+        for (int j : at)
+            for (double azimuth : {0.0, pi / 2, pi}) most = std::max(most, value(i, j, azimuth));
+    return std::max(0.01 * most, smallest_value);
+}
+
+/// A random (albedo, optical depth) of a table, evenly spread over its cells.
+struct Cell {
+    double albedo, optical_depth;
+};
+
+Cell random_cell(const Table& table, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(0, 1);
+    auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
+    const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
+    Cell cell{};
+    const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
+    cell.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
+    const double index = uniform(random) * (tau.size() - 1);
+    if (tau.count == 0)
+        cell.optical_depth = std::numeric_limits<double>::infinity();
+    else if (index > tau.count - 1)
+        cell.optical_depth = tau.highest / (tau.size() - 1 - index);
+    else
+        cell.optical_depth =
+            std::clamp(std::exp2(between(std::log2(tau.lowest), std::log2(tau.highest))),
+                       tau.lowest, tau.highest);
+    return cell;
+}
+
+double random_cosine(const AxisView& axis, std::mt19937& random) {
+    std::uniform_real_distribution<double> x(std::sqrt(axis.lowest), std::sqrt(axis.highest));
+    const double root = x(random);
+    return std::clamp(root * root, axis.lowest, axis.highest);
+}
+
+}  // namespace
+
+const std::vector<double>& floor_cosines() {
+    static const std::vector<double> cosines{0.1, 0.3, 0.6, 1.0};
+    return cosines;
+}
+
+double reflection_floor(const LayerSolution& solution) {
+    return largest(solution, [&](int i, int j, double azimuth) {
+        return solution.reflection(i, j, azimuth).total;
+    });
+}
+
+double transmission_floor(const LayerSolution& solution) {
+    return largest(solution, [&](int i, int j, double azimuth) {
+        return solution.transmission(i, j, azimuth).total;
+    });
+}
+
+double error_quantile(std::vector<ErrorSample>& samples, double share) {
+    if (samples.empty()) return 0;
+    std::sort(samples.begin(), samples.end(),
+              [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
+    const auto last = static_cast<double>(samples.size() - 1);
+    return samples[static_cast<std::size_t>(std::ceil(share * last))].error;
+}
+
+bool Verification::meets(double tolerance) const {
+    if (samples.empty()) return true;
+    const auto within =
+        std::count_if(samples.begin(), samples.end(),
+                      [&](const ErrorSample& sample) { return sample.error <= tolerance; });
+    return static_cast<double>(within) >= 0.999 * static_cast<double>(samples.size()) &&
+           samples.back().error <= 5 * tolerance;
+}
+
+namespace {
+
+void compare_cell(const Table& table, const TableView& view, const SolverOptions& solver,
+                  int geometries, std::mt19937& random, std::vector<ErrorSample>& into) {
+    const Cell cell = random_cell(table, random);
+    std::uniform_real_distribution<double> azimuth(0, pi);
+    std::vector<double> mu = floor_cosines();
+    std::vector<Geometry> points;
+    for (int g = 0; g < geometries; ++g) {
+        points.push_back({random_cosine(view.mu_in, random), random_cosine(view.mu_out, random),
+                          azimuth(random)});
+        mu.push_back(points.back().mu_in);
+        mu.push_back(points.back().mu_out);
+    }
+    const LayerSolution solution =
+        solve_layer(table.phase_function, cell.albedo, cell.optical_depth, mu, solver);
+    auto add = [&](Side side, int g, double expected, double found, double floor) {
+        const Geometry& at = points[static_cast<std::size_t>(g)];
+        const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
+                                                       : cos_scattering_angle_transmitted(at);
+        into.push_back({side, cell.albedo, cell.optical_depth, at,
+                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, found,
+                        std::abs(found - expected) / std::max(expected, floor)});
+    };
+    const int first = static_cast<int>(floor_cosines().size());
+    for (int g = 0; g < geometries; ++g) {
+        const int in = first + 2 * g, out = in + 1;
+        const Geometry& at = points[static_cast<std::size_t>(g)];
+        if (view.has_reflection())
+            add(Side::reflection, g, solution.reflection(in, out, at.azimuth).total,
+                reflection(view, cell.albedo, cell.optical_depth, at).total(),
+                reflection_floor(solution));
+        if (view.has_transmission())
+            add(Side::transmission, g, solution.transmission(in, out, at.azimuth).total,
+                transmission(view, cell.albedo, cell.optical_depth, at).total(),
+                transmission_floor(solution));
+    }
+}
+
+/// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
+/// where it has not.
+double energy_defect(const Table& table) {
+    const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
+    if (table.albedo.values.back() != 1 || table.plane_albedo.empty()) return -1;
+    double worst = 0;
+    const auto mus = static_cast<std::size_t>(table.mu_in.values.size());
+    for (int d = 0; d < tau.size(); ++d) {
+        const double depth = table.optical_depth.values[static_cast<std::size_t>(d)];
+        if (table.diffuse_transmittance.empty() && !std::isinf(depth)) continue;
+        for (std::size_t i = 0; i < mus; ++i) {
+            const std::size_t at =
+                (static_cast<std::size_t>(w.count - 1) * static_cast<std::size_t>(tau.size()) +
+                 static_cast<std::size_t>(d)) *
+                    mus +
+                i;
+            const double passed =
+                table.diffuse_transmittance.empty() ? 0 : table.diffuse_transmittance[at];
+            worst =
+                std::max(worst, std::abs(1 - static_cast<double>(table.plane_albedo[at]) - passed -
+                                         direct_transmittance(depth, table.mu_in.values[i])));
+        }
+    }
+    return worst;
+}
+
+/// Largest |integral over the hemisphere of what lookups give - plane albedo stored| over all
+/// samples of the axes with mu_in >= 0.1: whether the angles are resolved well enough to integrate
+/// to the right flux.
+double furnace_defect(const Table& table, const TableView& view) {
+    if (!view.has_reflection() || table.plane_albedo.empty()) return 0;
+    const Directions outgoing = gauss_directions(48, NodeMap::grazing);
+    const int azimuths = 96;
+    double worst = 0;
+    const auto mus = table.mu_in.values.size();
+    const std::size_t depths = table.optical_depth.values.size();
+    for (std::size_t w : {std::size_t{0}, table.albedo.values.size() - 1})
+        for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6))
+            for (std::size_t i = 0; i < mus; i += std::max<std::size_t>(1, mus / 4)) {
+                const double mu_in = table.mu_in.values[i];
+                if (mu_in < 0.1) continue;
+                double sum = 0;
+                for (int j = 0; j < outgoing.nodes; ++j)
+                    for (int k = 0; k < azimuths; ++k)
+                        sum +=
+                            2 * outgoing.mu(j) * outgoing.weight(j) / azimuths *
+                            reflection(view, table.albedo.values[w], table.optical_depth.values[d],
+                                       {mu_in, outgoing.mu(j), pi * (k + 0.5) / azimuths})
+                                .total();
+                worst = std::max(
+                    worst, std::abs(sum - static_cast<double>(
+                                              table.plane_albedo[(w * depths + d) * mus + i])));
+            }
+    return worst;
+}
+
+double reciprocity_defect(const Table& table, const TableView& view, std::mt19937& random) {
+    std::uniform_real_distribution<double> azimuth(0, pi);
+    double worst = 0;
+    for (int n = 0; n < 1000; ++n) {
+        const Cell cell = random_cell(table, random);
+        const Geometry there{random_cosine(view.mu_in, random), random_cosine(view.mu_out, random),
+                             azimuth(random)};
+        const Geometry back{there.mu_out, there.mu_in, there.azimuth};
+        for (auto lookup : {reflection, transmission}) {
+            const double a = lookup(view, cell.albedo, cell.optical_depth, there).total();
+            const double b = lookup(view, cell.albedo, cell.optical_depth, back).total();
+            if (std::abs(a) > smallest_value)
+                worst = std::max(worst, std::abs(a - b) / std::abs(a));
+        }
+    }
+    return worst;
+}
+
+}  // namespace
+
+Verification verify(const Table& table, const VerifyOptions& options) {
+    require(options.samples >= 1, "verify", "samples", ">= 1", options.samples);
+    const auto stored = table.attributes.find("nodes");
+    const int nodes =
+        stored == table.attributes.end() ? 32 : std::max(1, std::atoi(stored->second.c_str()));
+    Verification result;
+    result.reference_nodes = std::min(512, nodes + std::max(8, nodes / 2));
+    SolverOptions solver;
+    solver.nodes = result.reference_nodes;
+    solver.mode_tolerance = 1e-3 * table.tolerance;
+
+    const TableView view = table.view();
+    const int cells = (options.samples + geometries_a_cell - 1) / geometries_a_cell;
+    std::vector<std::vector<ErrorSample>> of_cell(static_cast<std::size_t>(cells));
+    auto compare = [&](int cell) {
+        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(cell));
+        const int rest = options.samples - cell * geometries_a_cell;
+        compare_cell(table, view, solver, std::min(rest, geometries_a_cell), random,
+                     of_cell[static_cast<std::size_t>(cell)]);
+    };
+    parallel_for(cells, options.threads, compare, [&](int done) {
+        if (options.progress) options.progress(static_cast<double>(done) / cells);
+    });
+    for (const auto& samples : of_cell)
+        result.samples.insert(result.samples.end(), samples.begin(), samples.end());
+    error_quantile(result.samples, 1);  // sorts
+    result.energy_defect = energy_defect(table);
+    result.furnace_defect = furnace_defect(table, view);
+    std::mt19937 random(options.seed);
+    result.reciprocity_defect = reciprocity_defect(table, view, random);
+    return result;
+}
+
+}  // namespace stratus

@@ -1,0 +1,47 @@
+#include "axes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stratus {
+
+namespace {
+
+/// Samples below which a table of angles begins: mu = 1e-4.
+constexpr double lowest_mu = 1e-4;
+
+/// q (1 - g) of conservative isotropic scattering, 2 x 0.7104. [vdH80]
+constexpr double reduced_extrapolation_length = 1.4208921792;
+
+}  // namespace
+
+Axis mu_axis(int samples) {
+    return make_axis(AxisScale::arcsine_of_fourth_root, lowest_mu, 1, samples);
+}
+
+Axis azimuth_axis(int samples) {
+    return make_axis(AxisScale::linear, 0, samples == 1 ? 0 : std::numbers::pi, samples);
+}
+
+Axis albedo_axis(Range range, int samples) {
+    return make_axis(AxisScale::square_root_of_complement, range.min, range.max,
+                     range.min == range.max ? 1 : std::max(2, samples));
+}
+
+Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
+    if (std::isinf(range.min)) return make_axis(AxisScale::logarithmic, 1, 1, 0, true);
+    const bool ends_at_infinity = std::isinf(range.max);
+    const double highest = ends_at_infinity ? deepest : range.max;
+    if (range.min == highest) return make_axis(AxisScale::logarithmic, highest, highest, 1);
+    const double steps = samples_per_octave * std::log2(highest / range.min);
+    const int intervals = std::max(1, static_cast<int>(std::ceil(steps - 1e-9)));
+    const double lowest = highest * std::exp2(-static_cast<double>(intervals) / samples_per_octave);
+    return make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1, ends_at_infinity);
+}
+
+double extrapolation_length(const PhaseFunction& phase_function) {
+    return reduced_extrapolation_length / std::max(1e-4, 1 - phase_function.asymmetry());
+}
+
+}  // namespace stratus

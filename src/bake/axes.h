@@ -1,0 +1,25 @@
+// Where a resolved recipe puts its samples.
+#pragma once
+
+#include <stratus/bake/recipe.h>
+#include <stratus/runtime/axis.h>
+
+namespace stratus {
+
+/// mu from 1e-4 to 1: light closer than 0.006 degrees to the surface is clamped.
+Axis mu_axis(int samples);
+
+/// 0 to pi; one sample where nothing depends on azimuth.
+Axis azimuth_axis(int samples);
+
+/// sqrt(1 - w) over the range; one sample where min = max.
+Axis albedo_axis(Range range, int samples);
+
+/// `samples_per_octave` up to max, or up to `deepest` and infinity. It begins at min, or a little
+/// below where max is met.
+Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
+
+/// 1.42 / (1 - g), the scale that diffusion.h asks for.
+double extrapolation_length(const PhaseFunction& phase_function);
+
+}  // namespace stratus

@@ -1,0 +1,290 @@
+#include <stratus/bake/bake.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <numbers>
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/argument.h>
+
+#include "axes.h"
+#include "resolve.h"
+
+namespace stratus {
+
+namespace {
+
+/// Share of the tolerance that every single choice may use up at the first attempt, and what it shrinks by at each further
+/// one: the errors of the choices add up, though seldom at the same point.
+constexpr double first_strictness = 0.5;
+constexpr double stricter = 0.6;
+constexpr int most_attempts = 3;
+
+/// The bake's own check must be met with this much to spare, so that other random points meet the tolerance too.
+constexpr double margin = 0.8;
+
+constexpr unsigned check_seed =
+    20260;  // the bake's own check and `verify` look at different points
+constexpr int check_samples = 2000;
+
+const std::map<std::string, std::string>& conventions() {
+    static const std::map<std::string, std::string> sentences{
+        {"convention_reflection",
+         "reflection = pi I / (mu_in F0), F0 the irradiance on a plane facing the beam; a white "
+         "Lambert surface has 1; "
+         "BRDF = reflection / pi"},
+        {"convention_transmission",
+         "transmission is the diffuse part in the same normalisation; the beam that passes "
+         "straight is "
+         "exp(-optical_depth / mu_in), kept apart"},
+        {"convention_multiple",
+         "reflection_multiple and transmission_multiple hold orders n >= 2 of the Neumann series; "
+         "single scattering is "
+         "added in closed form"},
+        {"convention_azimuth",
+         "azimuth is the angle between the two directions of propagation, 0 = forward side, "
+         "radians"},
+        {"convention_phase_function",
+         "the phase function has spherical mean 1; g is the mean cosine of the scattering angle, "
+         "positive for forward "
+         "scattering"},
+        {"convention_fluxes",
+         "plane_albedo and diffuse_transmittance are fluxes of all orders over the incident flux, "
+         "spherical_albedo is "
+         "for uniform illumination"},
+    };
+    return sentences;
+}
+
+/// A sample without the last bits that the tolerance does not need: files then compress well, and a
+/// thousandth of the tolerance is all that it costs.
+class Rounding {
+  public:
+    explicit Rounding(double tolerance) {
+        constexpr int mantissa_bits = 23;
+        const int needed = static_cast<int>(std::ceil(-std::log2(tolerance / 500)));
+        drop_ = std::max(0, mantissa_bits - needed);
+    }
+
+    float operator()(double sample) const {
+        if (drop_ == 0) return static_cast<float>(sample);
+        auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(sample));
+        bits = (bits + (1u << (drop_ - 1))) & ~((1u << drop_) - 1);
+        return std::bit_cast<float>(bits);
+    }
+
+  private:
+    int drop_ = 0;
+};
+
+/// Solves every sample of a resolved recipe.
+class TableSolver {
+  public:
+    TableSolver(const Recipe& recipe, const BakeOptions& options)
+        : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
+        const Discretisation& d = recipe.discretisation;
+        table_.phase_function = recipe.phase_function;
+        table_.albedo = albedo_axis(recipe.albedo, d.albedo_samples);
+        table_.optical_depth = optical_depth_axis(recipe.optical_depth,
+                                                  std::max(1, d.optical_depth_samples_per_octave),
+                                                  d.deepest_optical_depth);
+        table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
+        table_.azimuth = azimuth_axis(d.azimuth_samples);
+        table_.extrapolation_length = extrapolation_length(recipe.phase_function);
+        const std::size_t rows = table_.albedo.values.size() * table_.optical_depth.values.size();
+        const std::size_t mus = table_.mu_in.values.size();
+        block_ = mus * mus * table_.azimuth.values.size();
+        if (recipe.reflection) table_.reflection_multiple.resize(rows * block_);
+        if (recipe.transmission) table_.transmission_multiple.resize(rows * block_);
+        table_.plane_albedo.resize(rows * mus);
+        table_.spherical_albedo.resize(rows);
+        if (recipe.transmission) table_.diffuse_transmittance.resize(rows * mus);
+        solver_.nodes = d.nodes;
+        solver_.modes = d.modes;
+        solver_.scheme = d.scheme;
+        for (double w : table_.albedo.values)
+            table_.diffusion_exponent.push_back(
+                compute_diffusion_exponent(recipe.phase_function, w));
+        tabulate_geometry();
+    }
+
+    Table solve() {
+        // One run of doubling serves all octaves: as many runs as samples an octave, each for some
+        // albedos at a time.
+        const AxisView tau = table_.optical_depth.view();
+        const int runs =
+            tau.count == 0
+                ? 1
+                : std::min(std::max(1, recipe_.discretisation.optical_depth_samples_per_octave),
+                           tau.count);
+        constexpr int albedos_at_once = 8;
+        const int chunks = (table_.albedo.view().count + albedos_at_once - 1) / albedos_at_once;
+        parallel_for(
+            runs * chunks, options_.threads,
+            [&](int unit) {
+                solve_unit(unit % runs, runs, (unit / runs) * albedos_at_once, albedos_at_once);
+            },
+            [&](int done) {
+                if (options_.progress)
+                    options_.progress(static_cast<double>(done) / (runs * chunks), "baking");
+            });
+        return std::move(table_);
+    }
+
+  private:
+    /// cos(m phi_k) with the factor 2 of m > 0, and the phase function on both sides at every
+    /// sample direction.
+    void tabulate_geometry() {
+        const auto azimuths = static_cast<Eigen::Index>(table_.azimuth.values.size());
+        cosines_.resize(recipe_.discretisation.modes, azimuths);
+        for (Eigen::Index m = 0; m < cosines_.rows(); ++m)
+            for (Eigen::Index k = 0; k < azimuths; ++k)
+                cosines_(m, k) =
+                    (m ? 2 : 1) * std::cos(static_cast<double>(m) *
+                                           table_.azimuth.values[static_cast<std::size_t>(k)]);
+        for (double in : table_.mu_in.values)
+            for (double out : table_.mu_out.values)
+                for (double azimuth : table_.azimuth.values) {
+                    const Geometry at{in, out, azimuth};
+                    reflected_phase_.push_back(
+                        recipe_.phase_function(cos_scattering_angle_reflected(at)));
+                    transmitted_phase_.push_back(
+                        recipe_.phase_function(cos_scattering_angle_transmitted(at)));
+                }
+    }
+
+    void solve_unit(int run, int runs, int first_albedo, int albedo_count) {
+        const AxisView tau = table_.optical_depth.view();
+        std::vector<double> albedos;
+        for (int a = first_albedo;
+             a < std::min(first_albedo + albedo_count, table_.albedo.view().count); ++a)
+            albedos.push_back(table_.albedo.values[static_cast<std::size_t>(a)]);
+        DepthLadder ladder{1, 0, tau.ends_at_infinity};
+        if (tau.count > 0) {
+            ladder.first = table_.optical_depth.values[static_cast<std::size_t>(run)];
+            ladder.octaves = (tau.count - 1 - run) / runs + 1;
+            ladder.to_infinity = tau.ends_at_infinity && run == (tau.count - 1) % runs;
+        }
+        const auto solutions =
+            solve_ladder(recipe_.phase_function, albedos, ladder, table_.mu_in.values, solver_);
+        for (std::size_t a = 0; a < albedos.size(); ++a)
+            for (std::size_t d = 0; d < solutions[a].size(); ++d) {
+                const bool infinite = static_cast<int>(d) == ladder.octaves;
+                const int depth = infinite ? tau.count : run + static_cast<int>(d) * runs;
+                store(solutions[a][d], (static_cast<std::size_t>(first_albedo) + a) *
+                                               table_.optical_depth.values.size() +
+                                           static_cast<std::size_t>(depth));
+            }
+    }
+
+    void store(const LayerSolution& solution, std::size_t row) {
+        const auto mus = static_cast<Eigen::Index>(table_.mu_in.values.size());
+        if (recipe_.reflection)
+            store_side(solution.reflection_modes, solution.reflection_correction(),
+                       reflected_phase_, table_.reflection_multiple.data() + row * block_);
+        if (recipe_.transmission)
+            store_side(solution.transmission_modes, solution.transmission_correction(),
+                       transmitted_phase_, table_.transmission_multiple.data() + row * block_);
+        for (Eigen::Index i = 0; i < mus; ++i) {
+            const std::size_t at =
+                row * static_cast<std::size_t>(mus) + static_cast<std::size_t>(i);
+            table_.plane_albedo[at] = static_cast<float>(solution.plane_albedo(i));
+            if (recipe_.transmission)
+                table_.diffuse_transmittance[at] =
+                    static_cast<float>(solution.diffuse_transmittance(i));
+        }
+        table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
+    }
+
+    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation changes in
+    /// single scattering.
+    void store_side(const std::vector<Eigen::MatrixXd>& modes, const Eigen::MatrixXd& correction,
+                    const std::vector<double>& phase, float* out) const {
+        const Eigen::Index mus = correction.rows(), azimuths = cosines_.cols();
+        const auto count = std::min(cosines_.rows(), static_cast<Eigen::Index>(modes.size()));
+        Eigen::VectorXd series(count);
+        for (Eigen::Index i = 0; i < mus; ++i)
+            for (Eigen::Index j = i; j < mus; ++j) {
+                for (Eigen::Index m = 0; m < count; ++m)
+                    series(m) = modes[static_cast<std::size_t>(m)](i, j);
+                const Eigen::VectorXd sum = cosines_.topRows(count).transpose() * series;
+                for (Eigen::Index k = 0; k < azimuths; ++k) {
+                    const double direction =
+                        phase[static_cast<std::size_t>((i * mus + j) * azimuths + k)];
+                    out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
+                        rounded_(sum(k) + correction(i, j) * direction);
+                }
+            }
+    }
+
+    const Recipe& recipe_;
+    const BakeOptions& options_;
+    const Rounding rounded_;
+    SolverOptions solver_;
+    Table table_;
+    std::size_t block_ = 0;
+    Eigen::MatrixXd cosines_;
+    std::vector<double> reflected_phase_, transmitted_phase_;
+};
+
+bool leaves_sampling_open(const Discretisation& d) {
+    return !d.mu_samples || !d.azimuth_samples || !d.optical_depth_samples_per_octave ||
+           !d.albedo_samples || !d.nodes || !d.modes;
+}
+
+std::string short_number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+}  // namespace
+
+Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
+    return resolve_to(recipe, first_strictness, options);
+}
+
+Table bake(const Recipe& recipe, const BakeOptions& options) {
+    double strictness = first_strictness;
+    for (int attempt = 1;; ++attempt, strictness *= stricter) {
+        const Recipe resolved = resolve_to(recipe, strictness, options);
+        Table table = TableSolver(resolved, options).solve();
+        table.tolerance = recipe.tolerance;
+        table.attributes = conventions();
+        table.attributes["title"] = recipe.title;
+        table.attributes["recipe"] = recipe.text;
+        table.attributes["resolved_recipe"] = resolved_text(resolved);
+        table.attributes["nodes"] = std::to_string(resolved.discretisation.nodes);
+        table.attributes["modes"] = std::to_string(resolved.discretisation.modes);
+        table.attributes["program_version"] = STRATUS_VERSION;
+        prepare(table);
+
+        VerifyOptions check;
+        check.samples = check_samples;
+        check.seed = check_seed;
+        check.threads = options.threads;
+        if (options.progress)
+            check.progress = [&](double done) { options.progress(done, "checking"); };
+        Verification verification = verify(table, check);
+        table.measured_error = error_quantile(verification.samples, 1);
+        table.attributes["measured_error_median"] =
+            short_number(error_quantile(verification.samples, 0.5));
+        table.attributes["measured_error_99.9_percent"] =
+            short_number(error_quantile(verification.samples, 0.999));
+        if (options.note)
+            options.note("checked at " + std::to_string(check_samples) + " random points: median " +
+                         table.attributes["measured_error_median"] + ", 99.9 % within " +
+                         table.attributes["measured_error_99.9_percent"] + ", largest " +
+                         short_number(table.measured_error));
+        if (error_quantile(verification.samples, 0.999) <= recipe.tolerance ||
+            attempt == most_attempts || !leaves_sampling_open(recipe.discretisation))
+            return table;
+        if (options.note) options.note("not within the tolerance everywhere: once more, stricter");
+    }
+}
+
+}  // namespace stratus

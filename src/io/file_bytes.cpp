@@ -1,0 +1,81 @@
+#include "file_bytes.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace stratus::io {
+namespace {
+
+/// Most that one system call is asked to move; Linux itself stops at 2 GiB.
+constexpr std::size_t largest_transfer = std::size_t{1} << 30;
+
+std::system_error system_reason() { return {errno, std::generic_category()}; }
+
+/// Fills `bytes` from the file; what it lacks at the end of the file is an error.
+void read_exactly(const Descriptor& file, std::span<char> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t got =
+            ::read(file.number(), bytes.data(), std::min(bytes.size(), largest_transfer));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw system_reason();
+        if (got == 0) throw std::runtime_error("ended while it was being read");
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+    }
+}
+
+}  // namespace
+
+Descriptor::Descriptor(const std::filesystem::path& path, int flags)
+    : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
+    if (number_ < 0) throw system_reason();
+}
+
+Descriptor::~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+}
+
+void Descriptor::flush() const {
+    if (::fsync(number_) != 0) throw system_reason();
+}
+
+void Descriptor::close() {
+    if (::close(std::exchange(number_, -1)) != 0) throw system_reason();
+}
+
+Bytes read_bytes(const std::filesystem::path& path, std::string_view magic,
+                 const std::string& kind) {
+    const auto status = std::filesystem::status(path);
+    if (std::filesystem::is_directory(status)) throw std::runtime_error("is a directory");
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        throw std::runtime_error("is not a regular file");
+
+    const Descriptor file(path, O_RDONLY);
+    const std::uintmax_t size = std::filesystem::file_size(path);
+    if (size == 0) throw std::runtime_error("is empty");
+    Bytes bytes(static_cast<std::size_t>(std::min<std::uintmax_t>(size, magic.size())));
+    read_exactly(file, bytes);
+    if (std::string_view(bytes.data(), bytes.size()) != magic)
+        throw std::runtime_error("is not " + kind + " file");
+    bytes.resize(static_cast<std::size_t>(size));
+    read_exactly(file, std::span(bytes).subspan(magic.size()));
+    return bytes;
+}
+
+void write_bytes(const std::filesystem::path& path, std::span<const char> bytes) {
+    Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+    while (!bytes.empty()) {
+        const ssize_t put =
+            ::write(file.number(), bytes.data(), std::min(bytes.size(), largest_transfer));
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) throw system_reason();
+        bytes = bytes.subspan(static_cast<std::size_t>(put));
+    }
+    file.close();
+}
+
+}  // namespace stratus::io

@@ -1,0 +1,67 @@
+// Whole files as bytes: tables are coded in memory, so on the disk only the system can fail, and it
+// says why.
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace stratus::io {
+
+using Bytes = std::vector<char>;
+
+/// The bytes of the regular file `path`, which begins with `magic`; `kind` names what such a file
+/// is called.
+///
+/// Errors   std::system_error for what the system refuses, std::runtime_error for a file that is no
+/// `kind`.
+Bytes read_bytes(const std::filesystem::path& path, std::string_view magic,
+                 const std::string& kind);
+
+/// Makes `bytes` the content of `path`.
+///
+/// Errors   std::system_error.
+void write_bytes(const std::filesystem::path& path, std::span<const char> bytes);
+
+/// An open file or folder, closed at the end of its scope.
+class Descriptor {
+  public:
+    /// Errors   std::system_error.
+    Descriptor(const std::filesystem::path& path, int flags);
+    ~Descriptor();
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    int number() const noexcept { return number_; }
+
+    /// Waits until the disk holds what was written.
+    void flush() const;
+
+    /// Closes now, because some file systems report a full disk only then.
+    void close();
+
+  private:
+    int number_;
+};
+
+/// Calls `work`; whatever it throws goes on as std::runtime_error "PATH: reason".
+template <class Work>
+auto naming(const std::filesystem::path& path, const Work& work) {
+    try {
+        return work();
+    } catch (const std::system_error& error) {
+        throw std::runtime_error(path.string() + ": " + error.code().message());
+    } catch (const std::bad_alloc&) {
+        throw std::runtime_error(path.string() + ": not enough memory");
+    } catch (const std::exception& error) {
+        throw std::runtime_error(path.string() + ": " + error.what());
+    }
+}
+
+}  // namespace stratus::io

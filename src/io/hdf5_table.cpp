@@ -1,0 +1,550 @@
+// Damage is noticed three times. A seal at the file's end, where HDF5 does not look, covers all
+// bytes before it. Every structure within is of the kind that HDF5 1.10 brought, because those
+// carry checksums: the library itself notices damage before it follows a pointer, even in a file
+// whose seal another program has cut off. The checksums of samples and metadata go with them
+// wherever they are copied.
+#include "table_content.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+namespace stratus::io {
+namespace {
+
+constexpr unsigned deflate_level = 4;
+constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
+
+/// Most samples that an axis may have; far more than any table, far less than what would hurt.
+constexpr std::size_t longest_axis = 1 << 20;
+
+// --- The C library's objects and errors ---
+
+/// Keeps HDF5 from printing its errors, for as long as this lives.
+class QuietErrors {
+  public:
+    QuietErrors() {
+        H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    }
+    ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+    QuietErrors(const QuietErrors&) = delete;
+    QuietErrors& operator=(const QuietErrors&) = delete;
+
+  private:
+    H5E_auto2_t print_ = nullptr;
+    void* data_ = nullptr;
+};
+
+/// What HDF5 says went wrong, at its innermost.
+std::string library_reason() {
+    std::string reason;
+    const auto innermost = [](unsigned number, const H5E_error2_t* error, void* text) -> herr_t {
+        if (number == 0 && error->desc) *static_cast<std::string*>(text) = error->desc;
+        return 0;
+    };
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
+    return reason;
+}
+
+/// Throws "HDF5 cannot TASK: reason" unless the library's answer is one of success; hands it on
+/// otherwise.
+template <class Answer>
+Answer checked(Answer answer, const std::string& task) {
+    if (answer >= 0) return answer;
+    const std::string reason = library_reason();
+    throw std::runtime_error("HDF5 cannot " + task + (reason.empty() ? "" : ": " + reason));
+}
+
+/// An open object of the library, closed at the end of its scope.
+class Handle {
+  public:
+    using Close = herr_t (*)(hid_t);
+
+    Handle(hid_t id, Close close, const std::string& task)
+        : id_(checked(id, task)), close_(close) {}
+    Handle(Handle&& other) noexcept
+        : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+    Handle& operator=(Handle&&) = delete;
+
+    operator hid_t() const noexcept { return id_; }
+
+    /// Closes now, where failing to matters.
+    void close(const std::string& task) {
+        checked(close_(std::exchange(id_, H5I_INVALID_HID)), task);
+    }
+
+  private:
+    hid_t id_;
+    Close close_;
+};
+
+Handle new_properties(hid_t kind) { return {H5Pcreate(kind), H5Pclose, "make a property list"}; }
+
+Handle new_space(std::span<const std::size_t> extents) {
+    const std::vector<hsize_t> sizes(extents.begin(), extents.end());
+    return {H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose,
+            "make a dataspace"};
+}
+
+// --- A file in memory ---
+
+// HDF5's memory driver works directly on a `Bytes` that outlives the file: it is never copied, and
+// holds the finished file once that is closed. (H5Fget_file_image would leave a superblock with a
+// wrong checksum.)
+
+void* image_allocate(size_t size, H5FD_file_image_op_t, void* image) {
+    Bytes& bytes = *static_cast<Bytes*>(image);
+    try {
+        if (size > bytes.size()) bytes.resize(size);
+    } catch (const std::bad_alloc&) {
+        return nullptr;
+    }
+    return bytes.data();
+}
+
+void* image_copy(void* to, const void* from, size_t size, H5FD_file_image_op_t, void*) {
+    return to == from ? to : std::memcpy(to, from, size);
+}
+
+void* image_grow(void*, size_t size, H5FD_file_image_op_t operation, void* image) {
+    return image_allocate(size, operation, image);
+}
+
+herr_t image_keep(void*, H5FD_file_image_op_t, void*) { return 0; }
+void* image_owner(void* image) { return image; }
+herr_t image_disown(void*) { return 0; }
+
+/// Properties of a file that lies in `bytes`.
+Handle access_in_memory(Bytes& bytes) {
+    constexpr size_t increment = 1;  // the file ends where the bytes end
+    Handle access = new_properties(H5P_FILE_ACCESS);
+    H5FD_file_image_callbacks_t callbacks{image_allocate, image_copy,   image_grow, image_keep,
+                                          image_owner,    image_disown, &bytes};
+    checked(H5Pset_fapl_core(access, increment, false), "use its memory driver");
+    checked(H5Pset_file_image_callbacks(access, &callbacks), "use its memory driver");
+    checked(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "choose its version");
+    return access;
+}
+
+/// HDF5 wants a name for every file and tells open files apart by it: one that nothing on the disk
+/// can have, and that no other file in memory had.
+std::string name_in_memory() {
+    static std::atomic<unsigned long> counter{0};
+    return "/dev/null/" + std::to_string(counter++);
+}
+
+/// An empty file whose root remembers the order in which things were made and no times.
+Handle create_file(Bytes& bytes) {
+    constexpr unsigned ordered = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+    const Handle access = access_in_memory(bytes);
+    const Handle creation = new_properties(H5P_FILE_CREATE);
+    checked(H5Pset_link_creation_order(creation, ordered), "track the order of datasets");
+    checked(H5Pset_attr_creation_order(creation, ordered), "track the order of attributes");
+    checked(H5Pset_obj_track_times(creation, false), "leave out times");
+    return {H5Fcreate(name_in_memory().c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose,
+            "create the file"};
+}
+
+Handle open_file(const Bytes& bytes) {
+    Bytes& image = const_cast<Bytes&>(bytes);  // opened for reading only
+    const Handle access = access_in_memory(image);
+    checked(H5Pset_file_image(access, image.data(), image.size()), "use its memory driver");
+    return {H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
+}
+
+// --- The seal ---
+
+// The library refuses damaged files too, but on some it loses memory and complains when the program
+// ends; with the seal it never sees them. Opening a file for writing removes the seal, which is no
+// damage.
+
+constexpr std::string_view seal_start = "\nstratus-table ";
+
+std::string seal_of(std::span<const char> bytes) {
+    return std::string(seal_start) + checksum(bytes) + '\n';
+}
+
+void append_seal(Bytes& bytes) {
+    const std::string seal = seal_of(bytes);
+    bytes.insert(bytes.end(), seal.begin(), seal.end());
+}
+
+void check_seal(std::span<const char> bytes) {
+    const std::size_t length = seal_of({}).size();
+    if (bytes.size() < length) return;
+    const auto found = bytes.last(length);
+    const std::string_view seal(found.data(), found.size());
+    if (seal.starts_with(seal_start) && seal != seal_of(bytes.first(bytes.size() - length)))
+        throw std::runtime_error("is damaged: its bytes are not those that were written");
+}
+
+// --- Attributes ---
+
+void write_attribute(hid_t object, const std::string& name, hid_t stored_type, hid_t memory_type,
+                     hid_t space, const void* data) {
+    const std::string task = "write attribute " + name;
+    const Handle attribute(
+        H5Acreate2(object, name.c_str(), stored_type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+        task);
+    checked(H5Awrite(attribute, memory_type, data), task);
+}
+
+/// A string type of `length` bytes, at least one: HDF5 has no empty strings but pads with zero
+/// bytes.
+Handle text_type(std::size_t length) {
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make a text type");
+    checked(H5Tset_size(type, std::max<std::size_t>(length, 1)), "make a text type");
+    checked(H5Tset_strpad(type, H5T_STR_NULLPAD), "make a text type");
+    checked(H5Tset_cset(type, H5T_CSET_UTF8), "make a text type");
+    return type;
+}
+
+void write_text(hid_t object, const std::string& name, const std::string& text) {
+    const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
+    const Handle type = text_type(text.size());
+    write_attribute(object, name, type, type, scalar, text.c_str());
+}
+
+/// An entry of the metadata, typed as its kind says.
+void write_entry(hid_t object, const std::string& name, const std::string& text) {
+    const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
+    switch (kind_of(name)) {
+        case Kind::text: return write_text(object, name, text);
+        case Kind::integer: {
+            const int value = to_integer(name, text);
+            return write_attribute(object, name, H5T_STD_I32LE, H5T_NATIVE_INT, scalar, &value);
+        }
+        case Kind::number: {
+            const double value = to_number(name, text);
+            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, scalar, &value);
+        }
+        case Kind::numbers: {
+            const std::vector<double> values = to_numbers(name, text);
+            const std::size_t count = values.size();
+            return write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                                   new_space({&count, 1}), values.data());
+        }
+    }
+}
+
+void write_metadata(hid_t file, const Metadata& metadata) {
+    for (const auto& [name, text] : metadata) write_entry(file, name, text);
+    write_text(file, checksum_name, checksum(metadata));
+}
+
+/// Reads all of an attribute whose size, `count` elements of type `memory_type`, has been checked.
+template <class Values>
+Values read_attribute(hid_t attribute, hid_t memory_type, Values values, const std::string& name) {
+    checked(H5Aread(attribute, memory_type, values.data()), "read attribute " + name);
+    return values;
+}
+
+struct Entry {
+    Kind kind;
+    std::string text;
+};
+
+/// An attribute of any kind that the format uses, as text.
+Entry read_any(hid_t attribute, const std::string& name, const Bytes& file_bytes) {
+    const std::string task = "read attribute " + name;
+    const Handle type(H5Aget_type(attribute), H5Tclose, task);
+    const Handle space(H5Aget_space(attribute), H5Sclose, task);
+    const bool scalar = H5Sget_simple_extent_type(space) == H5S_SCALAR;
+    const bool row = H5Sget_simple_extent_ndims(space) == 1;
+    const std::size_t count =
+        static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), task));
+    const std::size_t size = H5Tget_size(type);
+    if (size == 0 || count > file_bytes.size() / size)
+        throw std::runtime_error("attribute " + name + " is larger than the file");
+
+    if (scalar && H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) == 0) {
+        std::string text = read_attribute(attribute, type, std::string(size, '\0'), name);
+        text.erase(std::min(text.find('\0'), text.size()));
+        return {Kind::text, text};
+    }
+    if (scalar && H5Tequal(type, H5T_STD_I32LE) > 0) {
+        const auto value = read_attribute(attribute, H5T_NATIVE_INT, std::array<int, 1>{}, name);
+        return {Kind::integer, std::to_string(value[0])};
+    }
+    if ((scalar || row) && H5Tequal(type, H5T_IEEE_F64LE) > 0) {
+        const auto values =
+            read_attribute(attribute, H5T_NATIVE_DOUBLE, std::vector<double>(count), name);
+        return {scalar ? Kind::number : Kind::numbers, to_text(values)};
+    }
+    throw std::runtime_error("attribute " + name + " is of a type that the format does not use");
+}
+
+std::string read_text(hid_t object, const std::string& owner, const std::string& name,
+                      const Bytes& file_bytes) {
+    if (H5Aexists(object, name.c_str()) <= 0)
+        throw std::runtime_error(owner + " lacks its attribute " + name);
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose,
+                           "open attribute " + name);
+    const Entry entry = read_any(attribute, name, file_bytes);
+    if (entry.kind != Kind::text)
+        throw std::runtime_error("attribute " + name + " of " + owner + " is not text");
+    return entry.text;
+}
+
+std::string attribute_name(hid_t attribute) {
+    const auto length = checked(H5Aget_name(attribute, 0, nullptr), "read an attribute's name");
+    std::string name(static_cast<std::size_t>(length), '\0');
+    checked(H5Aget_name(attribute, name.size() + 1, name.data()), "read an attribute's name");
+    return name;
+}
+
+/// Format and version alone, which decide whether the rest may be looked at.
+void check_format_of_file(hid_t file, const Bytes& bytes) {
+    Metadata metadata;
+    for (const char* name : {"format", "format_major", "format_minor"}) {
+        if (H5Aexists(file, name) <= 0) continue;
+        const Handle attribute(H5Aopen(file, name, H5P_DEFAULT), H5Aclose, "open an attribute");
+        metadata[name] = read_any(attribute, name, bytes).text;
+    }
+    check_format(metadata);
+}
+
+Metadata read_metadata(hid_t file, const Bytes& bytes) {
+    check_format_of_file(file, bytes);
+    Metadata metadata;
+    H5O_info_t root;
+    checked(H5Oget_info2(file, &root, H5O_INFO_NUM_ATTRS), "count the attributes");
+    for (hsize_t i = 0; i < root.num_attrs; ++i) {
+        const Handle attribute(
+            H5Aopen_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
+            H5Aclose, "open an attribute");
+        const std::string name = attribute_name(attribute);
+        const Entry entry = read_any(attribute, name, bytes);
+        // A newer minor version may add entries of any kind; they are kept as text.
+        if (kind_of(name) != Kind::text && entry.kind != kind_of(name))
+            throw std::runtime_error("attribute " + name + " is of the wrong type");
+        metadata[name] = entry.text;
+    }
+    take_checksum(metadata);
+    return metadata;
+}
+
+// --- Datasets ---
+
+/// What differs between the two element types of the format.
+template <class Number>
+struct Element;
+template <>
+struct Element<float> {
+    static hid_t stored() { return H5T_IEEE_F32LE; }
+    static hid_t memory() { return H5T_NATIVE_FLOAT; }
+};
+template <>
+struct Element<double> {
+    static hid_t stored() { return H5T_IEEE_F64LE; }
+    static hid_t memory() { return H5T_NATIVE_DOUBLE; }
+};
+
+/// Extents of a chunk: as many of the fastest dimensions as fit the target whole, the next one cut
+/// into even parts.
+std::vector<hsize_t> chunk_extents(std::span<const std::size_t> extents) {
+    std::vector<hsize_t> chunk(extents.size());
+    std::size_t bytes = sizeof(float);
+    for (std::size_t d = extents.size(); d-- > 0;) {
+        const std::size_t fitting =
+            std::clamp(target_chunk_bytes / bytes, std::size_t{1}, extents[d]);
+        const std::size_t parts = (extents[d] + fitting - 1) / fitting;
+        chunk[d] = (extents[d] + parts - 1) / parts;
+        bytes *= chunk[d];
+    }
+    return chunk;
+}
+
+/// Compressed chunks for large datasets; small ones stay as they are.
+Handle creation_properties(std::span<const std::size_t> extents) {
+    Handle creation = new_properties(H5P_DATASET_CREATE);
+    checked(H5Pset_obj_track_times(creation, false), "leave out times");
+    checked(H5Pset_attr_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
+            "track the order of attributes");
+    if (extents.size() < axis_fields.size()) return creation;
+    const std::vector<hsize_t> chunk = chunk_extents(extents);
+    checked(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()), "set chunks");
+    checked(H5Pset_shuffle(creation), "set a filter");
+    checked(H5Pset_deflate(creation, deflate_level), "set a filter");
+    return creation;
+}
+
+/// Writes a dataset over the first axes, with what describes it.
+template <class Number>
+Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
+                     const std::string& units, std::span<const std::size_t> extents,
+                     const std::vector<Number>& values) {
+    const std::string task = "write dataset " + name;
+    const Handle space = new_space(extents);
+    const Handle creation = creation_properties(extents);
+    Handle dataset(H5Dcreate2(file, name.c_str(), Element<Number>::stored(), space, H5P_DEFAULT,
+                              creation, H5P_DEFAULT),
+                   H5Dclose, task);
+    checked(
+        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        task);
+    write_text(dataset, "long_name", long_name);
+    write_text(dataset, "units", units);
+    write_text(dataset, checksum_name, checksum(std::span(values)));
+    return dataset;
+}
+
+void write_axis(hid_t file, const AxisField& field, const Axis& axis) {
+    const std::size_t count = axis.values.size();
+    const Handle dataset =
+        write_dataset(file, field.name, field.long_name, field.units, {&count, 1}, axis.values);
+    write_text(dataset, "scale", axis_scale_name(axis.scale));
+    checked(H5DSset_scale(dataset, field.name), std::string("make a dimension of ") + field.name);
+}
+
+/// Names the dimensions of a dataset by the axes that it runs over.
+void attach_axes(hid_t file, hid_t dataset, std::size_t rank) {
+    for (std::size_t d = 0; d < rank; ++d) {
+        const std::string task = std::string("attach axis ") + axis_fields[d].name;
+        const Handle axis(H5Dopen2(file, axis_fields[d].name, H5P_DEFAULT), H5Dclose, task);
+        checked(H5DSattach_scale(dataset, axis, static_cast<unsigned>(d)), task);
+    }
+}
+
+/// Only the filters that this format uses are run on a file's bytes.
+void check_filters(hid_t creation, const std::string& name) {
+    const int count = checked(H5Pget_nfilters(creation), "list the filters of " + name);
+    for (int i = 0; i < count; ++i) {
+        unsigned flags = 0;
+        size_t values = 0;
+        const H5Z_filter_t filter = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags,
+                                                   &values, nullptr, 0, nullptr, nullptr);
+        if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE)
+            throw std::runtime_error(name + " uses a filter other than shuffle and deflate");
+    }
+}
+
+/// All of a dataset's bytes must lie in the file itself.
+void check_layout(hid_t dataset, const std::string& name, std::span<const std::size_t> extents) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read the layout of " + name);
+    const H5D_layout_t layout = H5Pget_layout(creation);
+    if (H5Pget_external_count(creation) != 0 || layout == H5D_VIRTUAL || layout < 0)
+        throw std::runtime_error(name + " keeps its samples in another file");
+    check_filters(creation, name);
+    if (layout != H5D_CHUNKED) return;
+    std::vector<hsize_t> chunk(extents.size());
+    const int rank = static_cast<int>(chunk.size());
+    if (H5Pget_chunk(creation, rank, chunk.data()) != rank)
+        throw std::runtime_error(name + " has chunks of another rank than its own");
+    for (std::size_t d = 0; d < chunk.size(); ++d)
+        if (chunk[d] > extents[d])
+            throw std::runtime_error(name + " has chunks beyond its extents");
+}
+
+Handle open_dataset(hid_t file, const std::string& name) {
+    H5L_info_t link;
+    if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0 ||
+        H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT) < 0)
+        throw std::runtime_error("dataset " + name + " is missing");
+    if (link.type != H5L_TYPE_HARD) throw std::runtime_error(name + " is a link to elsewhere");
+    H5O_info_t object;
+    checked(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+            "look at " + name);
+    if (object.type != H5O_TYPE_DATASET) throw std::runtime_error(name + " is not a dataset");
+    return {H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name};
+}
+
+std::vector<std::size_t> dataset_extents(hid_t dataset, const std::string& name, std::size_t rank) {
+    const Handle space(H5Dget_space(dataset), H5Sclose, "read the extents of " + name);
+    if (H5Sget_simple_extent_type(space) != H5S_SIMPLE ||
+        H5Sget_simple_extent_ndims(space) != static_cast<int>(rank))
+        throw std::runtime_error(name + " must have " + std::to_string(rank) + " dimensions");
+    std::vector<hsize_t> sizes(rank);
+    checked(H5Sget_simple_extent_dims(space, sizes.data(), nullptr), "read the extents of " + name);
+    return {sizes.begin(), sizes.end()};
+}
+
+/// Reads a dataset whose extents the caller has compared with what they must be.
+template <class Number>
+std::vector<Number> read_values(hid_t dataset, const std::string& name,
+                                std::span<const std::size_t> extents, const Bytes& file_bytes) {
+    const Handle type(H5Dget_type(dataset), H5Tclose, "read the type of " + name);
+    if (H5Tequal(type, Element<Number>::stored()) <= 0)
+        throw std::runtime_error(name + " must hold little-endian floating-point numbers of " +
+                                 std::to_string(sizeof(Number)) + " bytes");
+    check_layout(dataset, name, extents);
+    const std::uintmax_t stored =
+        std::min<std::uintmax_t>(H5Dget_storage_size(dataset), file_bytes.size());
+    std::vector<Number> values(checked_count(name, extents, sizeof(Number), stored));
+    checked(
+        H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "read dataset " + name);
+    check_checksum(name, read_text(dataset, name, checksum_name, file_bytes),
+                   checksum(std::span<const Number>(values)));
+    return values;
+}
+
+template <class Number>
+std::vector<Number> read_over_axes(hid_t file, const std::string& name,
+                                   const std::vector<std::size_t>& extents, const Bytes& bytes) {
+    const Handle dataset = open_dataset(file, name);
+    if (dataset_extents(dataset, name, extents.size()) != extents)
+        throw std::runtime_error("extents of " + name + " are not those of its axes");
+    return read_values<Number>(dataset, name, extents, bytes);
+}
+
+void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& bytes) {
+    const Handle dataset = open_dataset(file, field.name);
+    const std::vector<std::size_t> extents = dataset_extents(dataset, field.name, 1);
+    if (extents[0] > longest_axis)
+        throw std::runtime_error(std::string(field.name) + " has more samples than any axis");
+    check_scale(field.name, axis, read_text(dataset, field.name, "scale", bytes));
+    axis.values = read_values<double>(dataset, field.name, extents, bytes);
+}
+
+}  // namespace
+
+Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
+    const QuietErrors quiet;
+    Bytes bytes;
+    Handle file = create_file(bytes);
+    for (const AxisField& field : axis_fields) write_axis(file, field, table.*field.axis);
+    attach_axes(file,
+                write_dataset(file, diffusion_exponent_name, diffusion_exponent_long_name, "1",
+                              extents(table, 1), table.diffusion_exponent),
+                1);
+    for (const SampleField& field : listed_samples(metadata))
+        attach_axes(file,
+                    write_dataset(file, field.name, field.long_name, "1",
+                                  extents(table, field.rank), table.*field.samples),
+                    field.rank);
+    write_metadata(file, metadata);
+    file.close("finish the file");
+    append_seal(bytes);
+    return bytes;
+}
+
+Table decode_hdf5(const Bytes& bytes) {
+    check_seal(bytes);
+    const QuietErrors quiet;
+    const Handle file = open_file(bytes);
+    const Metadata metadata = read_metadata(file, bytes);
+    Table table;
+    take_metadata(metadata, table);
+    for (const AxisField& field : axis_fields) read_axis(file, field, table.*field.axis, bytes);
+    table.diffusion_exponent =
+        read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes);
+    for (const SampleField& field : listed_samples(metadata))
+        table.*field.samples =
+            read_over_axes<float>(file, field.name, extents(table, field.rank), bytes);
+    prepare(table);
+    return table;
+}
+
+}  // namespace stratus::io

@@ -1,0 +1,292 @@
+#include "table_content.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+#include <zlib.h>
+
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/argument.h>
+
+namespace stratus::io {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "checksums take bytes as they lie");
+
+struct MetadataField {
+    const char* name;
+    Kind kind;
+};
+
+constexpr std::array<MetadataField, 11> metadata_fields{{
+    {"format", Kind::text},
+    {"format_major", Kind::integer},
+    {"format_minor", Kind::integer},
+    {"datasets", Kind::text},
+    {"phase_function", Kind::text},
+    {"moments", Kind::numbers},
+    {"asymmetry", Kind::number},
+    {"extrapolation_length", Kind::number},
+    {"tolerance", Kind::number},
+    {"measured_error", Kind::number},
+    {"highest_order", Kind::integer},
+}};
+
+constexpr int stored_moments = 64;
+
+/// A phase function read from its text has the moments that it was stored with, to the rounding of
+/// another machine.
+constexpr double moment_tolerance = 1e-9;
+
+constexpr std::size_t largest_dataset = std::size_t{8} << 30;  // bytes
+
+/// Deflate codes at most 1032 bytes in one; the rest is for the padding of chunks.
+constexpr std::size_t largest_inflation = 1100;
+
+/// OpenEXR keeps 255 bytes of an attribute's name, of which a prefix takes some.
+constexpr std::size_t longest_attribute_name = 200;
+
+const MetadataField* find_field(const std::string& name) {
+    const auto found = std::find_if(metadata_fields.begin(), metadata_fields.end(),
+                                    [&](const MetadataField& field) { return field.name == name; });
+    return found == metadata_fields.end() ? nullptr : &*found;
+}
+
+/// Text from a file as a message may show it: short, and free of what disturbs a terminal.
+std::string shown(std::string_view text) {
+    constexpr std::size_t longest = 60;
+    std::string result(text.substr(0, longest));
+    std::replace_if(
+        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    return '"' + result + (text.size() > longest ? "...\"" : "\"");
+}
+
+template <class Number>
+std::optional<Number> parse(std::string_view text) {
+    Number value{};
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc{} || stop != end) return std::nullopt;
+    return value;
+}
+
+std::string names_of_samples(const Table& table) {
+    std::string names;
+    for (const SampleField& field : sample_fields) {
+        if ((table.*field.samples).empty()) continue;
+        if (!names.empty()) names += ' ';
+        names += field.name;
+    }
+    return names;
+}
+
+/// Phase functions in files are complete: text that names another file is refused, and nothing is
+/// opened for it.
+PhaseFunction read_phase_function(const std::string& text) {
+    if (text.find("file") != std::string::npos)
+        throw std::runtime_error("attribute phase_function must be complete, not name a file: " +
+                                 shown(text));
+    return parse_phase_function(text);
+}
+
+void check_moments(const Metadata& metadata, const PhaseFunction& phase_function) {
+    const std::vector<double> expected = phase_function.moments(stored_moments);
+    const std::vector<double> stored = to_numbers("moments", entry(metadata, "moments"));
+    bool same = stored.size() == expected.size() &&
+                std::abs(to_number("asymmetry", entry(metadata, "asymmetry")) -
+                         phase_function.asymmetry()) <= moment_tolerance;
+    for (std::size_t l = 0; same && l < expected.size(); ++l)
+        same = std::abs(stored[l] - expected[l]) <= moment_tolerance;
+    if (!same)
+        throw std::runtime_error(
+            "attributes moments and asymmetry are not those of the phase function");
+}
+
+}  // namespace
+
+Kind kind_of(const std::string& name) {
+    const MetadataField* field = find_field(name);
+    return field ? field->kind : Kind::text;
+}
+
+Metadata metadata_of(const Table& table) {
+    Metadata metadata = table.attributes;
+    metadata["format"] = table_format_name;
+    metadata["format_major"] = std::to_string(table_format_major);
+    metadata["format_minor"] = std::to_string(table_format_minor);
+    metadata["datasets"] = names_of_samples(table);
+    metadata["phase_function"] = table.phase_function.text();
+    metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
+    metadata["asymmetry"] = to_text(table.phase_function.asymmetry());
+    metadata["extrapolation_length"] = to_text(table.extrapolation_length);
+    metadata["tolerance"] = to_text(table.tolerance);
+    metadata["measured_error"] = to_text(table.measured_error);
+    metadata["highest_order"] = std::to_string(table.highest_order);
+    return metadata;
+}
+
+void check_format(const Metadata& metadata) {
+    const auto format = metadata.find("format");
+    const std::string wanted = std::string("is not a ") + table_format_name + " file: ";
+    if (format == metadata.end()) throw std::runtime_error(wanted + "it names no format");
+    if (format->second != table_format_name)
+        throw std::runtime_error(wanted + "its format is " + shown(format->second));
+
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
+    const std::string version = std::to_string(major) + "." + std::to_string(minor);
+    const std::string readable =
+        "this program reads (" + std::to_string(table_format_major) + ".x)";
+    if (major > table_format_major)
+        throw std::runtime_error("format " + version + " is newer than " + readable);
+    if (major < table_format_major || minor < 0)
+        throw std::runtime_error("format " + version + " is not one that " + readable);
+}
+
+void take_metadata(const Metadata& metadata, Table& table) {
+    const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
+    table.phase_function = read_phase_function(entry(metadata, "phase_function"));
+    check_moments(metadata, table.phase_function);
+    table.extrapolation_length = number("extrapolation_length");
+    table.tolerance = number("tolerance");
+    table.measured_error = number("measured_error");
+    table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
+    for (const auto& [name, text] : metadata)
+        if (!find_field(name)) table.attributes[name] = text;
+}
+
+std::vector<SampleField> listed_samples(const Metadata& metadata) {
+    const std::string list = ' ' + entry(metadata, "datasets") + ' ';
+    std::vector<SampleField> listed;
+    for (const SampleField& field : sample_fields)
+        if (list.find(std::string(" ") + field.name + ' ') != std::string::npos)
+            listed.push_back(field);
+    return listed;
+}
+
+std::string checksum(std::span<const char> bytes) {
+    const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    char text[sizeof "crc32:xxxxxxxx"];
+    std::snprintf(text, sizeof text, "crc32:%08lx", crc & 0xffffffffUL);
+    return text;
+}
+
+std::string checksum(std::span<const float> values) {
+    return checksum(std::span(reinterpret_cast<const char*>(values.data()), values.size_bytes()));
+}
+
+std::string checksum(std::span<const double> values) {
+    return checksum(std::span(reinterpret_cast<const char*>(values.data()), values.size_bytes()));
+}
+
+std::string checksum(const Metadata& metadata) {
+    std::string canonical;
+    for (const auto& [name, text] : metadata) {
+        canonical.append(name).push_back('\0');
+        canonical.append(text).push_back('\0');
+    }
+    return checksum(std::span<const char>(canonical));
+}
+
+void check_checksum(const std::string& what, const std::string& stored,
+                    const std::string& computed) {
+    if (stored != computed)
+        throw std::runtime_error(what + " is damaged: stored checksum " + shown(stored) +
+                                 ", computed " + computed);
+}
+
+void take_checksum(Metadata& metadata) {
+    const std::string stored = entry(metadata, checksum_name);
+    metadata.erase(checksum_name);
+    check_checksum("the metadata", stored, checksum(metadata));
+}
+
+void check_scale(const std::string& name, const Axis& axis, const std::string& stored) {
+    if (stored != axis_scale_name(axis.scale))
+        throw std::runtime_error("scale of axis " + name + " must be " +
+                                 axis_scale_name(axis.scale) + ", got " + shown(stored));
+}
+
+std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
+    std::vector<std::size_t> sizes;
+    for (const AxisField& field : std::span(axis_fields).first(rank))
+        sizes.push_back((table.*field.axis).values.size());
+    return sizes;
+}
+
+std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
+                          std::size_t element_size, std::uintmax_t stored) {
+    const std::size_t largest = largest_dataset / element_size;
+    std::size_t count = 1;
+    for (const std::size_t extent : extents) {
+        if (extent == 0) throw std::runtime_error(dataset + " is empty");
+        if (extent > largest / count) throw std::runtime_error(dataset + " is larger than 8 GiB");
+        count *= extent;
+    }
+    if (count * element_size / largest_inflation > stored)
+        throw std::runtime_error(dataset + " is larger than what the file holds");
+    return count;
+}
+
+std::string to_text(double value) {
+    char text[32];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
+    return {text, end};
+}
+
+std::string to_text(std::span<const double> values) {
+    std::string text;
+    for (const double value : values) {
+        if (!text.empty()) text += ' ';
+        text += to_text(value);
+    }
+    return text;
+}
+
+double to_number(const std::string& what, std::string_view text) {
+    const auto value = parse<double>(text);
+    if (!value) throw std::runtime_error(what + " is not a number: " + shown(text));
+    return *value;
+}
+
+int to_integer(const std::string& what, std::string_view text) {
+    const auto value = parse<int>(text);
+    if (!value) throw std::runtime_error(what + " is not an integer: " + shown(text));
+    return *value;
+}
+
+std::vector<double> to_numbers(const std::string& what, std::string_view text) {
+    std::vector<double> values;
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find(' '), text.size());
+        values.push_back(to_number(what, text.substr(0, end)));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return values;
+}
+
+const std::string& entry(const Metadata& metadata, const std::string& name) {
+    const auto found = metadata.find(name);
+    if (found == metadata.end()) throw std::runtime_error("attribute " + name + " is missing");
+    return found->second;
+}
+
+void check_table(const Table& table) {
+    Table copy = table;
+    prepare(copy);
+    for (const auto& [name, text] : table.attributes) {
+        require(!name.empty() && name.size() <= longest_attribute_name, "table",
+                "an attribute's name", "1 to 200 bytes long", shown(name));
+        require(!find_field(name) && name != checksum_name, "table", "an attribute's name",
+                "none of the format's own", shown(name));
+        require((name + text).find('\0') == std::string::npos, "table", "attribute " + shown(name),
+                "free of zero bytes", shown(text));
+    }
+}
+
+}  // namespace stratus::io

@@ -1,0 +1,66 @@
+#include <stratus/io/table_file.h>
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/exr_table.h>
+#include <stratus/io/hdf5_table.h>
+#include <stratus/runtime/argument.h>
+
+#include "file_bytes.h"
+#include "table_content.h"
+
+namespace stratus {
+namespace {
+
+enum class Format { hdf5, exr };
+
+Format format_of(const std::filesystem::path& path, const char* function) {
+    const std::string ending = path.extension().string();
+    require(ending == ".h5" || ending == ".exr", function, "path", "a name ending in .h5 or .exr",
+            path.string());
+    return ending == ".h5" ? Format::hdf5 : Format::exr;
+}
+
+io::Bytes encode(const Table& table, Format format) {
+    const io::Metadata metadata = io::metadata_of(table);
+    return format == Format::hdf5 ? io::encode_hdf5(table, metadata)
+                                  : io::encode_exr(table, metadata);
+}
+
+void write_directly(const Table& table, const std::filesystem::path& path, Format format) {
+    io::check_table(table);
+    io::naming(path, [&] { io::write_bytes(path, encode(table, format)); });
+}
+
+}  // namespace
+
+Table read_hdf5_table(const std::filesystem::path& path) {
+    return io::naming(
+        path, [&] { return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5")); });
+}
+
+Table read_exr_table(const std::filesystem::path& path) {
+    return io::naming(
+        path, [&] { return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR")); });
+}
+
+void write_hdf5_table(const Table& table, const std::filesystem::path& path) {
+    write_directly(table, path, Format::hdf5);
+}
+
+void write_exr_table(const Table& table, const std::filesystem::path& path) {
+    write_directly(table, path, Format::exr);
+}
+
+Table read_table(const std::filesystem::path& path) {
+    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path)
+                                                         : read_exr_table(path);
+}
+
+void write_table(const Table& table, const std::filesystem::path& path) {
+    const Format format = format_of(path, "write_table");
+    io::check_table(table);
+    const io::Bytes bytes = io::naming(path, [&] { return encode(table, format); });
+    write_atomically(path, [&](const auto& temporary) { io::write_bytes(temporary, bytes); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,184 @@
+#include <stratus/runtime/table.h>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stratus {
+namespace {
+
+constexpr const char* door = "prepare";
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Below this a sample is too near the end of float's range to be scaled back up.
+constexpr double least_scale = 1e-35;
+
+void check_scale(const Axis& axis, const char* name, std::initializer_list<AxisScale> scales) {
+    std::string allowed;
+    for (const AxisScale scale : scales)
+        allowed += (allowed.empty() ? "" : " or ") + std::string(axis_scale_name(scale));
+    require(std::find(scales.begin(), scales.end(), axis.scale) != scales.end(), door,
+            std::string("scale of axis ") + name, allowed, axis_scale_name(axis.scale));
+}
+
+void check_samples(const Axis& axis, const char* name, double lowest, double highest,
+                   bool open_below) {
+    check_axis(axis, name);
+    std::ostringstream range;
+    range.precision(17);
+    range << "within " << (open_below ? "(" : "[") << lowest << ", " << highest << "]";
+    for (const double value : axis.values)
+        require((open_below ? value > lowest : value >= lowest) && value <= highest, door, name,
+                range.str(), value);
+}
+
+void check_albedo(const Axis& axis) {
+    check_scale(axis, "albedo", {AxisScale::square_root_of_complement});
+    check_samples(axis, "albedo", 0, 1, false);
+}
+
+void check_optical_depth(const Axis& axis) {
+    check_scale(axis, "optical_depth", {AxisScale::logarithmic});
+    check_samples(axis, "optical_depth", 0, infinity, true);
+}
+
+void check_cosine(const Axis& axis, const char* name) {
+    check_scale(axis, name, {AxisScale::arcsine_of_fourth_root});
+    check_samples(axis, name, 0, 1, true);
+}
+
+void check_azimuth(const Axis& axis) {
+    check_scale(axis, "azimuth", {AxisScale::linear});
+    check_samples(axis, "azimuth", 0, pi, false);
+    // The cubic is mirrored at both ends, which is right at 0 and pi only.
+    if (axis.values.size() < 2) return;
+    require(axis.values.front() == 0, door, "first azimuth", "0", axis.values.front());
+    require(pi - axis.values.back() <= 1e-9, door, "last azimuth", "pi", axis.values.back());
+}
+
+/// Product of extents; std::invalid_argument when it is more than memory could hold.
+std::size_t checked_product(std::initializer_list<std::size_t> extents) {
+    std::size_t product = 1;
+    for (const std::size_t extent : extents) {
+        require(extent == 0 || product <= std::numeric_limits<std::size_t>::max() / 16 / extent,
+                door, "product of the axes' lengths", "addressable", product);
+        product *= extent;
+    }
+    return product;
+}
+
+/// `required` = false lets a dataset be absent.
+template <class Number>
+void check_dataset(const std::vector<Number>& samples, const char* name, std::size_t extent,
+                   bool required) {
+    if (samples.empty() && !required) return;
+    require(samples.size() == extent, door, std::string("length of ") + name,
+            std::to_string(extent), samples.size());
+    const auto bad =
+        std::find_if(samples.begin(), samples.end(), [](Number n) { return !std::isfinite(n); });
+    if (const auto i = static_cast<std::size_t>(bad - samples.begin()); i < samples.size())
+        require(false, door, std::string(name) + " (sample " + std::to_string(i) + ")", "finite",
+                samples[i]);
+}
+
+void check_datasets(const Table& table) {
+    const std::size_t albedos = table.albedo.values.size();
+    const std::size_t depths = table.optical_depth.values.size();
+    const std::size_t layers = checked_product({albedos, depths});
+    const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
+    const std::size_t samples =
+        checked_product({lit, table.mu_out.values.size(), table.azimuth.values.size()});
+    require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), door,
+            "table", "given reflection_multiple or transmission_multiple", "neither");
+    check_dataset(table.reflection_multiple, "reflection_multiple", samples, false);
+    check_dataset(table.transmission_multiple, "transmission_multiple", samples, false);
+    check_dataset(table.plane_albedo, "plane_albedo", lit, false);
+    check_dataset(table.diffuse_transmittance, "diffuse_transmittance", lit, false);
+    check_dataset(table.spherical_albedo, "spherical_albedo", layers, false);
+    check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
+}
+
+void check_numbers(const Table& table) {
+    for (const double exponent : table.diffusion_exponent)
+        require(exponent >= 0 && exponent <= 1e3, door, "diffusion_exponent", "in [0, 1000]",
+                exponent);
+    const double length = table.extrapolation_length;
+    require(length > 0 && length < infinity, door, "extrapolation_length", "in (0, inf)", length);
+    require(table.tolerance >= 0 && table.tolerance < infinity, door, "tolerance", "in [0, inf)",
+            table.tolerance);
+    require(table.measured_error >= 0 && table.measured_error < infinity, door, "measured_error",
+            "in [0, inf)", table.measured_error);
+    require(table.highest_order >= 0, door, "highest_order", "at least 0", table.highest_order);
+}
+
+/// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
+float inverse(double scale) { return scale < least_scale ? 0 : static_cast<float>(1 / scale); }
+
+void work_out_weights(Table& table) {
+    table.reflection_weight.clear();
+    table.transmission_weight.clear();
+    for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
+        for (const double depth : table.optical_depth.values) {
+            // Samples of albedo 0 are 0, whatever they are multiplied by.
+            const double albedo = table.albedo.values[a] > 0 ? table.albedo.values[a] : 1;
+            const double exponent = table.diffusion_exponent[a];
+            const double length = table.extrapolation_length;
+            table.reflection_weight.push_back(
+                inverse(albedo * reflection_scale(depth, exponent, length)));
+            table.transmission_weight.push_back(
+                inverse(albedo * transmission_scale(depth, exponent, length)));
+        }
+    auto over_cosines = [&](const Axis& cosines, std::vector<float>& weights) {
+        weights.clear();
+        for (const double depth : table.optical_depth.values)
+            for (const double mu : cosines.values)
+                weights.push_back(static_cast<float>(1 / intercepted_share(depth, mu)));
+    };
+    over_cosines(table.mu_in, table.mu_in_weight);
+    over_cosines(table.mu_out, table.mu_out_weight);
+}
+
+}  // namespace
+
+std::size_t Table::sample_count() const noexcept {
+    return albedo.values.size() * optical_depth.values.size() * mu_in.values.size() *
+           mu_out.values.size() * azimuth.values.size();
+}
+
+TableView Table::view() const noexcept {
+    TableView view;
+    view.phase_function = &phase_function;
+    view.albedo = albedo.view();
+    view.optical_depth = optical_depth.view();
+    view.mu_in = mu_in.view();
+    view.mu_out = mu_out.view();
+    view.azimuth = azimuth.view();
+    view.reflection_multiple = reflection_multiple.empty() ? nullptr : reflection_multiple.data();
+    view.transmission_multiple =
+        transmission_multiple.empty() ? nullptr : transmission_multiple.data();
+    view.reflection_weight = reflection_weight.data();
+    view.transmission_weight = transmission_weight.data();
+    view.mu_in_weight = mu_in_weight.data();
+    view.mu_out_weight = mu_out_weight.data();
+    view.diffusion_exponent = diffusion_exponent.data();
+    view.extrapolation_length = extrapolation_length;
+    return view;
+}
+
+void prepare(Table& table) {
+    check_albedo(table.albedo);
+    check_optical_depth(table.optical_depth);
+    check_cosine(table.mu_in, "mu_in");
+    check_cosine(table.mu_out, "mu_out");
+    check_azimuth(table.azimuth);
+    check_datasets(table);
+    check_numbers(table);
+    work_out_weights(table);
+}
+
+}  // namespace stratus

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# stratus info: what it says, its picture, its refusals.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+"$make_fixture" full full.h5 || exit 1
+"$make_fixture" endless endless.h5 || exit 1
+
+expect_ok info full.h5
+expect_silent "$err"
+expect_says "$out" title "Saturn's rings" "phase function" henyey_greenstein "asymmetry g" -0.096 \
+    "8 samples" "0.01 to inf" "finite to 8" logarithmic "0 to 180 degrees" "reflection, transmission" \
+    tolerance 0.001 0.00081 "in memory" MB 0.0.0-synthetic "made up for tests"
+expect_ok info endless.h5
+expect_says "$out" isotropic "1 sample at 0.9" "1 sample at inf"
+
+is_png() { [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ]; }
+for table in full endless; do
+    expect_ok info $table.h5 --picture $table.png
+    expect_says "$out" $table.png
+    is_png $table.png || fail "$table.png is not a PNG file"
+done
+echo older >full.png
+expect_ok info full.h5 --picture full.png
+is_png full.png || fail "an older picture must be replaced"
+
+expect_refused 1 absent.h5 -- info absent.h5
+expect_refused 2 table.txt .h5 .exr -- info table.txt
+echo "not a table" >foreign.h5
+expect_refused 1 foreign.h5 -- info foreign.h5
+expect_refused 1 absent/full.png -- info full.h5 --picture absent/full.png
+expect_refused 2 full.h5 another -- info full.h5 --picture full.h5
+finish

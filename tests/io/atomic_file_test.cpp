@@ -1,0 +1,187 @@
+#include <stratus/io/atomic_file.h>
+
+#include <csignal>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <stratus/io/hdf5_table.h>
+#include <stratus/io/table_file.h>
+
+#include "sample_table.h"
+#include "temporary_folder.h"
+
+namespace stratus::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_new(const fs::path& path) { set_content(path, "new"); }
+
+std::string refusal_of_writing(const fs::path& path) {
+    return refusal<std::runtime_error>([&] { write_atomically(path, write_new); });
+}
+
+TEST(AtomicFile, AppearsWithWhatWasWritten) {
+    const TemporaryFolder folder;
+    write_atomically(folder / "a.txt", write_new);
+    EXPECT_EQ(content(folder / "a.txt"), "new");
+    EXPECT_EQ(folder.size(), 1U);
+}
+
+TEST(AtomicFile, IsWrittenBesideItsPlaceUnderItsOwnEnding) {
+    const TemporaryFolder folder;
+    write_atomically(folder / "a.h5", [&](const fs::path& temporary) {
+        EXPECT_EQ(temporary.parent_path(), folder.path());
+        EXPECT_EQ(temporary.extension(), ".h5");
+        EXPECT_FALSE(fs::exists(folder / "a.h5"));
+        write_new(temporary);
+    });
+    EXPECT_TRUE(fs::exists(folder / "a.h5"));
+}
+
+TEST(AtomicFile, ReplacesAnOlderFile) {
+    const TemporaryFolder folder;
+    set_content(folder / "a.txt", "old");
+    write_atomically(folder / "a.txt", write_new);
+    EXPECT_EQ(content(folder / "a.txt"), "new");
+    EXPECT_EQ(folder.size(), 1U);
+}
+
+TEST(AtomicFile, LeavesTheOlderFileWhenWritingThrows) {
+    const TemporaryFolder folder;
+    set_content(folder / "a.txt", "old");
+    const auto write = [](const fs::path& temporary) {
+        write_new(temporary);
+        throw std::logic_error("stop");
+    };
+    EXPECT_EQ(refusal<std::logic_error>([&] { write_atomically(folder / "a.txt", write); }),
+              "stop");
+    EXPECT_EQ(content(folder / "a.txt"), "old");
+    EXPECT_EQ(folder.size(), 1U);
+}
+
+TEST(AtomicFile, NamesThePathForErrorsOfTheSystem) {
+    const TemporaryFolder folder;
+    const auto write = [](const fs::path&) {
+        throw std::system_error(ENOSPC, std::generic_category());
+    };
+    EXPECT_EQ(refusal<std::runtime_error>([&] { write_atomically(folder / "a.txt", write); }),
+              (folder / "a.txt").string() + ": No space left on device");
+    EXPECT_EQ(folder.size(), 0U);
+}
+
+TEST(AtomicFile, RefusesAMissingFolder) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "missing" / "a.txt";
+    EXPECT_EQ(refusal_of_writing(path), path.string() + ": No such file or directory");
+}
+
+TEST(AtomicFile, RefusesAFileInPlaceOfAFolder) {
+    const TemporaryFolder folder;
+    set_content(folder / "file", "old");
+    const fs::path path = folder / "file" / "a.txt";
+    EXPECT_EQ(refusal_of_writing(path), path.string() + ": Not a directory");
+}
+
+TEST(AtomicFile, RefusesADirectoryBeforeWriting) {
+    const TemporaryFolder folder;
+    const auto write = [](const fs::path&) { FAIL() << "must not be called"; };
+    EXPECT_EQ(refusal<std::runtime_error>([&] { write_atomically(folder.path(), write); }),
+              folder.path().string() + ": is a directory");
+}
+
+TEST(AtomicFile, RefusesADevice) {
+    EXPECT_EQ(refusal_of_writing("/dev/null"), "/dev/null: is not a regular file");
+}
+
+TEST(AtomicFile, RefusesAnEmptyName) {
+    EXPECT_EQ(refusal_of_writing(""), ": a file name is needed");
+}
+
+TEST(AtomicFile, RefusesAFolderThatMayNotBeWritten) {
+    const TemporaryFolder folder;
+    fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+    if (std::ofstream(folder / "probe")) GTEST_SKIP() << "this user may write anywhere";
+    const fs::path path = folder / "a.txt";
+    const std::string message = refusal_of_writing(path);
+    fs::permissions(folder.path(), fs::perms::owner_all);
+    EXPECT_EQ(message, path.string() + ": Permission denied");
+}
+
+TEST(AtomicFile, KeepsASymbolicLinkAndReplacesWhatItLeadsTo) {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "elsewhere");
+    set_content(folder / "elsewhere" / "a.txt", "old");
+    fs::create_symlink("elsewhere/a.txt", folder / "link.txt");
+    write_atomically(folder / "link.txt", write_new);
+    EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
+    EXPECT_EQ(content(folder / "elsewhere" / "a.txt"), "new");
+}
+
+TEST(AtomicFile, TakesAPathWithoutAFolder) {
+    const TemporaryFolder folder;
+    const fs::path before = fs::current_path();
+    fs::current_path(folder.path());
+    write_atomically("a.txt", write_new);
+    fs::current_path(before);
+    EXPECT_EQ(content(folder / "a.txt"), "new");
+}
+
+/// Lets this process write no file longer than `bytes`: a disk that is full half way.
+class FileSizeLimit {
+  public:
+    explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limit{bytes, before_.rlim_max};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() {
+        ::setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+  private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+class FullDisk : public testing::TestWithParam<const char*> {};
+
+TEST_P(FullDisk, LeavesTheOlderTableAndNothingElse) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / GetParam();
+    Table table = sample_table();
+    write_table(table, path);
+    const std::string before = content(path);
+
+    table.tolerance = 0.5;
+    std::string message;
+    {
+        const FileSizeLimit limit(1000);
+        message = refusal<std::runtime_error>([&] { write_table(table, path); });
+    }
+    EXPECT_EQ(message, path.string() + ": File too large");
+    EXPECT_EQ(content(path), before);
+    EXPECT_EQ(folder.size(), 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, FullDisk, testing::Values("table.h5", "table.exr"),
+                         [](const auto& row) {
+                             return fs::path(row.param).extension().string().substr(1);
+                         });
+
+TEST(FullDevice, IsReportedWithTheSystemsReason) {
+    if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    EXPECT_EQ(refusal<std::runtime_error>([] { write_hdf5_table(sample_table(), "/dev/full"); }),
+              "/dev/full: No space left on device");
+}
+
+}  // namespace
+}  // namespace stratus::test

@@ -1,0 +1,36 @@
+"""Opens a table with the programs that come with OpenEXR, which know nothing of Stratus.
+
+Usage: open_with_openexr_tools.py WRITE_SAMPLE_TABLE. Exits 77 (skipped) where no such program is installed.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+COMMANDS = [["exrheader"], ["exrinfo", "--strict", "--verbose"], ["exrcheck"]]
+COMMANDS = [command for command in COMMANDS if shutil.which(command[0])]
+if not COMMANDS:
+    print("none of OpenEXR's programs is installed")
+    sys.exit(77)
+
+PARTS = [
+    "reflection_multiple",
+    "transmission_multiple",
+    "plane_albedo",
+    "diffuse_transmittance",
+    "spherical_albedo",
+]
+
+with tempfile.TemporaryDirectory() as folder:
+    table_path = pathlib.Path(folder) / "table.exr"
+    subprocess.run([sys.argv[1], table_path], check=True)
+    for command in COMMANDS:
+        done = subprocess.run(command + [table_path], capture_output=True, text=True)
+        assert done.returncode == 0, (command, done.stdout, done.stderr)
+        if command[0] == "exrheader":
+            for part in PARTS:
+                assert f'name (type string): "{part}"' in done.stdout, part
+            assert 'stratus:format (type string): "stratus-table"' in done.stdout
+            assert "tiles, one row of tiles per albedo" in done.stdout

@@ -1,0 +1,108 @@
+// Tables for the tests of the io room: every shape that a file must hold, filled with numbers that
+// no format can guess.
+#pragma once
+
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <stratus/runtime/table.h>
+
+namespace stratus::test {
+
+struct Shape {
+    int albedos = 3;
+    int finite_depths = 4;
+    bool infinite_depth = true;
+    int cosines_in = 3;
+    int cosines_out = 2;
+    int azimuths = 5;
+    bool reflection = true;
+    bool transmission = true;
+};
+
+inline constexpr double pi = 3.14159265358979323846;
+
+/// Fills an axis in its own scale.
+inline void sample_axis(Axis& axis, double lowest, double highest, int count,
+                        bool and_infinity = false) {
+    axis = make_axis(axis.scale, lowest, count == 1 ? lowest : highest, count, and_infinity);
+}
+
+/// A table that `prepare` accepts, with random samples.
+inline Table sample_table(const Shape& shape = {}) {
+    Table table;
+    table.phase_function =
+        parse_phase_function("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
+    sample_axis(table.albedo, 0, 1, shape.albedos);
+    sample_axis(table.optical_depth, 0.01, 8.0, shape.finite_depths, shape.infinite_depth);
+    sample_axis(table.mu_in, 0.03, 1, shape.cosines_in);
+    sample_axis(table.mu_out, 0.03, 1, shape.cosines_out);
+    sample_axis(table.azimuth, 0, pi, shape.azimuths);
+
+    std::mt19937 random(1982);
+    std::uniform_real_distribution<float> sample(-1e-3F, 2.0F);
+    const auto fill = [&](auto& values, std::size_t count) {
+        values.resize(count);
+        for (auto& value : values) value = sample(random);
+    };
+    const std::size_t layers = table.albedo.values.size() * table.optical_depth.values.size();
+    const std::size_t lit = layers * table.mu_in.values.size();
+    if (shape.reflection) fill(table.reflection_multiple, table.sample_count());
+    if (shape.transmission) fill(table.transmission_multiple, table.sample_count());
+    if (shape.transmission) fill(table.diffuse_transmittance, lit);
+    fill(table.plane_albedo, lit);
+    fill(table.spherical_albedo, layers);
+    for (std::size_t i = 0; i < table.albedo.values.size(); ++i)
+        table.diffusion_exponent.push_back(1.0 / static_cast<double>(3 + i));
+    table.extrapolation_length = 0.1 + 0.2;
+    table.tolerance = 1e-3;
+    table.measured_error = 1.0 / 1234.5;
+    table.highest_order = 7;
+    table.attributes = {{"title", "Saturn's rings, \u03c9 and \u03c4"},
+                        {"recipe", "tolerance = 1e-3\n[discretisation]\nnodes = 8\n"},
+                        {"empty", ""},
+                        {"a name that is longer than the thirty-one bytes of short names", "x"}};
+    prepare(table);
+    return table;
+}
+
+/// Equality of bits, so that -0 is not 0.
+template <class Number>
+void expect_same_bits(const std::vector<Number>& a, const std::vector<Number>& b,
+                      const std::string& name) {
+    ASSERT_EQ(a.size(), b.size()) << name;
+    EXPECT_TRUE(a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Number)) == 0)
+        << name;
+}
+
+inline void expect_same(const Axis& a, const Axis& b, const std::string& name) {
+    EXPECT_EQ(a.scale, b.scale) << name;
+    expect_same_bits(a.values, b.values, name);
+}
+
+/// Expects everything that files hold to be the same to the last bit.
+inline void expect_same(const Table& a, const Table& b) {
+    EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+    expect_same(a.albedo, b.albedo, "albedo");
+    expect_same(a.optical_depth, b.optical_depth, "optical_depth");
+    expect_same(a.mu_in, b.mu_in, "mu_in");
+    expect_same(a.mu_out, b.mu_out, "mu_out");
+    expect_same(a.azimuth, b.azimuth, "azimuth");
+    expect_same_bits(a.reflection_multiple, b.reflection_multiple, "reflection_multiple");
+    expect_same_bits(a.transmission_multiple, b.transmission_multiple, "transmission_multiple");
+    expect_same_bits(a.plane_albedo, b.plane_albedo, "plane_albedo");
+    expect_same_bits(a.diffuse_transmittance, b.diffuse_transmittance, "diffuse_transmittance");
+    expect_same_bits(a.spherical_albedo, b.spherical_albedo, "spherical_albedo");
+    expect_same_bits(a.diffusion_exponent, b.diffusion_exponent, "diffusion_exponent");
+    EXPECT_EQ(a.extrapolation_length, b.extrapolation_length);
+    EXPECT_EQ(a.tolerance, b.tolerance);
+    EXPECT_EQ(a.measured_error, b.measured_error);
+    EXPECT_EQ(a.highest_order, b.highest_order);
+    EXPECT_EQ(a.attributes, b.attributes);
+}
+
+}  // namespace stratus::test

@@ -1,0 +1,179 @@
+#include <stratus/io/table_file.h>
+
+#include <functional>
+#include <limits>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <stratus/io/exr_table.h>
+#include <stratus/io/hdf5_table.h>
+
+#include "sample_table.h"
+#include "temporary_folder.h"
+
+namespace stratus::test {
+namespace {
+
+struct Case {
+    const char* name;
+    Shape shape;
+    std::function<void(Table&)> change = [](Table&) {};
+
+    Table table() const {
+        Table changed = sample_table(shape);
+        change(changed);
+        return changed;
+    }
+};
+
+std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream << row.name; }
+
+Shape one_sided(bool reflection) {
+    Shape shape;
+    shape.reflection = reflection;
+    shape.transmission = !reflection;
+    return shape;
+}
+
+Shape single_samples() {
+    Shape shape;
+    shape.albedos = shape.finite_depths = shape.cosines_in = shape.cosines_out = shape.azimuths = 1;
+    shape.infinite_depth = false;
+    return shape;
+}
+
+Shape infinite_depth_only() {
+    Shape shape;
+    shape.finite_depths = 0;
+    return shape;
+}
+
+/// More than one chunk of HDF5 and more than one block of rows of OpenEXR, cut unevenly.
+Shape several_chunks() {
+    Shape shape;
+    shape.albedos = 7;
+    shape.finite_depths = 12;
+    shape.cosines_in = shape.cosines_out = 13;
+    shape.azimuths = 17;
+    return shape;
+}
+
+std::string long_text(std::size_t length) {
+    std::string text;
+    for (std::size_t i = 0; text.size() < length; ++i) text += std::to_string(i * i) + '\n';
+    return text;
+}
+
+Shape finite_depths() {
+    Shape shape;
+    shape.infinite_depth = false;
+    return shape;
+}
+
+void remove_fluxes(Table& table) {
+    table.plane_albedo.clear();
+    table.spherical_albedo.clear();
+}
+
+void add_long_attributes(Table& table) {
+    table.attributes["recipe"] = long_text(200'000);
+    table.attributes["resolved_recipe"] = long_text(65'530);
+    for (int i = 0; i < 40; ++i) table.attributes["note " + std::to_string(i)] = long_text(100);
+}
+
+void add_names_that_formats_use(Table& table) {
+    for (const char* name : {"name", "type", "channels", "dataWindow", "albedo", "CLASS", "NAME",
+                             "_FillValue", "comments"})
+        table.attributes[name] = name;
+}
+
+void use_tabulated_phase_function(Table& table) {
+    table.phase_function = PhaseFunction::sum(
+        {{0.3, PhaseFunction::tabulated({0, 10, 60, 130, 180}, {3.5, 2.0 / 3, 0.5, 0.3, 0.1})},
+         {0.6, PhaseFunction::from_moments({1, 0.4, 1.0 / 7})}});
+}
+
+void use_extreme_numbers(Table& table) {
+    table.reflection_multiple[0] = -0.0F;
+    table.reflection_multiple[1] = std::numeric_limits<float>::denorm_min();
+    table.reflection_multiple[2] = std::numeric_limits<float>::max();
+    table.measured_error = std::numeric_limits<double>::denorm_min();
+}
+
+void clear_reflection(Table& table) {
+    table.reflection_multiple.assign(table.reflection_multiple.size(), 0.0F);
+}
+
+const std::vector<Case> cases{
+    {"TwoSides", {}},
+    {"ReflectionOnly", one_sided(true)},
+    {"TransmissionOnly", one_sided(false)},
+    {"NoFluxes", one_sided(true), remove_fluxes},
+    {"FiniteDepths", finite_depths()},
+    {"InfiniteDepthOnly", infinite_depth_only()},
+    {"SingleSamples", single_samples()},
+    {"SeveralChunks", several_chunks()},
+    {"LongAttributes", {}, add_long_attributes},
+    {"NoAttributes", {}, [](Table& table) { table.attributes.clear(); }},
+    {"NamesThatFormatsUse", {}, add_names_that_formats_use},
+    {"TabulatedPhaseFunction", {}, use_tabulated_phase_function},
+    {"ExtremeNumbers", {}, use_extreme_numbers},
+    {"AllZeros", several_chunks(), clear_reflection},
+};
+
+class RoundTrip : public testing::TestWithParam<Case> {
+  protected:
+    const Table table = GetParam().table();
+    TemporaryFolder folder;
+};
+
+TEST_P(RoundTrip, Hdf5GivesBackTheSameBits) {
+    write_table(table, folder / "a.h5");
+    expect_same(read_table(folder / "a.h5"), table);
+}
+
+TEST_P(RoundTrip, ExrGivesBackTheSameBits) {
+    write_table(table, folder / "a.exr");
+    expect_same(read_table(folder / "a.exr"), table);
+}
+
+TEST_P(RoundTrip, ConversionThereAndBackGivesTheSameFiles) {
+    write_table(table, folder / "a.h5");
+    write_table(read_table(folder / "a.h5"), folder / "b.exr");
+    write_table(read_table(folder / "b.exr"), folder / "c.h5");
+    write_table(read_table(folder / "c.h5"), folder / "d.exr");
+    EXPECT_TRUE(content(folder / "a.h5") == content(folder / "c.h5"));
+    EXPECT_TRUE(content(folder / "b.exr") == content(folder / "d.exr"));
+}
+
+TEST_P(RoundTrip, WritingTwiceGivesTheSameBytes) {
+    for (const char* ending : {".h5", ".exr"}) {
+        write_table(table, folder / (std::string("a") + ending));
+        write_table(table, folder / (std::string("b") + ending));
+        EXPECT_TRUE(content(folder / (std::string("a") + ending)) ==
+                    content(folder / (std::string("b") + ending)))
+            << ending;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Tables, RoundTrip, testing::ValuesIn(cases),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(TableFile, DirectWritersMakeTheSameFilesAsWriteTable) {
+    const TemporaryFolder folder;
+    const Table table = sample_table();
+    write_table(table, folder / "a.h5");
+    write_hdf5_table(table, folder / "b.h5");
+    write_table(table, folder / "a.exr");
+    write_exr_table(table, folder / "b.exr");
+    EXPECT_TRUE(content(folder / "a.h5") == content(folder / "b.h5"));
+    EXPECT_TRUE(content(folder / "a.exr") == content(folder / "b.exr"));
+    expect_same(read_hdf5_table(folder / "b.h5"), table);
+    expect_same(read_exr_table(folder / "b.exr"), table);
+}
+
+}  // namespace
+}  // namespace stratus::test

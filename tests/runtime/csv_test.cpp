@@ -1,0 +1,92 @@
+#include <stratus/runtime/csv.h>
+
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+CsvTable read(const std::string& text) {
+    std::istringstream stream(text);
+    return read_csv(stream, "some.csv");
+}
+
+TEST(Csv, KeepsColumnsRowsAndTheLinesTheyStoodIn) {
+    const CsvTable table = read("# phases\n\nvalue, angle\n1.5,0\n# middle\n2,90\n");
+    EXPECT_EQ(table.columns, (std::vector<std::string>{"value", "angle"}));
+    EXPECT_EQ(table.column("angle"), 1);
+    EXPECT_TRUE(table.has_column("value"));
+    EXPECT_FALSE(table.has_column("Value"));
+    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{1.5, 0}, {2, 90}}));
+    EXPECT_EQ(table.lines, (std::vector<int>{4, 6}));
+}
+
+TEST(Csv, ReadsWhatSpreadsheetsWrite) {
+    const CsvTable table = read("\xEF\xBB\xBFl,chi\r\n0, 1\r\n1,+2.5e-1 \r\n");
+    EXPECT_EQ(table.columns, (std::vector<std::string>{"l", "chi"}));
+    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0, 1}, {1, 0.25}}));
+}
+
+TEST(Csv, ReadsInfinity) { EXPECT_TRUE(std::isinf(read("tau\ninf\n").rows[0][0])); }
+
+TEST(Csv, MayHaveNoRows) { EXPECT_TRUE(read("a,b\n").rows.empty()); }
+
+struct Refusal {
+    const char* name;
+    const char* text;
+    std::vector<const char*> fragments;
+};
+
+class CsvRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(CsvRefuses, NamingFileLineAndText) {
+    expect_refusal<std::invalid_argument>([] { read(GetParam().text); }, GetParam().fragments);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, CsvRefuses,
+    testing::Values(
+        Refusal{"ShortRow", "a,b\n1,2\n3\n", {"some.csv", "line 3", "2 values", "got 1"}},
+        Refusal{"LongRow", "a,b\n1,2,3\n", {"some.csv", "line 2", "2 values", "got 3"}},
+        Refusal{"Word", "a,b\n1,two\n", {"some.csv", "line 2", "'b'", "'two'"}},
+        Refusal{"HalfNumber", "a\n1.5x\n", {"line 2", "'1.5x'"}},
+        Refusal{"EmptyField", "a,b\n1,\n", {"line 2", "'b'", "''"}},
+        Refusal{"NotANumber", "a\nnan\n", {"line 2", "'nan'"}},
+        Refusal{"Overflow", "a\n1e999\n", {"line 2", "'1e999'"}},
+        Refusal{"NoHeader", "1,2\n3,4\n", {"some.csv", "line 1", "header", "'1'"}},
+        Refusal{"Nothing", "# only\n\n", {"some.csv", "header", "nothing"}},
+        Refusal{"NamelessColumn", "a,,b\n", {"line 1", "no name"}},
+        Refusal{"ColumnTwice", "a,b,a\n", {"line 1", "'a'", "twice"}}),
+    [](const auto& row) { return row.param.name; });
+
+TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {
+    expect_refusal<std::invalid_argument>([] { read("mu_in,mu_out\n").column("azimuth_deg"); },
+                                          {"some.csv", "'azimuth_deg'", "mu_in, mu_out"});
+}
+
+TEST(Csv, CannotOpenAFileThatIsNotThere) {
+    expect_refusal<std::runtime_error>([] { read_csv("no/such/file.csv"); },
+                                       {"cannot open", "no/such/file.csv"});
+}
+
+TEST(ReadNumber, TellsHowFarItRead) {
+    double value = 0;
+    EXPECT_EQ(read_number("0.25*next", value), 4u);
+    EXPECT_EQ(value, 0.25);
+    EXPECT_EQ(read_number("-1e-3", value), 5u);
+    EXPECT_EQ(value, -1e-3);
+    EXPECT_EQ(read_number("+7", value), 2u);
+    EXPECT_EQ(value, 7);
+    EXPECT_EQ(read_number("+-7", value), 0u);
+    EXPECT_EQ(read_number("seven", value), 0u);
+    EXPECT_EQ(read_number("", value), 0u);
+}
+
+}  // namespace
+}  // namespace stratus

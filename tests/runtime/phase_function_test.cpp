@@ -1,0 +1,439 @@
+#include <stratus/runtime/phase_function.h>
+
+#include <stratus/runtime/angle.h>
+
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+/// (1/2) times the integral of phi P_l sin Theta over the scattering angle: Simpson's rule, knots
+/// of a table of whole degrees falling on its nodes.
+double moment_by_simpson(const PhaseFunction& phi, unsigned l) {
+    const int panels = 18000;
+    const auto integrand = [&](double angle) {
+        const double c = std::cos(angle);
+        return static_cast<long double>(phi(c) * std::legendre(l, c) * std::sin(angle));
+    };
+    const double step = pi / panels;
+    long double sum = 0;
+    for (int i = 0; i < panels; ++i)
+        sum += integrand(i * step) + 4 * integrand((i + 0.5) * step) + integrand((i + 1) * step);
+    return static_cast<double>(sum * step / 12);
+}
+
+const char* const saturn = "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5";
+const char* const points =
+    "tabulated:points=0 3.5/5 2.9/12 2.25/40 1.1/90 0.5/91 0.52/135 0.45/150 0.9/180 1.4";
+
+struct Kind {
+    const char* name;
+    const char* text;
+    double asymmetry;  // NaN: known from quadrature only
+};
+
+class EveryPhaseFunction : public testing::TestWithParam<Kind> {
+  protected:
+    PhaseFunction phi() const { return parse_phase_function(GetParam().text); }
+};
+
+TEST_P(EveryPhaseFunction, HasMeanOne) {
+    EXPECT_NEAR(moment_by_simpson(phi(), 0), 1, 1e-12);  // Simpson's own error
+    EXPECT_EQ(phi().moments(3)[0], 1);
+}
+
+TEST_P(EveryPhaseFunction, HasTheMomentsOfItsValues) {
+    const std::vector<double> chi = phi().moments(41);
+    for (const unsigned l : {1u, 2u, 3u, 4u, 5u, 10u, 17u, 40u})
+        EXPECT_NEAR(chi[l], moment_by_simpson(phi(), l), 1e-12) << "l = " << l;
+}
+
+TEST_P(EveryPhaseFunction, GivesTheSameMomentsHoweverManyAreAsked) {
+    const std::vector<double> few = phi().moments(5), many = phi().moments(300);
+    for (std::size_t l = 0; l < few.size(); ++l) EXPECT_NEAR(few[l], many[l], 1e-14);
+    EXPECT_EQ(phi().moments(1).size(), 1u);
+}
+
+TEST_P(EveryPhaseFunction, HasItsAsymmetryAsFirstMoment) {
+    EXPECT_EQ(phi().asymmetry(), phi().moments(2)[1]);
+    if (!std::isnan(GetParam().asymmetry)) {
+        EXPECT_NEAR(phi().asymmetry(), GetParam().asymmetry, 1e-15);
+    }
+}
+
+TEST_P(EveryPhaseFunction, ComesBackFromItsTextBitForBit) {
+    const PhaseFunction before = phi();
+    const PhaseFunction after = parse_phase_function(before.text());
+    EXPECT_EQ(after.text(), before.text());
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> cosine(-1, 1);
+    for (int i = 0; i < 1000; ++i) {
+        const double c = cosine(random), one = before(c), other = after(c);
+        EXPECT_EQ(std::memcmp(&one, &other, sizeof one), 0) << c;
+    }
+}
+
+TEST_P(EveryPhaseFunction, IsNowhereNegativeAndAcceptsRoundedCosines) {
+    for (int i = 0; i <= 2000; ++i) EXPECT_GE(phi()(std::cos(pi * i / 2000)), 0);
+    EXPECT_EQ(phi()(std::nextafter(1.0, 2.0)), phi()(1));
+    EXPECT_EQ(phi()(std::nextafter(-1.0, -2.0)), phi()(-1));
+}
+
+TEST_P(EveryPhaseFunction, IsIsotropicOnlyWhenFlat) {
+    const bool flat = phi()(-0.9) == 1 && phi()(0.1) == 1 && phi()(0.8) == 1;
+    EXPECT_EQ(phi().is_isotropic(), flat);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, EveryPhaseFunction,
+    testing::Values(Kind{"Isotropic", "isotropic", 0}, Kind{"Rayleigh", "rayleigh", 0},
+                    Kind{"Anisotropic", "anisotropic:x=0.5", -0.5 / 3},
+                    Kind{"AnisotropicForward", "anisotropic:x=-1", 1.0 / 3},
+                    Kind{"AnisotropicFlat", "anisotropic:x=0", 0},
+                    Kind{"LambertSphere", "lambert_sphere", -4.0 / 9},
+                    Kind{"HenyeyGreenstein", "henyey_greenstein:g=0.75", 0.75},
+                    Kind{"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
+                    Kind{"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
+                    Kind{"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
+                    Kind{"MomentsFlat", "moments:chi=1", 0},
+                    Kind{"Tabulated", points, std::nan("")},
+                    Kind{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
+                    Kind{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
+                    Kind{"OfEveryKind",
+                         "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
+                         "0.15*tabulated:points=0 1/90 0/180 0.25 + 0.25*moments:chi=1 0.1",
+                         std::nan("")}),
+    [](const auto& row) { return row.param.name; });
+
+// ---- each kind by itself
+
+TEST(HenyeyGreenstein, KeepsItsPrecisionNearTheEndsOfItsRange) {
+    // phi(+-1) = (1 + |g|) / (1 - |g|)^2 towards the peak, (1 - |g|) / (1 + |g|)^2 away from it
+    for (const double g : {0.999999, 1 - 1e-12}) {
+        const double peak = (1 + g) / ((1 - g) * (1 - g)), back = (1 - g) / ((1 + g) * (1 + g));
+        EXPECT_NEAR(PhaseFunction::henyey_greenstein(g)(1) / peak, 1, 1e-14);
+        EXPECT_NEAR(PhaseFunction::henyey_greenstein(g)(-1) / back, 1, 1e-14);
+        EXPECT_NEAR(PhaseFunction::henyey_greenstein(-g)(-1) / peak, 1, 1e-14);
+        EXPECT_NEAR(PhaseFunction::henyey_greenstein(-g)(1) / back, 1, 1e-14);
+    }
+}
+
+TEST(HenyeyGreenstein, IsBlinnsWithTheOppositeSign) {
+    const double blinns_g = 0.325;  // backward scattering, in the phase angle
+    for (const double a : {0.0, 0.5, 1.5, 3.0}) {
+        const double base = 1 + blinns_g * blinns_g - 2 * blinns_g * std::cos(a);
+        EXPECT_NEAR(PhaseFunction::henyey_greenstein(-blinns_g)(std::cos(pi - a)),
+                    (1 - blinns_g * blinns_g) / std::pow(base, 1.5), 1e-14);
+    }
+}
+
+TEST(LambertSphere, IsBlinnsFormulaInThePhaseAngle) {
+    const PhaseFunction phi = PhaseFunction::lambert_sphere();
+    for (double a = 0; a < pi - 0.2; a += 0.1)
+        EXPECT_NEAR(phi(std::cos(pi - a)), 8 / (3 * pi) * (std::sin(a) + (pi - a) * std::cos(a)),
+                    1e-14);
+    EXPECT_NEAR(phi(-1), 8.0 / 3, 1e-15);
+}
+
+TEST(LambertSphere, FallsAsTheCubeOfASmallScatteringAngle) {
+    const PhaseFunction phi = PhaseFunction::lambert_sphere();
+    for (const double angle : {1e-3, 1e-2, 0.09, 0.11}) {
+        const long double x = angle;
+        const long double exact = 8 / (3 * acosl(-1.0L)) * (sinl(x) - x * cosl(x));
+        // cos(angle) rounds to 1e-16, and with it the angle to 1e-16 / angle
+        EXPECT_NEAR(phi(std::cos(angle)) / static_cast<double>(exact), 1,
+                    1e-12 + 1e-15 / (angle * angle));
+    }
+    EXPECT_EQ(phi(1), 0);
+}
+
+TEST(LambertSphere, HasNoOddMomentsButTheFirst) {
+    const std::vector<double> chi = PhaseFunction::lambert_sphere().moments(12);
+    EXPECT_DOUBLE_EQ(chi[1], -4.0 / 9);
+    EXPECT_DOUBLE_EQ(chi[2], 1.0 / 16);
+    for (std::size_t l = 3; l < 12; l += 2) EXPECT_EQ(chi[l], 0);
+}
+
+TEST(Saturn, IsTheWeightedSumOfItsParts) {
+    const PhaseFunction sum = parse_phase_function(saturn);
+    const PhaseFunction back = PhaseFunction::henyey_greenstein(-0.5);
+    const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.5);
+    for (const double c : {-1.0, -0.3, 0.2, 0.9})
+        EXPECT_DOUBLE_EQ(sum(c), 0.596 * back(c) + 0.404 * forward(c));
+}
+
+TEST(Tabulated, MeetsItsPointsInProportion) {
+    const std::vector<double> angle = {0, 5, 12, 40, 90, 180}, value = {7, 5.8, 4.5, 2.2, 1, 2};
+    const PhaseFunction phi = PhaseFunction::tabulated(angle, value);
+    const double scale = std::get<Tabulated>(phi.terms()[0].second).normalisation;
+    for (std::size_t i = 0; i < angle.size(); ++i)
+        EXPECT_NEAR(phi(-std::cos(radians(angle[i]))), scale * value[i], 1e-12);
+}
+
+TEST(Tabulated, NeverOvershoots) {
+    const std::vector<double> angle = {0, 10, 11, 12, 60, 100, 180}, value = {0, 0, 9, 9, 1, 0, 0};
+    const PhaseFunction phi = PhaseFunction::tabulated(angle, value);
+    const double scale = std::get<Tabulated>(phi.terms()[0].second).normalisation;
+    for (std::size_t i = 0; i + 1 < angle.size(); ++i)
+        for (double t = 0.01; t < 1; t += 0.01) {
+            const double a = radians(angle[i] + t * (angle[i + 1] - angle[i]));
+            const double here = phi(-std::cos(a)) / scale;
+            EXPECT_GE(here, std::min(value[i], value[i + 1]) - 1e-12);
+            EXPECT_LE(here, std::max(value[i], value[i + 1]) + 1e-12);
+        }
+}
+
+TEST(Tabulated, FollowsTheFunctionItSamples) {
+    std::vector<double> angle, value;
+    const PhaseFunction exact = PhaseFunction::henyey_greenstein(-0.4);
+    for (int i = 0; i <= 180; ++i) {
+        angle.push_back(i);
+        value.push_back(2 * exact(-std::cos(radians(i))));
+    }
+    const PhaseFunction phi = PhaseFunction::tabulated(angle, value);
+    // a cubic with parabolic slopes: h^3 phi''' / 12 with h = 0.0175
+    for (int i = 0; i < 1800; ++i)
+        EXPECT_NEAR(phi(std::cos(pi * i / 1800)) / exact(std::cos(pi * i / 1800)), 1, 2e-5);
+    for (std::size_t l = 0; l < 20; ++l)
+        EXPECT_NEAR(phi.moments(20)[l], std::pow(-0.4, static_cast<double>(l)), 1e-6);
+}
+
+TEST(Tabulated, IsFlatAtBothEnds) {
+    const PhaseFunction phi = parse_phase_function(points);
+    for (const double end : {0.0, pi}) {
+        const double near = std::abs(phi(-std::cos(std::abs(end - 1e-4))) - phi(-std::cos(end)));
+        EXPECT_LT(near, 1e-5);  // a slope of 1 would give 1e-4
+    }
+}
+
+TEST(Moments, MayDipAThousandthBelowZero) {
+    // 1 + 2 * 3/4 ... cut so that its least value is a little below 0: returned as it is
+    const PhaseFunction phi = PhaseFunction::from_moments({1, 0.3335});
+    EXPECT_NEAR(phi(-1), 1 - 3 * 0.3335, 1e-15);
+    EXPECT_LT(phi(-1), 0);
+}
+
+TEST(Moments, AreDividedByTheFirst) {
+    const PhaseFunction phi = PhaseFunction::from_moments({1 + 5e-7, 0.25});
+    EXPECT_EQ(phi.moments(2)[0], 1);
+    EXPECT_DOUBLE_EQ(phi.moments(2)[1], 0.25 / (1 + 5e-7));
+}
+
+TEST(Sum, IsFlattenedAndNormalised) {
+    const PhaseFunction inner =
+        PhaseFunction::sum({{1, PhaseFunction::rayleigh()}, {3, PhaseFunction::isotropic()}});
+    const PhaseFunction outer =
+        PhaseFunction::sum({{2, inner}, {6, PhaseFunction::lambert_sphere()}, {0, inner}});
+    ASSERT_EQ(outer.terms().size(), 3u);
+    EXPECT_DOUBLE_EQ(outer.terms()[0].first, 0.0625);
+    EXPECT_DOUBLE_EQ(outer.terms()[1].first, 0.1875);
+    EXPECT_DOUBLE_EQ(outer.terms()[2].first, 0.75);
+}
+
+TEST(Sum, OfAwkwardWeightsComesBackFromItsTextBitForBit) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> weight(0.01, 1), g(-0.9, 0.9);
+    for (int n = 0; n < 300; ++n) {
+        std::vector<std::pair<double, PhaseFunction>> parts;
+        for (int i = 0; i < 2 + n % 6; ++i)
+            parts.emplace_back(weight(random), PhaseFunction::henyey_greenstein(g(random)));
+        const PhaseFunction before = PhaseFunction::sum(parts);
+        const PhaseFunction after = parse_phase_function(before.text());
+        ASSERT_EQ(after.text(), before.text());
+        ASSERT_EQ(after(0.3), before(0.3));
+    }
+}
+
+// ---- text
+
+TEST(ParsePhaseFunction, TakesSpacesAnywhereAndWeightOneForNone) {
+    const PhaseFunction tight = parse_phase_function("0.5*rayleigh+0.5*henyey_greenstein:g=0.25");
+    const PhaseFunction loose =
+        parse_phase_function("  0.5 * rayleigh  +  0.5  *henyey_greenstein : g = 0.25  ");
+    EXPECT_EQ(tight.text(), loose.text());
+    std::vector<std::string> notes;
+    const PhaseFunction implied =
+        parse_phase_function("rayleigh + 0.25*lambert_sphere", "", &notes);
+    EXPECT_DOUBLE_EQ(implied.terms()[0].first, 0.8);
+    EXPECT_DOUBLE_EQ(implied.terms()[1].first, 0.2);
+}
+
+TEST(ParsePhaseFunction, NotesWeightsThatDidNotSumToOne) {
+    std::vector<std::string> notes;
+    parse_phase_function("0.5*rayleigh + 0.7*isotropic", "", &notes);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("1.2"), std::string::npos) << notes[0];
+    notes.clear();
+    parse_phase_function(saturn, "", &notes);
+    EXPECT_TRUE(notes.empty());
+}
+
+class PhaseFiles : public testing::Test {
+  protected:
+    void SetUp() override {
+        const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+        folder_ = std::filesystem::temp_directory_path() / ("stratus_phase_files_" + test);
+        std::filesystem::create_directories(folder_);
+    }
+
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    void write(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_ / name) << text;
+    }
+
+    PhaseFunction parse(const std::string& text, std::vector<std::string>* notes = nullptr) const {
+        return parse_phase_function(text, folder_.string(), notes);
+    }
+
+    std::filesystem::path folder_;
+};
+
+TEST_F(PhaseFiles, HoldTablesBelowTheDirectory) {
+    write("moon.csv", "# a moon\nvalue,phase_angle_deg\n2,0\n1,90\n0.5,180\n");
+    std::vector<std::string> notes;
+    const PhaseFunction phi = parse("tabulated:file=moon.csv", &notes);
+    EXPECT_EQ(phi.text(), "tabulated:points=0 2/90 1/180 0.5");
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("mean"), std::string::npos);
+    EXPECT_EQ(parse("tabulated:file=" + (folder_ / "moon.csv").string()).text(), phi.text());
+}
+
+TEST_F(PhaseFiles, HoldListsOfMoments) {
+    write("haze.csv", "l,chi\n0,1\n1,0.5\n2,0.25\n");
+    std::vector<std::string> notes;
+    EXPECT_EQ(parse("moments:file=haze.csv", &notes).text(), "moments:chi=1 0.5 0.25");
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(PhaseFiles, MayHavePlusSignsAndSpacesInTheirNames) {
+    write("a+b c.csv", "l,chi\n0,1\n1,0.25\n");
+    EXPECT_EQ(parse("moments:file=a+b c.csv").text(), "moments:chi=1 0.25");
+    const char* const sum = "0.5*moments:chi=1 0.25 + 0.5*rayleigh";
+    EXPECT_EQ(parse("0.5*moments:file=a+b c.csv+0.5*rayleigh").text(), sum);
+    EXPECT_EQ(parse("0.5*moments:file=a+b c.csv + 0.5 * rayleigh").text(), sum);
+}
+
+TEST_F(PhaseFiles, AreRefusedWithTheLineThatIsWrong) {
+    const auto refused = [&](const char* file, const char* text,
+                             std::vector<const char*> fragments) {
+        write("bad.csv", text);
+        expect_refusal<std::invalid_argument>([&] { parse(std::string(file) + ":file=bad.csv"); },
+                                              fragments);
+    };
+    const std::string head = "phase_angle_deg,value\n";
+    refused("tabulated", (head + "0,1\n180,1\n").c_str(), {"at least 3 rows", "got 2"});
+    refused("tabulated", (head + "0,1\n90,-1\n180,1\n").c_str(),
+            {"value", "bad.csv, line 3", "at least 0", "got -1"});
+    refused("tabulated", (head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
+            {"phase_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
+    refused("tabulated", (head + "5,1\n90,1\n180,1\n").c_str(),
+            {"bad.csv, line 2", "cover 0 to 180", "got 5"});
+    refused("tabulated", (head + "0,1\n90,1\n170,1\n").c_str(),
+            {"bad.csv, line 4", "cover 0 to 180", "got 170"});
+    refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(), {"line 4", "[0, 180]", "190"});
+    refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(), {"line 2", "finite", "inf"});
+    refused("tabulated", "angle,value\n0,1\n", {"'phase_angle_deg'", "angle, value"});
+    refused("moments", "l,chi\n0,1\n2,0.5\n", {"bad.csv, line 3", "l", "must be 1", "got 2"});
+    refused("moments", "l,chi\n", {"at least one moment"});
+}
+
+TEST_F(PhaseFiles, ThatAreMissingAreNamed) {
+    expect_refusal<std::runtime_error>([&] { parse("tabulated:file=gone.csv"); }, {"gone.csv"});
+}
+
+struct Refusal {
+    const char* name;
+    const char* text;
+    std::vector<const char*> fragments;
+};
+
+class ParsePhaseFunctionRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(ParsePhaseFunctionRefuses, NamingWhatIsWrong) {
+    expect_refusal<std::invalid_argument>([] { parse_phase_function(GetParam().text); },
+                                          GetParam().fragments);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, ParsePhaseFunctionRefuses,
+    testing::Values(
+        Refusal{"Nothing", "", {"phase function must stand here"}},
+        Refusal{
+            "UnknownName", "raleigh", {"'raleigh'", "did you mean 'rayleigh'", "lambert_sphere"}},
+        Refusal{"UnknownKey", "henyey_greenstein:h=0.5", {"henyey_greenstein", "'h'", "'g'"}},
+        Refusal{"NearestKey", "tabulated:fiel=x.csv", {"'fiel'", "did you mean 'file'"}},
+        Refusal{"NoKey", "henyey_greenstein", {"henyey_greenstein needs g="}},
+        Refusal{"NoKeyAtAll", "tabulated", {"tabulated needs file=... or points=..."}},
+        Refusal{"NeedlessKey", "isotropic:g=0", {"isotropic takes no parameter", "g=0"}},
+        Refusal{"NoEquals", "henyey_greenstein:g 0.5", {"'='", "g", "0.5"}},
+        Refusal{"NoNumber", "henyey_greenstein:g=half", {"g must be a number", "half"}},
+        Refusal{"NotANumber", "henyey_greenstein:g=nan", {"g must be a number", "nan"}},
+        Refusal{"GOfOne", "henyey_greenstein:g=1", {"g", "(-1, 1)", "got 1"}},
+        Refusal{"GBelow", "henyey_greenstein:g=-1.5", {"g", "(-1, 1)", "got -1.5"}},
+        Refusal{"GInfinite", "henyey_greenstein:g=inf", {"g", "(-1, 1)", "got inf"}},
+        Refusal{"XAbove", "anisotropic:x=1.01", {"x", "[-1, 1]", "1.01"}},
+        Refusal{"TrailingWord", "rayleigh please", {"'please'", "'+'"}},
+        Refusal{"TrailingKey", "henyey_greenstein:g=0.5,g=0.2", {"',g=0.2'"}},
+        Refusal{"TrailingPlus", "rayleigh + ", {"phase function must stand here"}},
+        Refusal{"NoStar", "0.5 rayleigh", {"'*' must follow the weight 0.5", "'rayleigh'"}},
+        Refusal{"NegativeWeight", "-0.5*rayleigh", {"weight", "at least 0", "-0.5"}},
+        Refusal{"InfiniteWeight", "inf*rayleigh", {"weight", "finite", "inf"}},
+        Refusal{"NoWeightAtAll", "0*rayleigh + 0*isotropic", {"total weight", "above 0"}},
+        Refusal{"TwoPoints", "tabulated:points=0 1/180 1", {"at least 3 rows", "got 2"}},
+        Refusal{"HalfAPoint", "tabulated:points=0 1/90/180 1", {"value of a point", "'/180 1'"}},
+        Refusal{"DarkTable", "tabulated:points=0 0/90 0/180 0", {"above 0 somewhere"}},
+        Refusal{"UnsortedRow", "tabulated:points=0 1/90 1/80 1/180 1", {"row 3", "got 80"}},
+        Refusal{"ChiZero", "moments:chi=0.9 0.5", {"chi_0", "1", "0.9"}},
+        Refusal{"ChiAboveOne", "moments:chi=1 1.5", {"chi_1", "[-1, 1]", "1.5"}},
+        Refusal{"NegativeSeries", "moments:chi=1 0.5", {"-1e-3", "got -0.5"}},
+        Refusal{"NoChi", "moments:chi=", {"chi must be a number"}},
+        Refusal{"NoFile", "moments:file=", {"file", "nothing"}}),
+    [](const auto& row) { return row.param.name; });
+
+TEST(PhaseFunction, RefusesSumsWithoutWeight) {
+    const PhaseFunction phi;
+    expect_refusal<std::invalid_argument>([] { PhaseFunction::sum({}); }, {"total weight"});
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            PhaseFunction::sum({{-1, phi}});
+        },
+        {"weight", "-1"});
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            PhaseFunction::sum({{std::nan(""), phi}});
+        },
+        {"weight", "nan"});
+}
+
+TEST(PhaseFunction, RefusesTablesOfUnequalColumns) {
+    expect_refusal<std::invalid_argument>(
+        [] {
+            PhaseFunction::tabulated({0, 90, 180}, {1, 1});
+        },
+        {"value", "as many", "got 2"});
+}
+
+TEST(PhaseFunction, RefusesToGiveNoMoments) {
+    expect_refusal<std::invalid_argument>([] { PhaseFunction().moments(0); },
+                                          {"count", "at least 1", "got 0"});
+}
+
+TEST(PhaseFunction, IsIsotropicByDefault) {
+    EXPECT_EQ(PhaseFunction().text(), "isotropic");
+    EXPECT_TRUE(PhaseFunction().is_isotropic());
+}
+
+}  // namespace
+}  // namespace stratus

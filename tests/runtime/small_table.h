@@ -1,0 +1,88 @@
+// Tables filled from a function, for tests of lookups.
+#pragma once
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/table.h>
+
+#include <cmath>
+#include <functional>
+
+namespace stratus {
+
+/// Where a sample stands.
+struct Point {
+    double albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+/// Samples along each axis.
+struct Counts {
+    int albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+struct Depths {
+    double lowest, highest;
+    bool and_infinity;
+};
+
+constexpr double small_table_length = 0.7;
+
+/// A diffusion exponent that a cubic in sqrt(1 - albedo) follows exactly.
+inline double small_table_exponent(double albedo) { return 1.1 * std::sqrt(1 - albedo); }
+
+inline Axis axis_of(AxisScale scale, double lowest, double highest, int count) {
+    return make_axis(scale, count == 1 ? highest : lowest, highest, count);
+}
+
+/// Albedo 0.19 to 1, cosines 0.01 to 1, azimuth 0 to pi; not yet filled.
+inline Table empty_table(const Counts& counts, const Depths& depths) {
+    Table table;
+    table.phase_function = PhaseFunction::henyey_greenstein(0.3);
+    table.albedo = axis_of(AxisScale::square_root_of_complement, 0.19, 1, counts.albedo);
+    const double lowest = counts.optical_depth == 1 ? depths.highest : depths.lowest;
+    table.optical_depth = make_axis(AxisScale::logarithmic, lowest, depths.highest,
+                                    counts.optical_depth, depths.and_infinity);
+    table.mu_in = axis_of(AxisScale::arcsine_of_fourth_root, 0.01, 1, counts.mu_in);
+    table.mu_out = axis_of(AxisScale::arcsine_of_fourth_root, 0.01, 1, counts.mu_out);
+    table.azimuth = counts.azimuth == 1 ? Axis{AxisScale::linear, {0}}
+                                        : make_axis(AxisScale::linear, 0, pi, counts.azimuth);
+    for (const double albedo : table.albedo.values)
+        table.diffusion_exponent.push_back(small_table_exponent(albedo));
+    table.extrapolation_length = small_table_length;
+    return table;
+}
+
+inline std::vector<float> samples_of(const Table& table,
+                                     const std::function<double(const Point&)>& function) {
+    std::vector<float> samples;
+    samples.reserve(table.sample_count());
+    for (const double w : table.albedo.values)
+        for (const double tau : table.optical_depth.values)
+            for (const double mu_in : table.mu_in.values)
+                for (const double mu_out : table.mu_out.values)
+                    for (const double azimuth : table.azimuth.values)
+                        samples.push_back(
+                            static_cast<float>(function({w, tau, mu_in, mu_out, azimuth})));
+    return samples;
+}
+
+/// What a lookup divides samples by along albedo and both cosines.
+inline double small_table_incidence(const Point& p) {
+    return p.albedo * intercepted_share(p.optical_depth, p.mu_in) *
+           intercepted_share(p.optical_depth, p.mu_out);
+}
+
+/// All that a lookup divides samples of R by: what is left is interpolated.
+inline double small_table_reflection_scale(const Point& p) {
+    return small_table_incidence(p) *
+           reflection_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
+}
+
+/// The same for T.
+inline double small_table_transmission_scale(const Point& p) {
+    return small_table_incidence(p) *
+           transmission_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
+}
+
+}  // namespace stratus

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <numbers>
 
 #include <stratus/bake/accuracy.h>
@@ -21,10 +20,74 @@ namespace stratus {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double infinity = std::numeric_limits<double>::infinity();
+/// The probes' directions, and what does not change with depth and albedo.
+class Angles {
+  public:
+    Angles(const PhaseFunction& phase_function, std::vector<double> cosines, std::vector<double> azimuths)
+        : mu(std::move(cosines)), azimuth(std::move(azimuths)) {
+        for (double in : mu)
+            for (double out : mu)
+                for (double phi : azimuth) {
+                    reflected.push_back(phase_function(cos_scattering_angle_reflected({in, out, phi})));
+                    transmitted.push_back(phase_function(cos_scattering_angle_transmitted({in, out, phi})));
+                }
+    }
 
-using Solutions = std::vector<std::vector<LayerSolution>>;  // [albedo][depth]
+    std::size_t at(int i, int j, int k) const {
+        return (static_cast<std::size_t>(i) * mu.size() + static_cast<std::size_t>(j)) * azimuth.size() +
+               static_cast<std::size_t>(k);
+    }
+
+    std::vector<double> mu, azimuth;
+    std::vector<double> reflected, transmitted;  // phi over (mu, mu, azimuth)
+};
+
+/// One side of a solved layer at all probe directions.
+struct SideValues {
+    std::vector<double> multiple, total;  // over (mu, mu, azimuth)
+    double floor = 0;                     // accuracy.h
+};
+
+/// A solved layer and its values at the probe directions.
+struct Cell {
+    LayerSolution solution;
+    SideValues reflection, transmission;
+
+    const SideValues& side(Side which) const {
+        return which == Side::reflection ? reflection : transmission;
+    }
+};
+
+using Cells = std::vector<std::vector<Cell>>;  // [albedo][depth]
+
+template <class Single>
+SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::MatrixXd>& modes,
+                     const Eigen::MatrixXd& correction, const Angles& angles, const std::vector<double>& phase,
+                     Single single) {
+    SideValues values;
+    values.multiple.resize(phase.size());
+    values.total.resize(phase.size());
+    const auto count = static_cast<Eigen::Index>(modes.size());
+    Eigen::MatrixXd cosines(static_cast<Eigen::Index>(angles.azimuth.size()), count);
+    for (Eigen::Index k = 0; k < cosines.rows(); ++k)
+        for (Eigen::Index m = 0; m < count; ++m)
+            cosines(k, m) =
+                (m ? 2 : 1) * std::cos(static_cast<double>(m) * angles.azimuth[static_cast<std::size_t>(k)]);
+    Eigen::VectorXd series(count), sum(cosines.rows());
+    const int n = static_cast<int>(angles.mu.size());
+    for (int i = 0; i < n; ++i)
+        for (int j = i; j < n; ++j) {
+            for (Eigen::Index m = 0; m < count; ++m) series(m) = modes[static_cast<std::size_t>(m)](i, j);
+            sum.noalias() = cosines * series;
+            const double once = single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
+            for (int k = 0; k < static_cast<int>(sum.size()); ++k) {
+                const std::size_t at = angles.at(i, j, k), mirrored = angles.at(j, i, k);
+                values.multiple[at] = values.multiple[mirrored] = sum(k) + correction(i, j) * phase[at];
+                values.total[at] = values.total[mirrored] = values.multiple[at] + once * phase[at];
+            }
+        }
+    return values;
+}
 
 /// Errors of many probes, and what of them a choice is judged by.
 class Errors {
@@ -45,7 +108,7 @@ class Errors {
     std::vector<double> errors_;
 };
 
-std::string percent(double value) {
+std::string short_number(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.2g", value);
     return text;
@@ -54,22 +117,23 @@ std::string percent(double value) {
 class Resolver {
   public:
     Resolver(const Recipe& recipe, double strictness, const BakeOptions& options)
-        : recipe_(recipe), options_(options), share_(recipe.tolerance * strictness) {
-        const double deepest_s = std::sqrt(1 - recipe.albedo.min),
-                     shallow_s = std::sqrt(1 - recipe.albedo.max);
+        : recipe_(recipe),
+          options_(options),
+          share_(recipe.tolerance * strictness),
+          q_(extrapolation_length(recipe.phase_function)) {
+        const double most = std::sqrt(1 - recipe.albedo.min), least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
-            const double s = shallow_s + at * (deepest_s - shallow_s);
+            const double s = least + at * (most - least);
             albedos_.push_back(std::clamp(1 - s * s, recipe.albedo.min, recipe.albedo.max));
             if (recipe.albedo.min == recipe.albedo.max) break;
         }
+        for (double w : albedos_) exponents_.push_back(compute_diffusion_exponent(recipe.phase_function, w));
         for (double mu : floor_cosines()) mu_.push_back(mu);
-        for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
-            mu_.push_back(x * x);
+        for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93}) mu_.push_back(x * x);
     }
 
     Recipe resolve() {
-        Discretisation& d = recipe_.discretisation;
-        solver_.scheme = d.scheme;
+        solver_.scheme = recipe_.discretisation.scheme;
         solver_.mode_tolerance = 1e-3 * recipe_.tolerance;
         choose_depth_range();
         choose_nodes();
@@ -85,60 +149,85 @@ class Resolver {
   private:
     // ---- what is compared ----------------------------------------------------------------------
 
-    /// Calls visit(value(solution), floor) for both sides that the recipe has.
-    template <class Visit>
-    void for_sides(const LayerSolution& at, Visit visit) const {
-        if (recipe_.reflection)
-            visit([](const LayerSolution& s, int i, int j,
-                     double phi) { return s.reflection(i, j, phi); },
-                  reflection_floor(at), Side::reflection);
-        if (recipe_.transmission && !std::isinf(at.optical_depth))
-            visit([](const LayerSolution& s, int i, int j,
-                     double phi) { return s.transmission(i, j, phi); },
-                  transmission_floor(at), Side::transmission);
+    /// Adds error(side, i, j, k) of all pairs of the first `directions` cosines and all azimuths, on both sides that
+    /// matter, relative to the total of `expected`.
+    template <class Found>
+    void compare(const Cell& expected, int directions, const Angles& angles, Errors& errors, Found found) const {
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            if (side == Side::reflection ? !recipe_.reflection
+                                         : !recipe_.transmission || std::isinf(expected.solution.optical_depth))
+                continue;
+            const SideValues& values = expected.side(side);
+            for (int i = 0; i < directions; ++i)
+                for (int j = i; j < directions; ++j)
+                    for (int k = 0; k < static_cast<int>(angles.azimuth.size()); ++k) {
+                        const std::size_t at = angles.at(i, j, k);
+                        errors.add(std::abs(found(side, i, j, k) - values.multiple[at]) /
+                                   std::max(values.total[at], values.floor));
+                    }
+        }
     }
 
-    /// Calls visit(i, j) for all pairs of probe cosines.
-    template <class Visit>
-    void for_pairs(Visit visit) const {
-        for (int i = 0; i < static_cast<int>(mu_.size()); ++i)
-            for (int j = i; j < static_cast<int>(mu_.size()); ++j) visit(i, j);
-    }
-
+    /// 99.9 % of the errors that measure(albedo, depth, errors) adds for all albedos and depths.
     template <class Measure>
-    double measure_cells(const Solutions& solutions, Measure measure) const {
-        const int depths = static_cast<int>(solutions[0].size());
-        const int cells = static_cast<int>(solutions.size()) * depths;
-        std::vector<Errors> of_cell(static_cast<std::size_t>(cells));
-        parallel_for(cells, options_.threads, [&](int cell) {
-            measure(static_cast<std::size_t>(cell / depths),
-                    static_cast<std::size_t>(cell % depths),
-                    of_cell[static_cast<std::size_t>(cell)]);
+    double measure_cells(std::size_t albedos, std::size_t depths, Measure measure) const {
+        std::vector<Errors> of_cell(albedos * depths);
+        parallel_for(static_cast<int>(of_cell.size()), options_.threads, [&](int cell) {
+            const auto at = static_cast<std::size_t>(cell);
+            measure(at / depths, at % depths, of_cell[at]);
         });
         Errors all;
         for (const Errors& errors : of_cell) all.add(errors);
         return all.quantile();
     }
 
+    double scale(Side side, double optical_depth, double exponent) const {
+        return side == Side::reflection ? reflection_scale(optical_depth, exponent, q_)
+                                        : transmission_scale(optical_depth, exponent, q_);
+    }
+
+    int probe_count() const { return static_cast<int>(mu_.size()); }
+
     // ---- solving the probes --------------------------------------------------------------------
 
-    Solutions solve(const std::vector<double>& albedos, const std::vector<double>& mu,
-                    const DepthLadder& ladder, const SolverOptions& solver) const {
+    Cells solve(const std::vector<double>& albedos, const DepthLadder& ladder, const Angles& angles,
+                const SolverOptions& solver) const {
         // Eight albedos fill the lanes of a pack; few albedos are split so that no thread is idle.
         const std::size_t chunk = albedos.size() >= 16 ? 8 : 1;
-        const int chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
-        Solutions result(albedos.size());
+        const auto chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
+        Cells cells(albedos.size());
         parallel_for(chunks, options_.threads, [&](int c) {
             const std::size_t first = static_cast<std::size_t>(c) * chunk;
             const std::size_t last = std::min(albedos.size(), first + chunk);
-            auto part = solve_ladder(recipe_.phase_function,
-                                     {albedos.begin() + static_cast<std::ptrdiff_t>(first),
-                                      albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                     ladder, mu, solver);
-            for (std::size_t a = first; a < last; ++a) result[a] = std::move(part[a - first]);
+            auto solved = solve_ladder(recipe_.phase_function,
+                                       {albedos.begin() + static_cast<std::ptrdiff_t>(first),
+                                        albedos.begin() + static_cast<std::ptrdiff_t>(last)},
+                                       ladder, angles.mu, solver);
+            for (std::size_t a = first; a < last; ++a)
+                for (LayerSolution& solution : solved[a - first])
+                    cells[a].push_back(evaluate(std::move(solution), angles));
         });
-        return result;
+        return cells;
     }
+
+    Cell evaluate(LayerSolution solution, const Angles& angles) const {
+        Cell cell;
+        if (recipe_.reflection) {
+            cell.reflection = values_of(solution, solution.reflection_modes, solution.reflection_correction(),
+                                        angles, angles.reflected, single_reflection);
+            cell.reflection.floor = reflection_floor(solution);
+        }
+        if (recipe_.transmission) {
+            cell.transmission =
+                values_of(solution, solution.transmission_modes, solution.transmission_correction(), angles,
+                          angles.transmitted, single_transmission);
+            cell.transmission.floor = transmission_floor(solution);
+        }
+        cell.solution = std::move(solution);
+        return cell;
+    }
+
+    Angles angles(const std::vector<double>& mu) const { return {recipe_.phase_function, mu, azimuths_}; }
 
     void choose_depth_range() {
         const Range range = recipe_.optical_depth;
@@ -146,10 +235,9 @@ class Resolver {
             ladder_ = {1, 0, true};
             return;
         }
-        // Infinite tables are probed to where the diffusion law has long taken over.
+        // Infinite tables are probed to where the law of diffusion has long taken over.
         const double reduced = 1 - recipe_.phase_function.asymmetry();
-        const double highest =
-            std::isinf(range.max) ? std::max(range.min, 200 / reduced) : range.max;
+        const double highest = std::isinf(range.max) ? std::max(range.min, 200 / reduced) : range.max;
         const int octaves = static_cast<int>(std::floor(std::log2(highest / range.min) + 1e-9));
         ladder_ = {std::isinf(range.max) ? range.min : std::ldexp(range.max, -octaves), octaves + 1,
                    std::isinf(range.max)};
@@ -157,10 +245,13 @@ class Resolver {
 
     // ---- the choices ---------------------------------------------------------------------------
 
-    /// First of the ascending candidates whose error is within the share, by bisection; the last if
-    /// none is.
+    void say(const std::string& what, double error, const char* of) const {
+        if (options_.note) options_.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
+    }
+
+    /// First of the ascending candidates whose error is within the share, by bisection; the last if none is.
     template <class Measure>
-    int choose(const char* what, const std::vector<int>& candidates, Measure measure) const {
+    int choose(const std::string& what, const std::vector<int>& candidates, Measure measure) const {
         std::size_t low = 0, high = candidates.size() - 1;
         double error = measure(candidates[high]);
         while (low < high) {
@@ -173,31 +264,31 @@ class Resolver {
                 low = middle + 1;
             }
         }
-        say(what, candidates[high], error, "interpolation misses");
+        say(what + " " + std::to_string(candidates[high]), error, "interpolation misses");
         return candidates[high];
-    }
-
-    void say(const std::string& what, int value, double error, const char* of) const {
-        if (!options_.note) return;
-        options_.note(what + " " + std::to_string(value) + ": " + of + " " + percent(error) +
-                      " (99.9 % of probes)");
     }
 
     void choose_nodes() {
         int& nodes = recipe_.discretisation.nodes;
+        const Angles probe_angles = angles(mu_);
         if (nodes) {
             solver_.nodes = nodes;
-            probes_ = solve(albedos_, mu_, ladder_, solver_);
+            probes_ = solve(albedos_, ladder_, probe_angles, solver_);
             return;
         }
-        const int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
-        for (int candidate : candidates) {
+        const std::vector<int> candidates{4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
+        for (const int candidate : candidates) {
             solver_.nodes = candidate;
-            Solutions finer = solve(albedos_, mu_, ladder_, solver_);
+            Cells finer = solve(albedos_, ladder_, probe_angles, solver_);
             if (!probes_.empty()) {
-                const double error = nodes_error(probes_, finer);
-                if (error <= 0.2 * share_ || candidate == candidates[std::size(candidates) - 1]) {
-                    say("nodes", nodes, error, "more nodes change");
+                const double error = measure_cells(
+                    albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+                        compare(finer[a][d], probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
+                            return probes_[a][d].side(side).multiple[probe_angles.at(i, j, k)];
+                        });
+                    });
+                if (error <= 0.2 * share_ || candidate == candidates.back()) {
+                    say("nodes " + std::to_string(nodes), error, "more nodes change");
                     break;
                 }
             }
@@ -207,27 +298,12 @@ class Resolver {
         solver_.nodes = nodes;
     }
 
-    double nodes_error(const Solutions& coarse, const Solutions& fine) const {
-        return measure_cells(fine, [&](std::size_t a, std::size_t d, Errors& errors) {
-            for_sides(fine[a][d], [&](auto value, double floor, Side) {
-                for_pairs([&](int i, int j) {
-                    for (double phi : azimuths_) {
-                        const double expected = value(fine[a][d], i, j, phi).total;
-                        errors.add(std::abs(value(coarse[a][d], i, j, phi).total - expected) /
-                                   std::max(expected, floor));
-                    }
-                });
-            });
-        });
-    }
-
     /// Modes from which on all others together stay below a twentieth of the share.
     void choose_modes() {
         int& modes = recipe_.discretisation.modes;
         if (!modes) {
-            const int all = static_cast<int>(probes_[0][0].reflection_modes.size());
+            int low = 1, high = static_cast<int>(probes_[0][0].solution.reflection_modes.size());
             double error = 0;
-            int low = 1, high = all;
             while (low < high) {
                 const int middle = (low + high) / 2;
                 const double tail = modes_error(middle);
@@ -239,77 +315,70 @@ class Resolver {
                 }
             }
             modes = high;
-            say("modes", modes, error, "all higher ones add");
+            say("modes " + std::to_string(modes), error, "all higher ones add");
         }
         solver_.modes = modes;
     }
 
     double modes_error(int kept) const {
-        return measure_cells(probes_, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const LayerSolution& solution = probes_[a][d];
-            for_sides(solution, [&](auto value, double floor, Side side) {
-                const auto& modes = side == Side::reflection ? solution.reflection_modes
-                                                             : solution.transmission_modes;
-                for_pairs([&](int i, int j) {
+        const Angles probe_angles = angles(mu_);
+        return measure_cells(
+            albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+                const Cell& cell = probes_[a][d];
+                compare(cell, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
+                    const auto& modes = side == Side::reflection ? cell.solution.reflection_modes
+                                                                 : cell.solution.transmission_modes;
                     double tail = 0;
                     for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
                         tail += 2 * std::abs(modes[m](i, j));
-                    errors.add(tail / std::max(value(solution, i, j, pi / 2).total, floor));
+                    return cell.side(side).multiple[probe_angles.at(i, j, k)] + tail;
                 });
             });
-        });
     }
 
     void choose_mu_samples() {
         int& samples = recipe_.discretisation.mu_samples;
         if (!samples)
-            samples = choose("mu_samples",
-                             {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
+            samples = choose("mu_samples", {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
                              [&](int candidate) { return mu_error(candidate); });
     }
 
     double mu_error(int samples) const {
-        const AxisView axis = mu_axis(samples).view();
+        const Axis axis = mu_axis(samples);
+        const AxisView view = axis.view();
         std::vector<double> mu = mu_;
-        for (double sample : mu_axis(samples).values) mu.push_back(sample);
-        const Solutions solutions = solve(albedos_, mu, ladder_, solver_);
-        const int offset = static_cast<int>(mu_.size());
-        return measure_cells(solutions, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const LayerSolution& solution = solutions[a][d];
-            for_sides(solution, [&](auto value, double floor, Side) {
-                for_pairs([&](int i, int j) {
-                    const Stencil in = axis.stencil(mu_[static_cast<std::size_t>(i)]);
-                    const Stencil out = axis.stencil(mu_[static_cast<std::size_t>(j)]);
-                    const double tau = solution.optical_depth;
-                    const double scale = intercepted_share(tau, mu[static_cast<std::size_t>(i)]) *
-                                         intercepted_share(tau, mu[static_cast<std::size_t>(j)]);
-                    auto intercepted = [&](int sample) {
-                        return intercepted_share(tau,
-                                                 mu[static_cast<std::size_t>(offset + sample)]);
-                    };
-                    for (double phi : azimuths_) {
-                        const SolvedValue expected = value(solution, i, j, phi);
-                        double found = 0;
-                        for (int p = 0; p < 4; ++p)
-                            for (int q = 0; q < 4; ++q)
-                                found += scale /
-                                         (intercepted(in.first + p) * intercepted(out.first + q)) *
-                                         in.weight[p] * out.weight[q] *
-                                         value(solution, offset + in.first + p,
-                                               offset + out.first + q, phi)
-                                             .multiple;
-                        errors.add(std::abs(found - expected.multiple) /
-                                   std::max(expected.total, floor));
-                    }
+        mu.insert(mu.end(), axis.values.begin(), axis.values.end());
+        const Angles all = angles(mu);
+        const Cells cells = solve(albedos_, ladder_, all, solver_);
+        std::vector<Stencil> stencils;
+        for (double probe : mu_) stencils.push_back(view.stencil(probe));
+        return measure_cells(
+            albedos_.size(), cells[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+                const Cell& cell = cells[a][d];
+                std::vector<double> intercepted;
+                for (double cosine : mu) intercepted.push_back(intercepted_share(cell.solution.optical_depth, cosine));
+                auto weight = [&](int probe, int p) {
+                    const Stencil& stencil = stencils[static_cast<std::size_t>(probe)];
+                    const auto sample = static_cast<std::size_t>(probe_count() + stencil.first + p);
+                    return stencil.weight[p] * intercepted[static_cast<std::size_t>(probe)] / intercepted[sample];
+                };
+                compare(cell, probe_count(), all, errors, [&](Side side, int i, int j, int k) {
+                    const int in = probe_count() + stencils[static_cast<std::size_t>(i)].first;
+                    const int out = probe_count() + stencils[static_cast<std::size_t>(j)].first;
+                    double found = 0;
+                    for (int p = 0; p < 4; ++p)
+                        for (int q = 0; q < 4; ++q)
+                            found += weight(i, p) * weight(j, q) *
+                                     cell.side(side).multiple[all.at(in + p, out + q, k)];
+                    return found;
                 });
             });
-        });
     }
 
     void choose_azimuth_samples() {
         int& samples = recipe_.discretisation.azimuth_samples;
         if (samples) return;
-        if (recipe_.discretisation.modes == 1 && recipe_.phase_function.is_isotropic()) {
+        if (recipe_.phase_function.is_isotropic()) {
             samples = 1;
             return;
         }
@@ -319,34 +388,33 @@ class Resolver {
     }
 
     double azimuth_error(int samples) const {
+        std::vector<double> tests;
+        for (int n = 0; n < 16; ++n) tests.push_back(std::numbers::pi * (n + 0.4) / 16);
         const Axis axis = azimuth_axis(samples);
         const AxisView view = axis.view();
-        return measure_cells(probes_, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const LayerSolution& solution = probes_[a][d];
-            for_sides(solution, [&](auto value, double floor, Side) {
-                for_pairs([&](int i, int j) {
-                    for (int n = 0; n < 16; ++n) {
-                        const double phi = pi * (n + 0.4) / 16;
-                        const Stencil at = view.stencil(phi);
-                        const SolvedValue expected = value(solution, i, j, phi);
-                        double found = 0;
-                        for (int p = 0; p < 4; ++p)
-                            found += at.weight[p] *
-                                     value(solution, i, j,
-                                           axis.values[static_cast<std::size_t>(at.first + p)])
-                                         .multiple;
-                        errors.add(std::abs(found - expected.multiple) /
-                                   std::max(expected.total, floor));
-                    }
+        const Angles at_tests(recipe_.phase_function, mu_, tests);
+        const Angles at_samples(recipe_.phase_function, mu_, axis.values);
+        std::vector<Stencil> stencils;
+        for (double phi : tests) stencils.push_back(view.stencil(phi));
+        return measure_cells(
+            albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+                const Cell target = evaluate(probes_[a][d].solution, at_tests);
+                const Cell sampled = evaluate(probes_[a][d].solution, at_samples);
+                compare(target, probe_count(), at_tests, errors, [&](Side side, int i, int j, int k) {
+                    const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                    double found = 0;
+                    for (int p = 0; p < 4; ++p)
+                        found += stencil.weight[p] *
+                                 sampled.side(side).multiple[at_samples.at(i, j, stencil.first + p)];
+                    return found;
                 });
             });
-        });
     }
 
-    /// First depth of the ladder beyond which the diffusion law bridges the way to infinity.
+    /// First depth of the ladder beyond which the law of diffusion bridges the way to infinity.
     void choose_deepest() {
         double& deepest = recipe_.discretisation.deepest_optical_depth;
-        if (!ladder_.to_infinity || ladder_.octaves == 0 || deepest) return;
+        if (!ladder_.to_infinity || ladder_.octaves == 0 || deepest > 0) return;
         double error = 0;
         std::size_t last = 0;
         for (; last + 2 < static_cast<std::size_t>(ladder_.octaves); ++last) {
@@ -354,136 +422,94 @@ class Resolver {
             if (error <= share_) break;
         }
         deepest = std::ldexp(ladder_.first, static_cast<int>(last));
-        if (options_.note)
-            options_.note("deepest finite optical_depth " + percent(deepest) +
-                          ": beyond it the diffusion law misses " + percent(error) +
-                          " (99.9 % of probes)");
+        say("deepest finite optical_depth " + short_number(deepest), error, "the law of diffusion beyond misses");
     }
 
     double infinity_error(std::size_t last) const {
-        const double q = extrapolation_length(recipe_.phase_function);
-        return measure_cells(probes_, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const LayerSolution &at = probes_[a][d], &from = probes_[a][last],
-                                &limit = probes_[a].back();
-            if (d <= last || std::isinf(at.optical_depth)) return;
-            const double k = exponent(albedos_[a]);
-            const double tau = at.optical_depth, tau_last = from.optical_depth;
-            const double left = reflection_deficit(tau_last, k, q);
-            const double share = left > 0 ? reflection_deficit(tau, k, q) / left : 0;
-            const double passed = transmission_scale(tau_last, k, q);
-            const double fall = passed > 1e-35 ? transmission_scale(tau, k, q) / passed : 0;
-            for_sides(at, [&](auto value, double floor, Side side) {
-                for_pairs([&](int i, int j) {
-                    for (double phi : azimuths_) {
-                        const SolvedValue expected = value(at, i, j, phi);
-                        const double near = value(from, i, j, phi).multiple;
-                        const double far = value(limit, i, j, phi).multiple;
-                        const double found =
-                            side == Side::reflection ? far + share * (near - far) : fall * near;
-                        errors.add(std::abs(found - expected.multiple) /
-                                   std::max(expected.total, floor));
-                    }
-                });
+        const Angles probe_angles = angles(mu_);
+        const std::size_t beyond = probes_[0].size() - 2 - last;  // finite depths deeper than `last`
+        return measure_cells(albedos_.size(), beyond, [&](std::size_t a, std::size_t d, Errors& errors) {
+            const Cell &target = probes_[a][last + 1 + d], &from = probes_[a][last], &limit = probes_[a].back();
+            const double k = exponents_[a];
+            const double tau = target.solution.optical_depth, tau_last = from.solution.optical_depth;
+            const double left = reflection_deficit(tau_last, k, q_), passed = transmission_scale(tau_last, k, q_);
+            const double share = left > 0 ? reflection_deficit(tau, k, q_) / left : 0;
+            const double fall = passed > 1e-35 ? transmission_scale(tau, k, q_) / passed : 0;
+            compare(target, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int n) {
+                const std::size_t at = probe_angles.at(i, j, n);
+                const double near = from.side(side).multiple[at];
+                if (side == Side::transmission) return fall * near;
+                const double far = limit.side(side).multiple[at];
+                return far + share * (near - far);
             });
         });
     }
 
-    /// Depths at `fine` steps an octave; a candidate's own samples are every (fine / candidate)-th
-    /// of them.
+    /// Depths at `fine` steps an octave; a candidate's own samples are every (fine / candidate)-th of them.
     void choose_optical_depth_samples() {
         int& samples = recipe_.discretisation.optical_depth_samples_per_octave;
+        const double lowest_asked = recipe_.optical_depth.min;
         const double highest = std::isinf(recipe_.optical_depth.max)
                                    ? recipe_.discretisation.deepest_optical_depth
                                    : recipe_.optical_depth.max;
         if (samples || ladder_.octaves == 0) return;
-        if (recipe_.optical_depth.min == highest) {
+        if (lowest_asked >= highest) {
             samples = 1;
             return;
         }
         constexpr int fine = 12;
-        const int octaves = std::max(
-            1, static_cast<int>(std::ceil(std::log2(highest / recipe_.optical_depth.min))));
+        const int octaves = std::max(1, static_cast<int>(std::ceil(std::log2(highest / lowest_asked))));
         const double lowest = std::ldexp(highest, -octaves);
-        std::vector<Solutions> of_step(fine);
+        const Angles probe_angles = angles(mu_);
+        std::vector<Cells> of_step;
         for (int step = 0; step < fine; ++step)
-            of_step[static_cast<std::size_t>(step)] =
-                solve(albedos_, mu_,
-                      {lowest * std::exp2(static_cast<double>(step) / fine),
-                       octaves + (step == 0 ? 1 : 0), false},
-                      solver_);
-        auto at = [&](std::size_t a, int depth) -> const LayerSolution& {
-            return of_step[static_cast<std::size_t>(depth % fine)][a]
-                          [static_cast<std::size_t>(depth / fine)];
+            of_step.push_back(solve(albedos_,
+                                    {lowest * std::exp2(static_cast<double>(step) / fine),
+                                     octaves + (step == 0 ? 1 : 0), false},
+                                    probe_angles, solver_));
+        auto at = [&](std::size_t a, int depth) -> const Cell& {
+            return of_step[static_cast<std::size_t>(depth % fine)][a][static_cast<std::size_t>(depth / fine)];
         };
         samples = choose("optical_depth_samples_per_octave", {1, 2, 3, 4, 6}, [&](int candidate) {
-            const int stride = fine / candidate, count = candidate * octaves + 1;
-            const AxisView axis = make_axis(AxisScale::logarithmic, lowest, highest, count).view();
-            return depth_error(
-                count - 1, axis, [&](int cell) { return cell * stride + stride / 2; },
-                [&](std::size_t a, int sample) -> const LayerSolution& {
-                    return at(a, sample * stride);
-                },
-                at);
-        });
-    }
-
-    /// Interpolation along optical depth, samples divided by the diffusion scales.
-    template <class TestDepth, class Sample, class Exact>
-    double depth_error(int cells, const AxisView& axis, TestDepth test_depth, Sample sample,
-                       Exact exact) const {
-        const double q = extrapolation_length(recipe_.phase_function);
-        std::vector<Errors> of_albedo(albedos_.size());
-        parallel_for(static_cast<int>(albedos_.size()), options_.threads, [&](int index) {
-            const auto a = static_cast<std::size_t>(index);
-            const double k = exponent(albedos_[a]);
-            for (int cell = 0; cell < cells; ++cell) {
-                const LayerSolution& target = exact(a, test_depth(cell));
-                const Stencil stencil = axis.stencil(target.optical_depth);
-                for_sides(target, [&](auto value, double floor, Side side) {
-                    double weight[4];
-                    for (int p = 0; p < 4; ++p) {
-                        if (stencil.weight[p] == 0) {
-                            weight[p] = 0;
-                            continue;
-                        }
-                        const double tau = sample(a, stencil.first + p).optical_depth;
-                        auto scale = [&](double depth) {
-                            return side == Side::reflection ? reflection_scale(depth, k, q)
-                                                            : transmission_scale(depth, k, q);
-                        };
-                        weight[p] = stencil.weight[p] * scale(target.optical_depth) / scale(tau);
-                    }
-                    for_pairs([&](int i, int j) {
-                        for (double phi : azimuths_) {
-                            const SolvedValue expected = value(target, i, j, phi);
-                            double found = 0;
-                            for (int p = 0; p < 4; ++p)
-                                if (weight[p] != 0)
-                                    found +=
-                                        weight[p] *
-                                        intercepted_share(target.optical_depth, target.mu(i)) *
-                                        intercepted_share(target.optical_depth, target.mu(j)) /
-                                        intercepted_share(
-                                            sample(a, stencil.first + p).optical_depth,
-                                            target.mu(i)) /
-                                        intercepted_share(
-                                            sample(a, stencil.first + p).optical_depth,
-                                            target.mu(j)) *
-                                        value(sample(a, stencil.first + p), i, j, phi).multiple;
-                            of_albedo[a].add(std::abs(found - expected.multiple) /
-                                             std::max(expected.total, floor));
-                        }
-                    });
+            const int stride = fine / candidate, intervals = candidate * octaves;
+            const AxisView axis = make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1).view();
+            return measure_cells(
+                albedos_.size(), static_cast<std::size_t>(intervals),
+                [&](std::size_t a, std::size_t interval, Errors& errors) {
+                    const Cell& target = at(a, static_cast<int>(interval) * stride + stride / 2);
+                    const Stencil stencil = axis.stencil(target.solution.optical_depth);
+                    compare_depths(target, stencil, errors, probe_angles, exponents_[a],
+                                   [&](int p) -> const Cell& { return at(a, (stencil.first + p) * stride); });
                 });
-            }
         });
-        Errors all;
-        for (const Errors& errors : of_albedo) all.add(errors);
-        return all.quantile();
     }
 
-    /// Albedos at `fine` even steps of sqrt(1 - w); a candidate's own samples are every (fine /
-    /// intervals)-th.
+    /// Cubic along optical depth, samples divided by their scales (lookup.h).
+    template <class Sample>
+    void compare_depths(const Cell& target, const Stencil& stencil, Errors& errors, const Angles& probe_angles,
+                        double exponent, Sample sample) const {
+        const double tau = target.solution.optical_depth;
+        std::vector<double> share(4 * mu_.size());  // along one direction, of each of the four samples
+        for (int p = 0; p < 4; ++p)
+            if (stencil.weight[p] != 0)
+                for (std::size_t i = 0; i < mu_.size(); ++i)
+                    share[static_cast<std::size_t>(p) * mu_.size() + i] =
+                        intercepted_share(tau, mu_[i]) /
+                        intercepted_share(sample(p).solution.optical_depth, mu_[i]);
+        compare(target, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
+            double found = 0;
+            for (int p = 0; p < 4; ++p) {
+                if (stencil.weight[p] == 0) continue;
+                const double* along = share.data() + static_cast<std::size_t>(p) * mu_.size();
+                found += stencil.weight[p] * along[i] * along[j] * scale(side, tau, exponent) /
+                         scale(side, sample(p).solution.optical_depth, exponent) *
+                         sample(p).side(side).multiple[probe_angles.at(i, j, k)];
+            }
+            return found;
+        });
+    }
+
+    /// Albedos at `fine` even steps of sqrt(1 - w); a candidate's own samples are every so many of them.
     void choose_albedo_samples() {
         int& samples = recipe_.discretisation.albedo_samples;
         if (samples) return;
@@ -492,80 +518,58 @@ class Resolver {
             return;
         }
         constexpr int fine = 120;
-        const Axis fine_axis = albedo_axis(recipe_.albedo, fine + 1);
+        const std::vector<double> albedos = albedo_axis(recipe_.albedo, fine + 1).values;
         DepthLadder ladder = ladder_;
-        if (recipe_.discretisation.deepest_optical_depth)
+        if (recipe_.discretisation.deepest_optical_depth > 0)
             ladder.octaves = 1 + static_cast<int>(std::lround(std::log2(
                                      recipe_.discretisation.deepest_optical_depth / ladder.first)));
-        const std::vector<double> mu{0.1, 0.3, 0.6, 1.0, 0.0049, 0.03};
-        const Solutions solutions = solve(fine_axis.values, mu, ladder, solver_);
-        const double q = extrapolation_length(recipe_.phase_function);
+        std::vector<double> mu = floor_cosines();
+        mu.insert(mu.end(), {0.0049, 0.03});
+        const Angles few_angles = angles(mu);
+        const Cells cells = solve(albedos, ladder, few_angles, solver_);
         std::vector<double> exponents;
-        for (double w : fine_axis.values) exponents.push_back(exponent(w));
-        samples = choose(
-            "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
-                const int intervals = candidate - 1, stride = fine / intervals;
-                const AxisView axis = albedo_axis(recipe_.albedo, candidate).view();
-                const int depths = static_cast<int>(solutions[0].size());
-                std::vector<Errors> of_cell(static_cast<std::size_t>(intervals * depths));
-                parallel_for(intervals * depths, options_.threads, [&](int cell) {
-                    const auto d = static_cast<std::size_t>(cell % depths);
-                    const auto test =
-                        static_cast<std::size_t>((cell / depths) * stride + stride / 2);
-                    const LayerSolution& target = solutions[test][d];
-                    const Stencil stencil = axis.stencil(target.albedo);
+        for (double w : albedos) exponents.push_back(compute_diffusion_exponent(recipe_.phase_function, w));
+        samples = choose("albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
+            const int intervals = candidate - 1, stride = fine / intervals;
+            const AxisView axis = albedo_axis(recipe_.albedo, candidate).view();
+            return measure_cells(
+                static_cast<std::size_t>(intervals), cells[0].size(),
+                [&](std::size_t interval, std::size_t d, Errors& errors) {
+                    const auto test = interval * static_cast<std::size_t>(stride) + static_cast<std::size_t>(stride / 2);
+                    const Cell& target = cells[test][d];
+                    const Stencil stencil = axis.stencil(target.solution.albedo);
+                    auto sample = [&](int p) {
+                        return static_cast<std::size_t>(std::min(stencil.first + p, intervals) * stride);
+                    };
                     double k = 0;
-                    for (int p = 0; p < 4; ++p)
-                        if (stencil.weight[p] != 0)
-                            k += stencil.weight[p] *
-                                 exponents[static_cast<std::size_t>((stencil.first + p) * stride)];
-                    for_sides(target, [&](auto value, double floor, Side side) {
-                        for (int i = 0; i < static_cast<int>(mu.size()); ++i)
-                            for (int j = i; j < static_cast<int>(mu.size()); ++j)
-                                for (double phi : azimuths_) {
-                                    const SolvedValue expected = value(target, i, j, phi);
-                                    double found = 0;
-                                    for (int p = 0; p < 4; ++p) {
-                                        if (stencil.weight[p] == 0) continue;
-                                        const auto at =
-                                            static_cast<std::size_t>((stencil.first + p) * stride);
-                                        auto scale = [&](double exponent) {
-                                            return side == Side::reflection
-                                                       ? reflection_scale(target.optical_depth,
-                                                                          exponent, q)
-                                                       : transmission_scale(target.optical_depth,
-                                                                            exponent, q);
-                                        };
-                                        const double own = scale(exponents[at]);
-                                        if (own > 1e-35 && solutions[at][d].albedo > 0)
-                                            found += stencil.weight[p] * target.albedo /
-                                                     solutions[at][d].albedo * scale(k) / own *
-                                                     value(solutions[at][d], i, j, phi).multiple;
-                                    }
-                                    of_cell[static_cast<std::size_t>(cell)].add(
-                                        std::abs(found - expected.multiple) /
-                                        std::max(expected.total, floor));
-                                }
-                    });
+                    for (int p = 0; p < 4; ++p) k += stencil.weight[p] * exponents[sample(p)];
+                    const double tau = target.solution.optical_depth;
+                    auto share = [&](Side side, int p) {
+                        const double own = albedos[sample(p)] * scale(side, tau, exponents[sample(p)]);
+                        return own > 1e-35 ? stencil.weight[p] * target.solution.albedo * scale(side, tau, k) / own
+                                           : 0.0;
+                    };
+                    compare(target, static_cast<int>(mu.size()), few_angles, errors,
+                            [&](Side side, int i, int j, int n) {
+                                double found = 0;
+                                for (int p = 0; p < 4; ++p)
+                                    found += share(side, p) *
+                                             cells[sample(p)][d].side(side).multiple[few_angles.at(i, j, n)];
+                                return found;
+                            });
                 });
-                Errors all;
-                for (const Errors& errors : of_cell) all.add(errors);
-                return all.quantile();
-            });
-    }
-
-    double exponent(double albedo) const {
-        return compute_diffusion_exponent(recipe_.phase_function, albedo);
+        });
     }
 
     Recipe recipe_;
     const BakeOptions& options_;
     const double share_;
+    const double q_;  // extrapolation length
     SolverOptions solver_;
-    std::vector<double> albedos_, mu_;
+    std::vector<double> albedos_, exponents_, mu_;
     const std::vector<double> azimuths_{0.15, 0.7, 1.3, 1.9, 2.5, 3.1};
     DepthLadder ladder_;
-    Solutions probes_;
+    Cells probes_;
 };
 
 }  // namespace

@@ -36,16 +36,10 @@ double value_of(const Rayleigh&, double c) noexcept { return 0.75 * (1 + c * c);
 
 double value_of(const Anisotropic& term, double c) noexcept { return 1 - term.x * c; }
 
-/// sin T - T cos T without cancellation near T = 0, where it is T^3 / 3.
-double sine_less_angle_cosine(double angle, double cosine) noexcept {
-    if (angle > 0.1) return sine(cosine) - angle * cosine;
-    const double square = angle * angle;
-    return angle * square * (1.0 / 3 - square * (1.0 / 30 - square * (1.0 / 840 - square / 45360)));
-}
-
 double value_of(const LambertSphere&, double c) noexcept {
     // [Blinn82] 3.3 with the scattering angle T = pi - a: sin a + (pi - a) cos a = sin T - T cos T
-    return 8 / (3 * pi) * sine_less_angle_cosine(std::atan2(sine(c), c), c);
+    const double s = sine(c);
+    return 8 / (3 * pi) * (s - std::atan2(s, c) * c);
 }
 
 double value_of(const HenyeyGreenstein& term, double c) noexcept {

@@ -60,8 +60,10 @@ class LadderRun {
     }
 
     std::vector<std::vector<LayerSolution>> run() {
-        const int most =
-            options_.modes ? std::min(options_.modes, 2 * options_.nodes) : 2 * options_.nodes;
+        // Modes beyond the last moment are empty.
+        int most = static_cast<int>(truncation_.moments.size());
+        while (most > 1 && truncation_.moments[static_cast<std::size_t>(most - 1)] == 0) --most;
+        if (options_.modes) most = std::min(options_.modes, most);
         const auto lanes = static_cast<std::size_t>(lane_count);
         // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
         // before stopping.

@@ -73,6 +73,15 @@ TEST_P(OneSidedAxis, IsExactForCubicsInItsCoordinate) {
                         2e-6);
 }
 
+TEST_P(OneSidedAxis, TakesTheTwoNearestSamplesOnEitherSide) {
+    const Axis twelve = axis(12);
+    for (int cell = 0; cell < 11; ++cell) {
+        const auto i = static_cast<std::size_t>(cell);
+        const double value = (twelve.values[i] + twelve.values[i + 1]) / 2;
+        EXPECT_EQ(twelve.view().stencil(value).first, std::clamp(cell - 1, 0, 8));
+    }
+}
+
 TEST_P(OneSidedAxis, LosesAnOrderForEverySampleShortOfFour) {
     for (const int count : {2, 3}) {
         const auto exact = power_law(count - 1);

@@ -54,7 +54,7 @@ std::vector<Point> random_points(int count, double lowest, double highest) {
 double cubic(const Point& p) {
     const double w = std::sqrt(1 - p.albedo);
     const double depth = p.optical_depth == infinity ? 0 : std::log2(p.optical_depth) / 4;
-    const double in = std::asin(std::cbrt(p.mu_in)), out = std::asin(std::cbrt(p.mu_out));
+    const double in = cosine_coordinate(p.mu_in), out = cosine_coordinate(p.mu_out);
     return 3 + w * w * w + depth * (1 - depth * depth) + in * in * (2 - in) +
            out * (1 + out * out) - 0.5 * w * in * out;
 }
@@ -163,9 +163,9 @@ TEST(Lookup, IsReciprocalWhenItsSamplesAre) {
 // ---- beyond the deepest sample
 
 double limit_of(const Point& p) {
-    return 1 + 0.3 * std::sqrt(1 - p.albedo) + 0.2 * std::asin(std::cbrt(p.mu_in));
+    return 1 + 0.3 * std::sqrt(1 - p.albedo) + 0.2 * cosine_coordinate(p.mu_in);
 }
-double distance_of(const Point& p) { return 0.5 + std::asin(std::cbrt(p.mu_out)); }
+double distance_of(const Point& p) { return 0.5 + cosine_coordinate(p.mu_out); }
 
 double diffusing(const Point& p) {
     const double deficit =

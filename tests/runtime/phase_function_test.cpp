@@ -349,6 +349,12 @@ TEST_F(PhaseFiles, AreRefusedWithTheLineThatIsWrong) {
     refused("moments", "l,chi\n", {"at least one moment"});
 }
 
+TEST_F(PhaseFiles, EndBeforeAPlusBetweenSpacesThoughTheNextNameIsWrong) {
+    write("haze.csv", "l,chi\n0,1\n1,0.25\n");
+    expect_refusal<std::invalid_argument>([&] { parse("moments:file=haze.csv + raleigh"); },
+                                          {"'raleigh'", "did you mean 'rayleigh'"});
+}
+
 TEST_F(PhaseFiles, ThatAreMissingAreNamed) {
     expect_refusal<std::runtime_error>([&] { parse("tabulated:file=gone.csv"); }, {"gone.csv"});
 }

@@ -31,6 +31,9 @@ constexpr double small_table_length = 0.7;
 /// A diffusion exponent that a cubic in sqrt(1 - albedo) follows exactly.
 inline double small_table_exponent(double albedo) { return 1.1 * std::sqrt(1 - albedo); }
 
+/// The coordinate in which cosines are sampled.
+inline double cosine_coordinate(double mu) { return std::asin(std::sqrt(std::sqrt(mu))); }
+
 inline Axis axis_of(AxisScale scale, double lowest, double highest, int count) {
     return make_axis(scale, count == 1 ? highest : lowest, highest, count);
 }

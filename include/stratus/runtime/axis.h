@@ -13,7 +13,7 @@ namespace stratus {
 
 enum class AxisScale {
     linear,                     // azimuth: the value itself; even about both ends
-    arcsine_of_fourth_root,       // mu: asin(mu^(1/4))
+    arcsine_of_fourth_root,     // mu: asin(mu^(1/4))
     logarithmic,                // optical depth: log2(tau)
     square_root_of_complement,  // albedo: -sqrt(1 - w)
 };

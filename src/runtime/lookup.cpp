@@ -109,8 +109,8 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
         std::memcpy(&values, samples, sizeof values);
         return values;
     };
-    const std::ptrdiff_t out_stride = table.azimuth.count;
-    const std::ptrdiff_t in_stride = out_stride * table.mu_out.count;
+    const std::ptrdiff_t in_count = table.mu_in.count, out_count = table.mu_out.count;
+    const std::ptrdiff_t out_stride = table.azimuth.count, in_stride = out_stride * out_count;
     std::ptrdiff_t in_offset[window], out_offset[window];
     for (int i = 0; i < window; ++i) {
         in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
@@ -121,8 +121,8 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
     for (int n = 0; n < layers.count; ++n) {
         const Layer& layer = layers.layer[n];
         if (n == 0 || layer.depth != layers.layer[n - 1].depth) {
-            const float* const in_weight = table.mu_in_weight + layer.depth * table.mu_in.count;
-            const float* const out_weight = table.mu_out_weight + layer.depth * table.mu_out.count;
+            const float* const in_weight = table.mu_in_weight + layer.depth * in_count;
+            const float* const out_weight = table.mu_out_weight + layer.depth * out_count;
             for (int i = 0; i < window; ++i) {
                 in[i] = at.in.weight[i] * in_weight[at.in_sample[i]];
                 out[i] = at.out.weight[i] * out_weight[at.out_sample[i]];

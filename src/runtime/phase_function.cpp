@@ -24,6 +24,15 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
+/// Calls `function` with the kind that a term holds; unlike std::visit it throws nothing.
+template <class Function, class... Kinds>
+void with_kind(const std::variant<Kinds...>& term, const Function& function) noexcept {
+    const auto call = [&](const auto* kind) {
+        if (kind != nullptr) function(*kind);
+    };
+    (call(std::get_if<Kinds>(&term)), ...);
+}
+
 double sine(double cosine) noexcept {
     return std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
 }
@@ -154,9 +163,10 @@ std::vector<double> raw_moments_of(const Tabulated& table, std::size_t count) {
         const double width = table.phase_angle_deg[i + 1] - begin;
         // P_l turns through (l + 1/2) times the angle; two radians of that to a panel leave the
         // eight nodes an error below rounding.
-        const double panels = std::ceil((static_cast<double>(count) + 1) * radians(width) / 2);
+        const int panels =
+            static_cast<int>(std::ceil((static_cast<double>(count) + 1) * radians(width) / 2));
         const double half = width / panels / 2;
-        for (double panel = 0; panel < panels; ++panel) {
+        for (int panel = 0; panel < panels; ++panel) {
             const double middle = begin + (2 * panel + 1) * half;
             for (int k = 0; k < 4; ++k)
                 for (const double side : {-1.0, 1.0}) {
@@ -255,7 +265,7 @@ Moments make_moments(std::vector<double> chi, const Place& place) {
                 "in [-1, 1]", chi[l]);
     const double mean = chi[0];
     for (double& moment : chi) moment = std::clamp(moment / mean, -1.0, 1.0);
-    const Moments moments{std::move(chi)};
+    Moments moments{std::move(chi)};
     double least = 1, greatest = 1;
     const int angles = 8 * static_cast<int>(moments.chi.size());  // eight to a swing of P_l
     for (int i = 0; i <= angles; ++i) {
@@ -344,7 +354,7 @@ PhaseFunction read_table_file(const std::string& path, Notes* notes) {
         return " (" + path + ", line " + std::to_string(file.lines[i]) + ")";
     };
     check_table_rows(angle_deg, value, place);
-    const PhaseFunction made = PhaseFunction::tabulated(std::move(angle_deg), std::move(value));
+    PhaseFunction made = PhaseFunction::tabulated(std::move(angle_deg), std::move(value));
     const double scale = std::get<Tabulated>(made.terms()[0].second).normalisation;
     if (std::abs(scale - 1) > 1e-9)
         note(notes,
@@ -463,7 +473,7 @@ class Parser {
             return "";
         }
         if (!took(':')) refuse(owner + " needs " + joined(kind.keys, "=... or ") + "=...");
-        const std::string met = name();
+        std::string met = name();
         if (std::find(kind.keys.begin(), kind.keys.end(), met) == kind.keys.end())
             refuse("parameter of " + owner + " must be " + joined(kind.keys, " or ") + ", got '" +
                    met + "'; did you mean '" + nearest_name(met, kind.keys) + "'?");
@@ -600,7 +610,8 @@ double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
     const double c = std::clamp(cos_scattering_angle, -1.0, 1.0);
     double value = 0;
     for (const auto& [weight, term] : terms_)
-        value += weight * std::visit([c](const auto& t) { return value_of(t, c); }, term);
+        with_kind(term,
+                  [&, share = weight](const auto& kind) { value += share * value_of(kind, c); });
     return value;
 }
 
@@ -628,8 +639,10 @@ bool PhaseFunction::is_isotropic() const noexcept {
         },
         [](const auto&) { return false; },
     };
-    return std::all_of(terms_.begin(), terms_.end(),
-                       [&](const auto& part) { return std::visit(flat, part.second); });
+    bool all = true;
+    for (const auto& part : terms_)
+        with_kind(part.second, [&](const auto& kind) { all = all && flat(kind); });
+    return all;
 }
 
 std::string PhaseFunction::text() const {

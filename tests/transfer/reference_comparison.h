@@ -1,0 +1,110 @@
+// Solver against discrete ordinates, shared by the fast and the slow comparison.
+#pragma once
+
+#include "../reference/discrete_ordinates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus::test {
+
+/// A phase function of the files and the largest relative error allowed.
+struct Accuracy {
+    const char* phase;
+    double allowed;
+};
+
+inline void PrintTo(const Accuracy& of, std::ostream* out) { *out << of.phase; }
+
+/// One number compared; the row's own uncertainty is not counted as an error.
+struct Compared {
+    double error;  // relative
+    std::string row;
+};
+
+inline double relative_error(double found, double expected, double stated) {
+    return std::max(0.0, std::abs(found - expected) - 3 * stated) / std::abs(expected);
+}
+
+inline SolverOptions with_nodes(int nodes) {
+    SolverOptions options;
+    options.nodes = nodes;
+    return options;
+}
+
+inline std::string name_row(const ReferenceLayer& layer, const std::vector<double>& row) {
+    std::ostringstream text;
+    text << "w " << layer.albedo << " tau " << layer.optical_depth << " row";
+    for (const double number : row) text << ' ' << number;
+    return text.str();
+}
+
+/// R and T of every geometry of discrete_ordinates.csv, T above 1e-10 only.
+inline std::vector<Compared> compare_geometries(const std::string& phase, int nodes) {
+    const PhaseFunction phase_function = reference_phase_function(phase);
+    const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
+    const auto index = [&](double mu) {
+        return static_cast<int>(std::find(cosines.begin(), cosines.end(), mu) - cosines.begin());
+    };
+    std::vector<Compared> all;
+    for (const ReferenceLayer& of : read_reference("discrete_ordinates.csv", phase)) {
+        const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth,
+                                                cosines, with_nodes(nodes));
+        for (const std::vector<double>& row : of.rows) {  // mu0 mu dphi_deg R T R_ss T_ss err err
+            const int in = index(row.at(0)), out = index(row.at(1));
+            const double azimuth = radians(row.at(2)), R = row.at(3), T = row.at(4);
+            all.push_back(
+                {relative_error(layer.reflection(in, out, azimuth).total, R, row.at(7)),
+                 "R " + name_row(of, row)});
+            if (T > 1e-10)
+                all.push_back(
+                    {relative_error(layer.transmission(in, out, azimuth).total, T, row.at(8)),
+                     "T " + name_row(of, row)});
+        }
+    }
+    std::sort(all.begin(), all.end(),
+              [](const Compared& a, const Compared& b) { return a.error < b.error; });
+    return all;
+}
+
+/// Fluxes of both files: errors relative to the light that comes in, which is 1.
+inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes) {
+    const PhaseFunction phase_function = reference_phase_function(phase);
+    std::vector<Compared> all;
+    const auto compare = [&](double found, double expected, double stated, std::string row) {
+        all.push_back({std::max(0.0, std::abs(found - expected) - 3 * stated), std::move(row)});
+    };
+    SolverOptions options = with_nodes(nodes);
+    options.modes = 1;
+    for (const ReferenceLayer& of : read_reference("discrete_ordinates_flux.csv", phase)) {
+        std::vector<double> cosines;
+        for (const std::vector<double>& row : of.rows) cosines.push_back(row.at(0));
+        const LayerSolution layer =
+            solve_layer(phase_function, of.albedo, of.optical_depth, cosines, options);
+        for (std::size_t i = 0; i < cosines.size(); ++i) {  // mu0 albedo diffuse direct total err err
+            const std::vector<double>& row = of.rows[i];
+            const auto at = static_cast<Eigen::Index>(i);
+            compare(layer.plane_albedo(at), row.at(1), row.at(5), "albedo " + name_row(of, row));
+            compare(layer.diffuse_transmittance(at), row.at(2), row.at(6),
+                    "transmittance " + name_row(of, row));
+        }
+    }
+    for (const ReferenceLayer& of : read_reference("discrete_ordinates_spherical.csv", phase)) {
+        const LayerSolution layer =
+            solve_layer(phase_function, of.albedo, of.optical_depth, {}, options);
+        const std::vector<double>& row = of.rows.at(0);  // spherical albedo, transmittance, err err
+        compare(layer.spherical_albedo, row.at(0), row.at(2), "URU " + name_row(of, row));
+        compare(layer.total_transmittance, row.at(1), row.at(3), "UTU " + name_row(of, row));
+    }
+    std::sort(all.begin(), all.end(),
+              [](const Compared& a, const Compared& b) { return a.error < b.error; });
+    return all;
+}
+
+}  // namespace stratus::test

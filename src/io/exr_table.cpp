@@ -318,7 +318,7 @@ Imf::Header part_header(const SampleField& field, const Size& size, const Size& 
     Imf::Header header(window(display), window(size));
     header.setName(field.name);
     header.setType(Imf::SCANLINEIMAGE);
-    header.compression() = Imf::ZIP_COMPRESSION;
+    header.compression() = Imf::PIZ_COMPRESSION;
     header.channels().insert(channel_name, Imf::Channel(Imf::FLOAT));
     header.insert(layout_attribute, Imf::StringAttribute(layout_text(field.rank)));
     header.insert(checksum_attribute, Imf::StringAttribute(checksum(std::span(samples))));
@@ -355,7 +355,7 @@ void check_part(const Imf::Header& header, const std::string& name, const Size& 
     if (static_cast<std::size_t>(window.max.x) + 1 != size.width ||
         static_cast<std::size_t>(window.max.y) + 1 != size.height)
         throw std::runtime_error("data window of " + name + " is not that of its axes");
-    if (header.compression() != Imf::ZIP_COMPRESSION)
+    if (header.compression() != Imf::PIZ_COMPRESSION)
         throw std::runtime_error(name + " is not compressed as a table is");
     auto channel = header.channels().begin();
     if (channel == header.channels().end() || std::string_view(channel.name()) != channel_name ||

@@ -472,7 +472,7 @@ TEST_F(TamperedExr, RefusesADataWindowThatIsNotThatOfTheAxes) {
 }
 
 TEST_F(TamperedExr, RefusesAnotherCompression) {
-    expect_refusal(with_attribute(whole, "compression", "compression", "\x04"),
+    expect_refusal(with_attribute(whole, "compression", "compression", "\x03"),
                    "reflection_multiple is not compressed as a table is");
 }
 

@@ -1,7 +1,9 @@
 // `stratus bake`: a recipe in, a table out.
+#include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
+#include "signals_held.h"
 
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
@@ -27,12 +29,17 @@ struct BakeCommand {
 };
 
 /// Refuses a file that could not be written, before the work rather than after it.
-void require_writable(const std::filesystem::path& path, const std::string& ending) {
+void require_writable(const std::string& option, const std::filesystem::path& path,
+                      const std::string& ending) {
     if (path.extension() != ending)
-        throw std::invalid_argument("bake: output must end in " + ending + ", got " +
-                                    path.string());
+        throw std::invalid_argument("bake: " + option + " must end in " + ending + ", got " +
+                                    (path.empty() ? "nothing" : path.string()));
     if (std::filesystem::is_directory(path))
-        throw std::invalid_argument("bake: output must be a file, got the folder " + path.string());
+        throw std::invalid_argument("bake: " + option + " must be a file, got the folder " +
+                                    path.string());
+    if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+        throw std::invalid_argument("bake: " + option + " must be a file, got the device " +
+                                    path.string());
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
     if (!std::filesystem::is_directory(folder))
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
@@ -41,8 +48,10 @@ void require_writable(const std::filesystem::path& path, const std::string& endi
 }
 
 void run_bake(const BakeCommand& command) {
-    require_writable(command.output, ".h5");
-    if (!command.exr.empty()) require_writable(command.exr, ".exr");
+    require_writable("--output", command.output, ".h5");
+    if (!command.exr.empty()) require_writable("--exr", command.exr, ".exr");
+    require_different_files("bake", command.recipe, command.output);
+    require_different_files("bake", command.recipe, command.exr);
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
@@ -54,6 +63,7 @@ void run_bake(const BakeCommand& command) {
     options.note = [&](const std::string& line) { progress.note("  " + line); };
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     const Table table = bake(recipe, options);
+    const SignalsHeld held;
     // The two libraries know nothing of each other: both files are compressed at the same time.
     std::future<void> picture;
     if (!command.exr.empty())
@@ -80,10 +90,11 @@ void add_bake(CLI::App& app) {
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
     bake->add_option("-o,--output", command->output, "Table to write, .h5")->required();
-    bake->add_option("--exr", command->exr, "The same table as a picture file, .exr");
+    bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
+        ->check(file_name());
     bake->add_option("--threads", command->threads, "Threads; 0: one for each processor")
         ->capture_default_str()
-        ->check(CLI::Range(0, 1024));
+        ->check(whole_number(0, 1024));
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     bake->footer(
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "

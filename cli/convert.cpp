@@ -1,6 +1,7 @@
 // `stratus convert`: the same table in the other file format, lossless both ways.
 #include "commands.h"
 #include "query.h"
+#include "signals_held.h"
 
 #include <stratus/io/table_file.h>
 
@@ -30,7 +31,9 @@ void run_convert(const ConvertOptions& options) {
     check_ending("IN", options.input);
     check_ending("OUT", options.output);
     require_different_files("convert", options.input, options.output);
-    write_table(read_table(options.input), options.output);
+    const Table table = read_table(options.input);
+    const SignalsHeld held;
+    write_table(table, options.output);
 }
 
 }  // namespace

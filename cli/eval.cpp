@@ -1,5 +1,6 @@
 // `stratus eval`: looks up a baked table at the rows of a query, through the same runtime library a
 // renderer links.
+#include "allowed.h"
 #include "commands.h"
 #include "query.h"
 
@@ -222,12 +223,15 @@ void add_eval(CLI::App& app) {
     auto options = std::make_shared<EvalOptions>();
     CLI::App* command = app.add_subcommand("eval", "Look up a table at the rows of a query");
     command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
-    command->add_option("--query", options->query,
-                        "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
-                        "order; the last two may be left out where the table has one sample. "
-                        "Default or -: standard input");
-    command->add_option("-o,--output", options->output,
-                        "CSV to write. Default or -: standard output");
+    command
+        ->add_option("--query", options->query,
+                     "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
+                     "order; the last two may be left out where the table has one sample. "
+                     "Default or -: standard input")
+        ->check(file_name());
+    command
+        ->add_option("-o,--output", options->output, "CSV to write. Default or -: standard output")
+        ->check(file_name());
     command
         ->add_option("--effects", options->effects,
                      std::string("What to evaluate, out of ") + effect_names +

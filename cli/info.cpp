@@ -1,6 +1,7 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
 #include "commands.h"
 #include "query.h"
+#include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
@@ -135,6 +136,7 @@ void print_attributes(const Table& table) {
 
 void draw_picture(const Table& table, const InfoOptions& options) {
     require_different_files("info", options.table, options.picture);
+    const SignalsHeld held;
     write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
         draw_portrait(table, temporary);
     });

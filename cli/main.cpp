@@ -10,6 +10,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -22,6 +25,14 @@ int refuse(int exit_code, std::string message) {
     std::replace(message.begin(), message.end(), '\n', ' ');
     std::cerr << "stratus: " << message << '\n';
     return exit_code;
+}
+
+/// An answer that a full disk or a closed pipe did not take is told, not swallowed.
+void flush_standard_output() {
+    errno = 0;
+    if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+    throw std::runtime_error(std::string("standard output: ") +
+                             (errno != 0 ? std::strerror(errno) : "write error"));
 }
 
 int run(int argc, char** argv) {
@@ -41,9 +52,12 @@ int run(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& help_or_version) {
-        return app.exit(help_or_version);
+        app.exit(help_or_version);
+        flush_standard_output();
+        return 0;
     }
     if (app.get_subcommands().empty()) throw CLI::RequiredError("COMMAND");
+    flush_standard_output();
     return 0;
 }
 

@@ -1,5 +1,7 @@
 #include "query.h"
 
+#include "signals_held.h"
+
 #include <stratus/io/atomic_file.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
@@ -81,15 +84,17 @@ CsvTable read_query(const std::string& path, const std::vector<std::string>& req
 
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write) {
-    errno = 0;
     if (is_stream(path.string())) {
         write(std::cout);
-        if (!std::cout.flush()) throw std::runtime_error("standard output: " + reason());
         return;
     }
+    std::ostringstream answer;  // the work is done here, where it can be interrupted
+    write(answer);
+    const SignalsHeld held;
+    errno = 0;
     write_atomically(path, [&](const std::filesystem::path& temporary) {
         std::ofstream file(temporary, std::ios::binary);
-        if (file) write(file);
+        file << answer.view();
         file.close();
         if (!file) throw std::runtime_error(path.string() + ": " + reason());
     });

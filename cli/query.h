@@ -22,10 +22,10 @@ namespace stratus {
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional = {});
 
-/// Calls `write` with stdout where `path` is "" or "-", else with a file that appears at `path`
+/// Calls `write` with stdout where `path` is "" or "-", else writes a file that appears at `path`
 /// whole or not at all.
 ///
-/// Errors   std::runtime_error when not everything could be written.
+/// Errors   std::runtime_error when not all of a file could be written; stdout is checked in main.
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 

@@ -1,4 +1,5 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes.
+#include "allowed.h"
 #include "commands.h"
 #include "query.h"
 
@@ -47,6 +48,7 @@ void write_row(std::ostream& out, const std::vector<double>& row, const SolvedVa
 }
 
 void answer_query(const SolveCommand& command, const PhaseFunction& phase) {
+    require_different_files("solve", command.query, command.output);
     const CsvTable query = read_query(command.query, {"mu_in", "mu_out", "azimuth_deg"});
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(query.column(name));
@@ -130,27 +132,35 @@ void add_solve(CLI::App& app) {
                      "henyey_greenstein:g=G, "
                      "tabulated:file=F.csv, moments:file=F.csv, or a sum 0.6*NAME + 0.4*NAME")
         ->required();
-    solve->add_option("--albedo", command->albedo, "Single-scattering albedo, [0, 1]")->required();
+    solve->add_option("--albedo", command->albedo, "Single-scattering albedo, [0, 1]")
+        ->required()
+        ->check(number("in [0, 1]", [](double albedo) { return albedo >= 0 && albedo <= 1; }));
     solve->add_option("--optical-depth", command->optical_depth, "Vertical optical depth, [0, inf]")
-        ->required();
+        ->required()
+        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
     solve->add_option("--nodes", command->nodes, "Gauss nodes of the solver, [1, 512]")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(whole_number(1, 512));
     solve
         ->add_option(
             "--scheme", command->scheme,
             "harmonic (doubling as an arithmetic-harmonic mean) or classic (textbook doubling)")
         ->capture_default_str()
         ->check(CLI::IsMember({"harmonic", "classic"}));
-    CLI::Option* query = solve->add_option(
-        "--query", command->query,
-        "CSV with columns mu_in, mu_out, azimuth_deg; - is standard input. Without: fluxes only");
+    CLI::Option* query = solve
+                             ->add_option("--query", command->query,
+                                          "CSV with columns mu_in, mu_out, azimuth_deg; - is "
+                                          "standard input. Without: fluxes only")
+                             ->check(file_name());
     solve
         ->add_option("--mu-in", command->mu_in,
                      "Cosines at which fluxes are given, (0, 1], comma between")
         ->delimiter(',')
+        ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
         ->excludes(query);
-    solve->add_option("-o,--output", command->output,
-                      "File to write. Default or -: standard output");
+    solve
+        ->add_option("-o,--output", command->output, "File to write. Default or -: standard output")
+        ->check(file_name());
     solve->add_flag("--quiet", command->quiet, "No notes");
     solve->footer(
         "Examples:\n"

@@ -26,6 +26,13 @@ double coordinate(AxisScale scale, double value) {
     return value;
 }
 
+std::vector<double> evenly(double first, double last, int count) {
+    std::vector<double> values;
+    values.reserve(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) values.push_back(first + (last - first) * i / (count - 1));
+    return values;
+}
+
 double interpolated(const Axis& axis, double value, const std::function<double(double)>& function) {
     const Stencil stencil = axis.view().stencil(value);
     double sum = 0;
@@ -67,7 +74,7 @@ class OneSidedAxis : public testing::TestWithParam<Range> {
 TEST_P(OneSidedAxis, IsExactForCubicsInItsCoordinate) {
     const auto cubic = power_law(3);
     for (const int count : {4, 5, 12})
-        for (double share = 0; share <= 1; share += 1.0 / 64)
+        for (const double share : evenly(0, 1, 65))
             // four float weights, each rounded once
             EXPECT_NEAR(interpolated(axis(count), between(share), cubic), cubic(between(share)),
                         2e-6);
@@ -87,7 +94,7 @@ TEST_P(OneSidedAxis, LosesAnOrderForEverySampleShortOfFour) {
         const auto exact = power_law(count - 1);
         const auto beyond = power_law(count + 2);
         double worst = 0;
-        for (double share = 0; share <= 1; share += 1.0 / 64) {
+        for (const double share : evenly(0, 1, 65)) {
             EXPECT_NEAR(interpolated(axis(count), between(share), exact), exact(between(share)),
                         1e-6);
             worst = std::max(worst, std::abs(interpolated(axis(count), between(share), beyond) -
@@ -160,7 +167,7 @@ TEST(Azimuth, IsMirroredAtBothEnds) {
 TEST(Azimuth, IsExactForCubicsBetweenInnerSamples) {
     const Axis axis = make_axis(AxisScale::linear, 0, pi, 9);
     const auto cubic = [](double azimuth) { return azimuth * azimuth * azimuth - azimuth; };
-    for (double azimuth = pi / 8; azimuth < pi * 7 / 8; azimuth += 0.01)
+    for (const double azimuth : evenly(pi / 8, pi * 7 / 8, 300))
         EXPECT_NEAR(interpolated(axis, azimuth, cubic), cubic(azimuth), 1e-5);
 }
 
@@ -169,7 +176,7 @@ TEST(Azimuth, FollowsACosineToFourthOrderEverywhere) {
     const auto worst = [&](int count) {
         const Axis axis = make_axis(AxisScale::linear, 0, pi, count);
         double error = 0;
-        for (double azimuth = 0; azimuth <= pi; azimuth += 0.003)
+        for (const double azimuth : evenly(0, pi, 1001))
             error =
                 std::max(error, std::abs(interpolated(axis, azimuth, cosine) - cosine(azimuth)));
         return error;
@@ -182,7 +189,7 @@ TEST(Azimuth, FoldsShortAxesInside) {
     const auto cosine = [](double azimuth) { return std::cos(azimuth); };
     for (const int count : {2, 3}) {
         const Axis axis = make_axis(AxisScale::linear, 0, pi, count);
-        for (double azimuth = 0; azimuth <= pi; azimuth += 0.1) {
+        for (const double azimuth : evenly(0, pi, 32)) {
             const Stencil stencil = axis.view().stencil(azimuth);
             EXPECT_EQ(stencil.first, 0);
             for (int i = count; i < 4; ++i) EXPECT_EQ(stencil.weight[i], 0);
@@ -197,7 +204,7 @@ TEST(Axis, OfCosinesFollowsTheSineOfTheAngleUpToTheZenith) {
     // Odd azimuthal modes carry this factor; its slope is infinite at mu = 1 in any power of mu.
     const auto sine = [](double mu) { return std::sqrt((1 - mu) * (1 + mu)); };
     const Axis axis = make_axis(AxisScale::arcsine_of_fourth_root, 0.01, 1, 24);
-    for (double mu = 0.5; mu <= 1; mu += 1e-3)
+    for (const double mu : evenly(0.5, 1, 501))
         EXPECT_NEAR(interpolated(axis, mu, sine), sine(mu), 1e-4) << mu;
 }
 

@@ -18,16 +18,15 @@ TEST_P(DiscreteOrdinates64, AreMetAtEveryGeometry) {
 
 TEST_P(DiscreteOrdinates64, AreMetInFluxes) {
     const Compared worst = test::compare_fluxes(GetParam().phase, 64).back();
-    EXPECT_LE(worst.error, 1e-9) << worst.row;
+    EXPECT_LE(worst.error, 1e-10) << worst.row;  // 6e-12 measured
 }
 
-// Smooth ones to what the references themselves can tell; the Lambert sphere's moments fall off as
-// l^-4 only.
+// To what the references themselves can tell: 7e-11 measured (Lambert sphere), 1e-11 for HG 0.85.
 INSTANTIATE_TEST_SUITE_P(Phase, DiscreteOrdinates64,
                          testing::Values(Accuracy{"iso", 1e-9}, Accuracy{"rayl", 1e-9},
                                          Accuracy{"lin", 1e-9}, Accuracy{"dhg", 1e-9},
-                                         Accuracy{"hg50", 1e-9}, Accuracy{"hg75", 1e-9},
-                                         Accuracy{"hg85", 1e-7}, Accuracy{"lambert", 1e-6}),
+                                         Accuracy{"lambert", 1e-9}, Accuracy{"hg50", 1e-9},
+                                         Accuracy{"hg75", 1e-9}, Accuracy{"hg85", 1e-9}),
                          [](const auto& row) { return row.param.phase; });
 
 TEST(DiscreteOrdinates64, AreMetByAPeakOf095ButForItsNeighbourhood) {
@@ -40,7 +39,7 @@ TEST(DiscreteOrdinates64, AreMetByAPeakOf095ButForItsNeighbourhood) {
 
 TEST(DiscreteOrdinates64, AreMetInFluxesByAPeakOf095) {
     const Compared worst = test::compare_fluxes("hg95", 64).back();
-    EXPECT_LE(worst.error, 1e-5) << worst.row;
+    EXPECT_LE(worst.error, 1e-6) << worst.row;  // 3e-7 measured
 }
 
 }  // namespace

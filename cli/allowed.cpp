@@ -1,0 +1,47 @@
+#include "allowed.h"
+
+#include <stratus/runtime/csv.h>
+
+#include <charconv>
+
+namespace stratus {
+namespace {
+
+std::string refusal(const std::string& allowed, const std::string& met) {
+    return "must be " + allowed + ", got " + (met.empty() ? "nothing" : met);
+}
+
+}  // namespace
+
+CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
+    const auto check = [=](std::string& text) {
+        double value = 0;
+        const bool is_number = !text.empty() && read_number(text, value) == text.size();
+        return is_number && holds(value) ? std::string() : refusal(allowed, text);
+    };
+    return {check, ""};
+}
+
+CLI::Validator whole_number(long long least, long long most) {
+    const std::string allowed =
+        "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
+    const auto check = [=](std::string& text) {
+        long long value = 0;
+        const char* const end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, value);
+        if (read.ec != std::errc() || read.ptr != end || value < least || value > most)
+            return refusal(allowed, text);
+        text = std::to_string(value);  // CLI11 takes leading zeros for octal
+        return std::string();
+    };
+    return {check, ""};
+}
+
+CLI::Validator file_name() {
+    const auto check = [](std::string& text) {
+        return text.empty() ? refusal("the name of a file", text) : std::string();
+    };
+    return {check, ""};
+}
+
+}  // namespace stratus

@@ -1,0 +1,496 @@
+// What must be true of any layer, whatever its numbers: limits, symmetries, self-agreement.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/LU>
+
+#include <boost/math/special_functions/expint.hpp>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
+const std::vector<double> azimuths{0, 1, 2, pi};
+
+const PhaseFunction isotropic = PhaseFunction::isotropic();
+const PhaseFunction rayleigh = PhaseFunction::rayleigh();
+const PhaseFunction saturn =
+    parse_phase_function("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
+const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.75);
+
+SolverOptions with_nodes(int nodes) {
+    SolverOptions options;
+    options.nodes = nodes;
+    return options;
+}
+
+enum class Side { reflection, transmission };
+
+double total(const LayerSolution& layer, Side side, int in, int out, double azimuth) {
+    return (side == Side::reflection ? layer.reflection(in, out, azimuth)
+                                     : layer.transmission(in, out, azimuth))
+        .total;
+}
+
+/// Largest relative difference of R and T over all geometries.
+double difference(const LayerSolution& a, const LayerSolution& b) {
+    double worst = 0;
+    for (const Side side : {Side::reflection, Side::transmission})
+        for (int in = 0; in < a.mu.size(); ++in)
+            for (int out = 0; out < a.mu.size(); ++out)
+                for (const double azimuth : azimuths) {
+                    const double from_a = total(a, side, in, out, azimuth);
+                    const double from_b = total(b, side, in, out, azimuth);
+                    if (from_a != from_b)
+                        worst = std::max(worst, std::abs(from_a - from_b) / std::abs(from_b));
+                }
+    return worst;
+}
+
+// ---- symmetries --------------------------------------------------------------------------------
+
+TEST(SolveLayer, IsReciprocal) {
+    for (const PhaseFunction& phase_function : {rayleigh, forward})
+        for (const double tau : {1e-6, 0.1, 8.0, infinity}) {
+            const LayerSolution layer = solve_layer(phase_function, 0.95, tau, cosines);
+            for (const Side side : {Side::reflection, Side::transmission})
+                for (int in = 0; in < layer.mu.size(); ++in)
+                    for (int out = 0; out < in; ++out)
+                        for (const double azimuth : azimuths) {
+                            const double there = total(layer, side, in, out, azimuth);
+                            EXPECT_NEAR(total(layer, side, out, in, azimuth), there, 1e-14 * there)
+                                << tau << ' ' << in << ' ' << out;
+                        }
+        }
+}
+
+TEST(LayerSolution, SumsSingleAndMultipleScattering) {
+    for (const bool truncate : {false, true}) {
+        SolverOptions options = with_nodes(8);
+        options.truncate = truncate;
+        const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, options);
+        ASSERT_EQ(layer.truncation.fraction > 0, truncate);
+        for (int in = 0; in < layer.mu.size(); ++in)
+            for (const double azimuth : azimuths) {
+                const Geometry at{layer.mu(in), layer.mu(2), azimuth};
+                const SolvedValue R = layer.reflection(in, 2, azimuth);
+                const SolvedValue T = layer.transmission(in, 2, azimuth);
+                EXPECT_EQ(R.single, single_reflection(forward(cos_scattering_angle_reflected(at)),
+                                                      0.9, 0.7, at.mu_in, at.mu_out));
+                EXPECT_EQ(T.single,
+                          single_transmission(forward(cos_scattering_angle_transmitted(at)), 0.9,
+                                              0.7, at.mu_in, at.mu_out));
+                EXPECT_NEAR(R.single + R.multiple, R.total, 1e-15 * R.total);
+                EXPECT_NEAR(T.single + T.multiple, T.total, 1e-15 * T.total);
+            }
+    }
+}
+
+TEST(LayerSolution, TellsWhatTruncationAddsToSingleScattering) {
+    const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
+    const MatrixXd up = layer.reflection_correction(), down = layer.transmission_correction();
+    for (int in = 0; in < layer.mu.size(); ++in)
+        for (int out = 0; out < layer.mu.size(); ++out) {
+            // the orders alone: 2 sum cos(m pi/2) f_m less f_0, by hand
+            double orders_up = 0, orders_down = 0;
+            for (std::size_t m = 0; m < layer.reflection_modes.size(); ++m) {
+                const double c = (m ? 2 : 1) * std::cos(static_cast<double>(m) * 1.1);
+                orders_up += c * layer.reflection_modes[m](in, out);
+                orders_down += c * layer.transmission_modes[m](in, out);
+            }
+            const Geometry at{layer.mu(in), layer.mu(out), 1.1};
+            const SolvedValue R = layer.reflection(in, out, 1.1);
+            const SolvedValue T = layer.transmission(in, out, 1.1);
+            EXPECT_NEAR(orders_up + up(in, out) * forward(cos_scattering_angle_reflected(at)),
+                        R.multiple, 1e-13 * R.total);
+            EXPECT_NEAR(orders_down + down(in, out) * forward(cos_scattering_angle_transmitted(at)),
+                        T.multiple, 1e-13 * T.total);
+        }
+    EXPECT_TRUE(solve_layer(rayleigh, 0.9, 0.7, cosines).reflection_correction().isZero(0));
+}
+
+// ---- limits ------------------------------------------------------------------------------------
+
+TEST(SolveLayer, IsNothingButTheBeamAtDepthZero) {
+    for (const double w : {0.0, 0.5, 1.0}) {
+        const LayerSolution layer = solve_layer(forward, w, 0, cosines);
+        for (int in = 0; in < layer.mu.size(); ++in) {
+            EXPECT_EQ(layer.plane_albedo(in), 0);
+            EXPECT_EQ(layer.diffuse_transmittance(in), 0);
+            for (int out = 0; out < layer.mu.size(); ++out) {
+                EXPECT_EQ(layer.reflection(in, out, 1).total, 0);
+                EXPECT_EQ(layer.transmission(in, out, 1).total, 0);
+            }
+        }
+        EXPECT_EQ(layer.spherical_albedo, 0);
+        EXPECT_NEAR(layer.total_transmittance, 1, 1e-15);
+    }
+}
+
+TEST(SolveLayer, ScattersOnceInLayersThinnerThanNumbersReach) {
+    const LayerSolution layer = solve_layer(rayleigh, 0.8, 1e-300, cosines);
+    for (int in = 0; in < layer.mu.size(); ++in) {
+        EXPECT_EQ(layer.reflection(in, 1, 1).total, layer.reflection(in, 1, 1).single);
+        EXPECT_EQ(layer.transmission(in, 1, 1).total, layer.transmission(in, 1, 1).single);
+        EXPECT_GT(layer.reflection(in, 1, 1).total, 0);
+        // half of 0.8 tau/mu goes either way: Rayleigh scattering is even
+        EXPECT_NEAR(layer.plane_albedo(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
+        EXPECT_NEAR(layer.diffuse_transmittance(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
+    }
+}
+
+TEST(SolveLayer, IsNothingButTheBeamAtAlbedoZero) {
+    for (const double tau : {1e-9, 0.5, 8.0, infinity}) {
+        const LayerSolution layer = solve_layer(forward, 0, tau, cosines);
+        for (int in = 0; in < layer.mu.size(); ++in) {
+            EXPECT_NEAR(layer.plane_albedo(in), 0, 1e-15);
+            EXPECT_NEAR(layer.diffuse_transmittance(in), 0, 1e-15);
+            for (int out = 0; out < layer.mu.size(); ++out) {
+                EXPECT_NEAR(layer.reflection(in, out, 1).total, 0, 1e-15);
+                EXPECT_NEAR(layer.transmission(in, out, 1).total, 0, 1e-15);
+            }
+        }
+        EXPECT_NEAR(layer.spherical_albedo, 0, 1e-15);
+        const double beam = std::isinf(tau) ? 0 : 2 * boost::math::expint(3, tau);
+        // what 32 nodes of the forward map leave of the beam's integral, mu exp(-tau/mu)
+        EXPECT_NEAR(layer.total_transmittance, beam, 1e-12) << tau;
+    }
+}
+
+TEST(SolveLayer, ScattersInProportionToASmallAlbedo) {
+    const double w = 1e-8;
+    for (const double tau : {0.1, 3.0, infinity}) {
+        const LayerSolution layer = solve_layer(saturn, w, tau, cosines);
+        for (int in = 0; in < layer.mu.size(); ++in)
+            for (const double azimuth : azimuths) {
+                const SolvedValue R = layer.reflection(in, 2, azimuth);
+                EXPECT_NEAR(R.total / R.single, 1, 10 * w);  // O(w)
+            }
+    }
+}
+
+TEST(SolveLayer, NearsSingleScatteringInThinLayersAsTauLogTau) {
+    // Averaged over a thin isotropic layer, the light that has scattered once falls on every part
+    // of it with strength tau (3/2 - gamma - log tau), of which w/2 is scattered again:
+    // (w / 2 tau) times the double integral of E_1(|t - t'|).
+    const double w = 0.8, gamma = 0.57721566490153286;
+    for (const double tau : {1e-3, 1e-4, 1e-5}) {
+        const LayerSolution layer = solve_layer(isotropic, w, tau, {0.5, 1}, with_nodes(48));
+        const double again = w / 2 * tau * (1.5 - gamma - std::log(tau));
+        for (int i = 0; i < 2; ++i) {
+            const SolvedValue R = layer.reflection(i, 1, 0), T = layer.transmission(i, 1, 0);
+            // the next order of both expansions
+            EXPECT_NEAR(R.multiple / R.single / again, 1, 20 * tau) << tau;
+            EXPECT_NEAR(T.multiple / T.single / again, 1, 20 * tau) << tau;
+        }
+    }
+}
+
+TEST(SolveLayer, ReachesTheInfiniteLayerWithDepth) {
+    for (const PhaseFunction& phase_function : {isotropic, forward}) {
+        const LayerSolution deep = solve_layer(phase_function, 0.9, 500, cosines);
+        const LayerSolution infinite = solve_layer(phase_function, 0.9, infinity, cosines);
+        // exp(-2 k tau) < 1e-100 is missing; the rest is rounding
+        for (int in = 0; in < deep.mu.size(); ++in) {
+            EXPECT_NEAR(deep.plane_albedo(in), infinite.plane_albedo(in), 1e-14);
+            for (int out = 0; out < deep.mu.size(); ++out) {
+                const double R = infinite.reflection(in, out, 1).total;
+                EXPECT_NEAR(deep.reflection(in, out, 1).total, R, 1e-13 * R);
+                EXPECT_EQ(infinite.transmission(in, out, 1).total, 0);
+            }
+        }
+        EXPECT_NEAR(deep.spherical_albedo, infinite.spherical_albedo, 1e-14);
+        EXPECT_EQ(infinite.total_transmittance, 0);
+    }
+}
+
+TEST(SolveLayer, ReachesTheConservativeInfiniteLayerAsOneOverDepth) {
+    const LayerSolution infinite = solve_layer(forward, 1, infinity, cosines);
+    EXPECT_NEAR(infinite.spherical_albedo, 1, 1e-13);
+    for (int in = 0; in < infinite.mu.size(); ++in)
+        EXPECT_NEAR(infinite.plane_albedo(in), 1, 1e-13);
+    const double tau = 1e10;
+    const LayerSolution deep = solve_layer(forward, 1, tau, cosines);
+    for (int in = 0; in < deep.mu.size(); ++in)
+        for (int out = 0; out < deep.mu.size(); ++out) {
+            const double R = infinite.reflection(in, out, 1).total;
+            // escape functions below 3, over (1 - g) tau
+            EXPECT_NEAR(deep.reflection(in, out, 1).total, R, 10 / (0.25 * tau));
+            EXPECT_NEAR(deep.reflection(in, out, 1).total + deep.transmission(in, out, 1).total, R,
+                        1e-12 * R);
+        }
+}
+
+TEST(SolveLayer, GoesOnSmoothlyBeyondTheDepthWhereDoublingStops) {
+    const double stop = std::ldexp(1.0, 42);
+    for (const double w : {0.9, 1.0}) {
+        const LayerSolution before = solve_layer(forward, w, stop, cosines, with_nodes(16));
+        const LayerSolution after = solve_layer(forward, w, 4 * stop, cosines, with_nodes(16));
+        EXPECT_EQ(after.optical_depth, 4 * stop);
+        EXPECT_NEAR(after.total_transmittance, before.total_transmittance / 4,
+                    1e-12 * before.total_transmittance);
+        EXPECT_NEAR(after.spherical_albedo + after.total_transmittance,
+                    before.spherical_albedo + before.total_transmittance, 1e-14);
+        for (int in = 0; in < after.mu.size(); ++in) {
+            const double R = before.reflection(in, 1, 1).total;
+            EXPECT_NEAR(after.reflection(in, 1, 1).total, R, 1e-11 * R);
+            EXPECT_NEAR(after.plane_albedo(in) + after.diffuse_transmittance(in),
+                        before.plane_albedo(in) + before.diffuse_transmittance(in), 1e-14);
+        }
+    }
+}
+
+// ---- self-agreement ----------------------------------------------------------------------------
+
+/// Mode m of R or T between Gauss nodes as a matrix whose product is an integral over the
+/// hemisphere, from values at azimuths that are enough for phase functions of the second degree.
+MatrixXd mode_matrix(const LayerSolution& layer, const Directions& nodes, Side side, int mode) {
+    constexpr int count = 6;
+    MatrixXd matrix = MatrixXd::Zero(layer.mu.size(), layer.mu.size());
+    for (int i = 0; i < layer.mu.size(); ++i)
+        for (int j = 0; j < layer.mu.size(); ++j)
+            for (int k = 0; k < count; ++k) {
+                const double azimuth = 2 * pi * k / count;
+                matrix(i, j) += nodes.s(i) * nodes.s(j) * std::cos(mode * azimuth) / count *
+                                total(layer, side, i, j, azimuth);
+            }
+    return matrix;
+}
+
+TEST(SolveLayer, EqualsAddingTwoUnequalParts) {
+    const int count = 16;
+    const double w = 0.95, tau_above = 0.3, tau_below = 1.9;
+    const Directions nodes = gauss_directions(count, NodeMap::grazing);
+    const auto solve = [&](double tau) {
+        return solve_layer(rayleigh, w, tau, {}, with_nodes(count));
+    };
+    const LayerSolution above = solve(tau_above), below = solve(tau_below);
+    const LayerSolution whole = solve(tau_above + tau_below);
+    for (int i = 0; i < count; ++i) ASSERT_EQ(whole.mu(i), nodes.mu(i));
+    const MatrixXd identity = MatrixXd::Identity(count, count);
+    for (int mode = 0; mode < 3; ++mode) {
+        const auto with_beam = [&](const LayerSolution& layer) {
+            MatrixXd T = mode_matrix(layer, nodes, Side::transmission, mode);
+            T.diagonal().array() += (-layer.optical_depth / nodes.mu.array()).exp();
+            return T;
+        };
+        const MatrixXd R1 = mode_matrix(above, nodes, Side::reflection, mode);
+        const MatrixXd R2 = mode_matrix(below, nodes, Side::reflection, mode);
+        const MatrixXd T1 = with_beam(above), T2 = with_beam(below);
+        // [HT74], the adding equations
+        const MatrixXd down = MatrixXd(identity - R1 * R2).partialPivLu().solve(T1);
+        const MatrixXd R = R1 + T1 * R2 * down, T = T2 * down;
+        EXPECT_LE((R - mode_matrix(whole, nodes, Side::reflection, mode)).cwiseAbs().maxCoeff(),
+                  1e-14)
+            << mode;
+        EXPECT_LE((T - with_beam(whole)).cwiseAbs().maxCoeff(), 1e-14) << mode;
+    }
+}
+
+TEST(SolveLadder, GivesAtEveryDepthWhatThatDepthGivesAtOnce) {
+    const std::vector<double> albedos{0.3, 0.99, 1};
+    const auto ladder = solve_ladder(forward, albedos, {0.05, 10, true}, cosines, with_nodes(16));
+    ASSERT_EQ(ladder.size(), 3u);
+    for (std::size_t a = 0; a < albedos.size(); ++a) {
+        ASSERT_EQ(ladder[a].size(), 11u);
+        for (std::size_t d = 0; d < 11; ++d) {
+            const double tau = d == 10 ? infinity : std::ldexp(0.05, static_cast<int>(d));
+            EXPECT_EQ(ladder[a][d].optical_depth, tau);
+            EXPECT_EQ(ladder[a][d].albedo, albedos[a]);
+            const LayerSolution at_once =
+                solve_layer(forward, albedos[a], tau, cosines, with_nodes(16));
+            EXPECT_LE(difference(ladder[a][d], at_once), 1e-11) << albedos[a] << ' ' << tau;
+            EXPECT_NEAR(ladder[a][d].spherical_albedo, at_once.spherical_albedo, 1e-13);
+        }
+    }
+}
+
+TEST(SolveLadder, SolvesMoreAlbedosThanThereAreLanes) {
+    std::vector<double> albedos;
+    for (int a = 0; a <= 10; ++a) albedos.push_back(a / 10.0);
+    const auto ladder = solve_ladder(rayleigh, albedos, {1, 1, false}, cosines, with_nodes(8));
+    for (std::size_t a = 1; a < albedos.size(); ++a)
+        EXPECT_LE(difference(ladder[a][0],
+                             solve_layer(rayleigh, albedos[a], 1, cosines, with_nodes(8))),
+                  1e-13)
+            << albedos[a];
+}
+
+TEST(SolveLayer, AgreesWithTwiceTheNodes) {
+    const struct {
+        const char* name;
+        PhaseFunction phase_function;
+        int nodes;
+        double tolerance;  // what half the nodes leave
+    } rows[] = {
+        {"isotropic", isotropic, 24, 3e-8},
+        {"rayleigh", rayleigh, 24, 3e-8},
+        {"double HG", saturn, 24, 3e-8},
+        {"HG 0.75", forward, 32, 1e-7},
+    };
+    for (const auto& row : rows)
+        for (const double tau : {0.1, 2.0, 100.0})
+            EXPECT_LE(difference(solve_layer(row.phase_function, 0.99, tau, cosines,
+                                             with_nodes(row.nodes)),
+                                 solve_layer(row.phase_function, 0.99, tau, cosines,
+                                             with_nodes(2 * row.nodes))),
+                      row.tolerance)
+                << row.name << ' ' << tau;
+}
+
+TEST(SolveLayer, AgreesWithTextbookDoubling) {
+    SolverOptions classic = with_nodes(16);
+    classic.scheme = Scheme::classic;
+    for (const PhaseFunction& phase_function : {rayleigh, forward})
+        for (const double tau : {0.01, 1.0, 16.0})
+            // its diamond start at 1e-3 of the smallest cosine
+            EXPECT_LE(difference(solve_layer(phase_function, 0.9, tau, cosines, classic),
+                                 solve_layer(phase_function, 0.9, tau, cosines, with_nodes(16))),
+                      1e-6)
+                << tau;
+}
+
+class InstructionSet : public testing::TestWithParam<const char*> {};
+
+TEST_P(InstructionSet, GivesTheSameValues) {
+    SolverOptions options = with_nodes(13);  // odd: every kind of block has an edge
+    const auto widest = [&](double w, double tau) {
+        return solve_layer(forward, w, tau, cosines, with_nodes(13));
+    };
+    options.instruction_set = GetParam();
+    try {
+        solve_layer(isotropic, 0.5, 1, {}, options);
+    } catch (const std::invalid_argument&) {
+        GTEST_SKIP() << "this processor has no " << GetParam();
+    }
+    for (const double w : {0.6, 1.0})
+        for (const double tau : {1e-3, 1.0, 300.0})  // sums in another order, fused or not
+            EXPECT_LE(difference(solve_layer(forward, w, tau, cosines, options), widest(w, tau)),
+                      1e-12)
+                << w << ' ' << tau;
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, InstructionSet, testing::Values("generic", "avx2", "avx512"),
+                         [](const auto& row) { return row.param; });
+
+TEST(SolveLayer, AgreesWithAndWithoutTruncation) {
+    const struct {
+        double g;
+        int nodes;
+        double tolerance;  // the first moment left out, g^(2 nodes), and the quadrature
+    } rows[] = {{0.3, 24, 1e-9}, {0.5, 24, 1e-9}, {0.75, 48, 1e-8}};
+    for (const auto& row : rows) {
+        const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(row.g);
+        SolverOptions plain = with_nodes(row.nodes);
+        plain.truncate = false;
+        for (const double tau : {0.1, 4.0})
+            EXPECT_LE(difference(solve_layer(phase_function, 0.99, tau, cosines,
+                                             with_nodes(row.nodes)),
+                                 solve_layer(phase_function, 0.99, tau, cosines, plain)),
+                      row.tolerance)
+                << row.g << ' ' << tau;
+    }
+}
+
+TEST(SolveLayer, SolvesTheModesThatMatterAndNoMore) {
+    SolverOptions all = with_nodes(24);
+    all.modes = 48;
+    for (const PhaseFunction& phase_function :
+         {isotropic, rayleigh, saturn, PhaseFunction::henyey_greenstein(-0.3)}) {
+        const LayerSolution whole = solve_layer(phase_function, 0.99, 3, cosines, all);
+        const LayerSolution stopped = solve_layer(phase_function, 0.99, 3, cosines, with_nodes(24));
+        EXPECT_LE(difference(stopped, whole), 1e-13);  // mode_tolerance, summed
+    }
+    const auto modes = [](const PhaseFunction& phase_function) {
+        return solve_layer(phase_function, 0.99, 3, cosines, with_nodes(24))
+            .reflection_modes.size();
+    };
+    EXPECT_EQ(modes(isotropic), 1u);
+    EXPECT_EQ(modes(rayleigh), 3u);
+    EXPECT_LT(modes(PhaseFunction::henyey_greenstein(-0.3)), 48u);
+}
+
+TEST(SolveLayer, SolvesAsManyModesAsAsked) {
+    SolverOptions options = with_nodes(8);
+    for (const int modes : {1, 3, 11, 16, 40}) {
+        options.modes = modes;
+        const LayerSolution layer = solve_layer(forward, 0.9, 1, cosines, options);
+        // 2 N moments carry no more than 2 N modes
+        EXPECT_EQ(layer.reflection_modes.size(), static_cast<std::size_t>(std::min(modes, 16)));
+        EXPECT_EQ(layer.transmission_modes.size(), layer.reflection_modes.size());
+    }
+}
+
+TEST(SolveLayer, IsNotDisturbedByFurtherDirections) {
+    for (const double tau : {0.01, 2.0, 200.0}) {
+        const LayerSolution alone = solve_layer(forward, 0.97, tau, cosines, with_nodes(16));
+        std::vector<double> more = cosines;
+        for (const double mu : {0.0001, 0.05, 0.3, 0.30000001, 0.5, 0.75, 0.999})
+            more.push_back(mu);
+        LayerSolution among = solve_layer(forward, 0.97, tau, more, with_nodes(16));
+        for (int in = 0; in < alone.mu.size(); ++in) {
+            EXPECT_NEAR(among.plane_albedo(in), alone.plane_albedo(in), 1e-14);
+            for (int out = 0; out < alone.mu.size(); ++out)
+                for (const Side side : {Side::reflection, Side::transmission}) {
+                    const double expected = total(alone, side, in, out, 1);
+                    EXPECT_NEAR(total(among, side, in, out, 1), expected, 1e-14 * expected)
+                        << tau << ' ' << in << ' ' << out;
+                }
+        }
+        EXPECT_NEAR(among.spherical_albedo, alone.spherical_albedo, 1e-15);
+    }
+}
+
+TEST(SolveLayer, AnswersAtTheGaussNodesWhenAskedForNone) {
+    const LayerSolution layer = solve_layer(rayleigh, 0.9, 1, {}, with_nodes(12));
+    const Directions nodes = gauss_directions(12, NodeMap::grazing);
+    EXPECT_EQ(layer.mu, VectorXd(nodes.mu));
+    const std::vector<double> asked(nodes.mu.begin(), nodes.mu.end());
+    const LayerSolution extra = solve_layer(rayleigh, 0.9, 1, asked, with_nodes(12));
+    for (int in = 0; in < 12; ++in)
+        for (int out = 0; out < 12; ++out)
+            for (const Side side : {Side::reflection, Side::transmission}) {
+                const double expected = total(extra, side, in, out, 1);
+                // On the diagonal the matrices of the Gauss nodes hold the beam too, of which
+                // rounding is left: 1e-16 / (2 mu weight), much at the first nodes.
+                const double rounding =
+                    1e-13 * expected + (in == out ? 1e-15 / (nodes.s(in) * nodes.s(in)) : 0);
+                EXPECT_NEAR(total(layer, side, in, out, 1), expected, rounding) << in << ' ' << out;
+            }
+}
+
+TEST(SolveLayer, GivesTheSameBitsEachTime) {
+    const LayerSolution once = solve_layer(forward, 0.9, 3, cosines, with_nodes(16));
+    const LayerSolution again = solve_layer(forward, 0.9, 3, cosines, with_nodes(16));
+    ASSERT_EQ(once.reflection_modes.size(), again.reflection_modes.size());
+    for (std::size_t m = 0; m < once.reflection_modes.size(); ++m) {
+        EXPECT_EQ(once.reflection_modes[m], again.reflection_modes[m]);
+        EXPECT_EQ(once.transmission_modes[m], again.transmission_modes[m]);
+    }
+}
+
+TEST(SolveLayer, ConservesEnergyWithTheFewestNodes) {
+    for (const int nodes : {1, 2, 3}) {
+        const LayerSolution layer = solve_layer(isotropic, 1, 1, {0.3}, with_nodes(nodes));
+        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-14) << nodes;
+        EXPECT_NEAR(layer.plane_albedo(0) + layer.diffuse_transmittance(0) + std::exp(-1 / 0.3), 1,
+                    1e-14)
+            << nodes;
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,72 @@
+#include <stratus/transfer/truncation.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.9);
+
+TEST(DeltaM, TakesTheFirstMomentLeftOutAsTheForwardShare) {
+    const Truncation truncation = delta_m(peaked, 16);
+    EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 16));
+    ASSERT_EQ(truncation.moments.size(), 16u);
+    EXPECT_EQ(truncation.moments[0], 1);
+}
+
+TEST(DeltaM, PutsBackToTheOriginalMoments) {
+    // chi = f + (1 - f) chi*
+    const Truncation truncation = delta_m(peaked, 16);
+    for (int l = 0; l < 16; ++l)
+        EXPECT_NEAR(truncation.fraction + (1 - truncation.fraction) *
+                                              truncation.moments[static_cast<std::size_t>(l)],
+                    std::pow(0.9, l), 1e-15);
+}
+
+TEST(DeltaM, KeepsAbsorptionAndTheSimilarityOfDepths) {
+    const Truncation truncation = delta_m(peaked, 16);
+    for (const double w : {0.0, 0.3, 0.9, 1 - 1e-9, 1.0}) {
+        const double tau = 3, scaled = truncation.optical_depth(tau, w);
+        EXPECT_NEAR((1 - truncation.albedo(w)) * scaled, (1 - w) * tau, 1e-14);
+        EXPECT_NEAR(truncation.albedo(w) * scaled, (1 - truncation.fraction) * w * tau, 1e-14);
+        // transport depth: (1 - w g) tau
+        EXPECT_NEAR((1 - truncation.albedo(w) * truncation.moments[1]) * scaled,
+                    (1 - w * 0.9) * tau, 1e-14);
+        EXPECT_NEAR(truncation.single_scattering_albedo(w) * (1 - truncation.fraction),
+                    truncation.albedo(w), 1e-15);
+        EXPECT_NEAR(truncation.co_albedo(w), 1 - truncation.albedo(w), 1e-15);
+    }
+}
+
+TEST(DeltaM, KeepsConservationExact) {
+    const Truncation truncation = delta_m(peaked, 16);
+    EXPECT_EQ(truncation.albedo(1), 1);
+    EXPECT_EQ(truncation.co_albedo(1), 0);
+    // 1 - w* from 1 - w, not as a difference from 1
+    EXPECT_NEAR(truncation.co_albedo(1 - 1e-12) * (1 - truncation.fraction) / 1e-12, 1, 1e-3);
+}
+
+TEST(DeltaM, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
+    for (const PhaseFunction& phase_function :
+         {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
+          PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.9)}) {
+        const int count = phase_function.asymmetry() < 0 ? 15 : 16;  // chi_15 < 0 there
+        const Truncation truncation = delta_m(phase_function, count);
+        EXPECT_EQ(truncation.fraction, 0);
+        EXPECT_EQ(truncation.moments, phase_function.moments(count));
+        EXPECT_EQ(truncation.optical_depth(3, 0.7), 3);
+        EXPECT_EQ(truncation.albedo(0.7), 0.7);
+        EXPECT_EQ(truncation.single_scattering_albedo(0.7), 0.7);
+    }
+}
+
+TEST(NoTruncation, KeepsMomentsAsTheyAre) {
+    const Truncation truncation = no_truncation(peaked, 16);
+    EXPECT_EQ(truncation.fraction, 0);
+    EXPECT_EQ(truncation.moments, peaked.moments(16));
+}
+
+}  // namespace
+}  // namespace stratus

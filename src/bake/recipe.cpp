@@ -33,7 +33,7 @@ class Section {
 
     bool has(const char* key) const { return table_.contains(key); }
 
-    std::string text(const char* key) const { return value<std::string>(key, "a string"); }
+    std::string text(const char* key) const { return value<std::string>(key, "a string in quotes"); }
 
     double number(const char* key, double least, double most, const char* allowed) const {
         const double met = value<double>(key, "a number");
@@ -77,10 +77,11 @@ class Section {
         const toml::node* node = table_.get(key);
         require(node != nullptr, "recipe", prefix_ + key, "present", "nothing");
         const auto met = node->value<T>();
-        if (!met)
-            throw std::invalid_argument("recipe: " + prefix_ + key + line(*node) + " must be " +
-                                        kind);
-        return *met;
+        if (met) return *met;
+        std::ostringstream text;
+        text << toml::node_view<const toml::node>(node);
+        require(false, "recipe", prefix_ + key + line(*node), kind, text.str());
+        return {};
     }
 
     const toml::table& table_;

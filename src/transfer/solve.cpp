@@ -226,11 +226,14 @@ class LadderRun {
         const VectorXd s = directions_.s.head(N);
         const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
         const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
-        solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s);
+        // The weights of uniform illumination sum to 1 from three nodes on, not with fewer.
+        const double uniform = s.squaredNorm();
+        solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s) / uniform;
         solution.plane_albedo =
             unscale.asDiagonal() * (layer.reflection.bottomLeftCorner(count, N) * s);
         if (infinite) {
-            solution.spherical_albedo += s.dot(layer.transmission.topLeftCorner(N, N) * s);
+            solution.spherical_albedo +=
+                s.dot(layer.transmission.topLeftCorner(N, N) * s) / uniform;
             solution.plane_albedo +=
                 unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
             solution.total_transmittance = 0;
@@ -238,12 +241,16 @@ class LadderRun {
             return;
         }
         const VectorXd beam = (-tau / directions_.mu.array()).exp();
-        const VectorXd true_beam = (-solution.optical_depth / solution.mu.array()).exp();
-        solution.total_transmittance =
-            s.dot(layer.transmission.topLeftCorner(N, N) * s) + s.cwiseProduct(s).dot(beam.head(N));
+        solution.total_transmittance = (s.dot(layer.transmission.topLeftCorner(N, N) * s) +
+                                        s.cwiseProduct(s).dot(beam.head(N))) /
+                                       uniform;
         solution.diffuse_transmittance =
             unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
-        solution.diffuse_transmittance += beam.tail(count) - true_beam;
+        // What truncation took for beam and is not: exp(-tau*/mu) - exp(-tau/mu).
+        const double scattered = truncation_.fraction * solution.albedo * solution.optical_depth;
+        for (Eigen::Index i = 0; i < count; ++i)
+            solution.diffuse_transmittance(i) +=
+                beam.tail(count)(i) * -std::expm1(-scattered / solution.mu(i));
     }
 
     /// True when modes first .. first + count - 1 add nothing anywhere, so that all higher ones are
@@ -293,6 +300,7 @@ double sum_modes(const std::vector<MatrixXd>& modes, int i, int j, double azimut
 
 void check(const std::vector<double>& albedos, const DepthLadder& ladder,
            const SolverOptions& options) {
+    require(!albedos.empty(), "solve", "albedos", "at least one", "none");
     for (double albedo : albedos)
         require(albedo >= 0 && albedo <= 1, "solve", "albedo", "in [0, 1]", albedo);
     require(ladder.octaves >= 0, "solve", "octaves", ">= 0", ladder.octaves);

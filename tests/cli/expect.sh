@@ -34,8 +34,8 @@ failures=0
 fail() { # fail SENTENCE: notes a failure and shows what the last command said
     failures=$((failures + 1))
     echo "FAILED, line ${BASH_LINENO[-2]}: $1" >&2
-    sed 's/^/    stdout: /' "$out" >&2
-    sed 's/^/    stderr: /' "$err" >&2
+    head -n 20 "$out" | sed 's/^/    stdout: /' >&2
+    head -n 20 "$err" | sed 's/^/    stderr: /' >&2
 }
 
 finish() {
@@ -104,4 +104,50 @@ expect_rows() {
         NR == 1 { for (i = 1; i <= NF; ++i) name[i] = $i; next }
         { for (i = 1; i <= NF; ++i) f[name[i]] = $i; ++rows; if (!('"$2"')) bad = 1 }
         END { exit bad || rows + 0 != count }' "$out" || fail "not $1 rows with $2"
+}
+
+# expect_near TEXT EXPECTED TOLERANCE: a number, so near.
+expect_near() {
+    awk -v met="$1" -v expected="$2" -v most="$3" 'BEGIN {
+        off = met - expected
+        exit met == "" || !(off <= most && -off <= most) }' || fail "'$1' must be $2 within $3"
+}
+
+# through WRAPPER EXPECTATION...: the expectation, the program started by a shell script in which it is "$stratus".
+# For instance: through 'exec nice "$stratus" "$@"' expect_ok info table.h5
+through() {
+    printf '#!/usr/bin/env bash\nstratus=%q\n%s\n' "$stratus" "$1" >"$logs/wrapper"
+    chmod +x "$logs/wrapper"
+    shift
+    local stratus=$logs/wrapper
+    "$@"
+}
+
+# Wrappers in which writing fails: by a limit on the size of a file; on a disk of 16 KiB that only this program sees,
+# mounted on the folder `disk`, where a file `older.*` must come to no harm; and as a user whom the folder `shut` refuses.
+# The last two are empty where the machine permits no such thing.
+# shellcheck disable=SC2034,SC2016  # the tests use them; expanded in the wrapper
+{
+    size_limited='trap "" XFSZ; ulimit -f 4; exec "$stratus" "$@"'
+    small_disk=
+    user_refused=
+    own_mounts='unshare --mount'
+    [ "$(id -u)" -eq 0 ] || own_mounts='unshare --map-root-user --mount'
+    on_disk='mount -t tmpfs -o size=16k none disk'
+    mkdir disk shut
+    # shellcheck disable=SC2086  # words of a command
+    if $own_mounts sh -c "$on_disk" 2>"$err"; then
+        small_disk="exec $own_mounts bash -c '$on_disk; echo older >disk/older.h5; cp disk/older.h5 disk/older.csv
+            \"\$@\"; code=\$?
+            for file in disk/older.*; do [ \"\$(cat \$file)\" = older ] || echo \"\$file is harmed\" >&2; done
+            find disk -type f ! -name \"older.*\" >&2; exit \$code' bash \"\$stratus\" \"\$@\""
+    fi
+    if [ "$(id -u)" -ne 0 ]; then
+        chmod a-w shut
+        user_refused='exec "$stratus" "$@"'
+    else
+        chmod a+rx .
+        as_nobody='setpriv --reuid=65534 --regid=65534 --clear-groups'
+        $as_nobody "$stratus" --version >"$out" 2>"$err" && user_refused="exec $as_nobody \"\$stratus\" \"\$@\""
+    fi
 }

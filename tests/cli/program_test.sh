@@ -8,12 +8,12 @@ expect_says "$out" "stratus "
 expect_silent "$err"
 
 expect_ok --help
-expect_says "$out" Example eval info convert
+expect_says "$out" Example solve bake eval info verify convert
 expect_silent "$err"
 
-for command in eval info convert; do
+for command in solve bake eval info verify convert; do
     expect_ok "$command" --help
-    expect_says "$out" "Example:" "stratus $command"
+    expect_says "$out" Example "stratus $command"
 done
 
 expect_refused 2 COMMAND --

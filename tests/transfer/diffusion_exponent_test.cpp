@@ -36,8 +36,8 @@ TEST(DiffusionExponent, FollowsTheDiffusionLimitNearConservativeScattering) {
     const double w = 1 - 1e-6;
     for (const double g : {-0.6, 0.0, 0.5, 0.75, 0.85}) {
         const double limit = std::sqrt(3 * (1 - w) * (1 - w * g));  // corrections: O(1 - w)
-        EXPECT_NEAR(
-            compute_diffusion_exponent(PhaseFunction::henyey_greenstein(g), w) / limit, 1, 3e-6)
+        EXPECT_NEAR(compute_diffusion_exponent(PhaseFunction::henyey_greenstein(g), w) / limit, 1,
+                    3e-6)
             << g;
     }
 }
@@ -51,10 +51,8 @@ TEST(DiffusionExponent, IsTheRateAtWhichDeepLayersDarken) {
     const double w = 0.95, k = compute_diffusion_exponent(phase_function, w);
     SolverOptions options;
     options.modes = 1;
-    const double at_100 =
-        solve_layer(phase_function, w, 100, {}, options).total_transmittance;
-    const double at_101 =
-        solve_layer(phase_function, w, 101, {}, options).total_transmittance;
+    const double at_100 = solve_layer(phase_function, w, 100, {}, options).total_transmittance;
+    const double at_101 = solve_layer(phase_function, w, 101, {}, options).total_transmittance;
     // what the next eigenvalue leaves after 100 mean free paths, and rounding
     EXPECT_NEAR(std::log(at_100 / at_101) / k, 1, 1e-9);
 }

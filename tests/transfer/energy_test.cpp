@@ -57,8 +57,8 @@ TEST_P(ConservativeLayer, ReflectsOrTransmitsAllLightAtEveryOctaveOfDepth) {
 
 TEST_P(ConservativeLayer, ReflectsOrTransmitsAllLightWhereTheDoublingStartsAnew) {
     for (const double tau : {1e-12, 1e-6, 0.01, 1.0, 100.0, 1e6, 1e12})
-        expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau,
-                                   cosines, options()));
+        expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau, cosines,
+                                   options()));
 }
 
 std::vector<Medium> media() {

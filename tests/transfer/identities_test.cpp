@@ -71,7 +71,7 @@ TEST(SolveLayer, IsReciprocal) {
                     for (int out = 0; out < in; ++out)
                         for (const double azimuth : azimuths) {
                             const double there = total(layer, side, in, out, azimuth);
-                            EXPECT_NEAR(total(layer, side, out, in, azimuth), there, 1e-14 * there)
+                            EXPECT_NEAR(total(layer, side, out, in, azimuth), there, 1e-13 * there)
                                 << tau << ' ' << in << ' ' << out;
                         }
         }
@@ -323,9 +323,9 @@ TEST(SolveLadder, SolvesMoreAlbedosThanThereAreLanes) {
     for (int a = 0; a <= 10; ++a) albedos.push_back(a / 10.0);
     const auto ladder = solve_ladder(rayleigh, albedos, {1, 1, false}, cosines, with_nodes(8));
     for (std::size_t a = 1; a < albedos.size(); ++a)
-        EXPECT_LE(difference(ladder[a][0],
-                             solve_layer(rayleigh, albedos[a], 1, cosines, with_nodes(8))),
-                  1e-13)
+        EXPECT_LE(
+            difference(ladder[a][0], solve_layer(rayleigh, albedos[a], 1, cosines, with_nodes(8))),
+            1e-13)
             << albedos[a];
 }
 
@@ -343,11 +343,11 @@ TEST(SolveLayer, AgreesWithTwiceTheNodes) {
     };
     for (const auto& row : rows)
         for (const double tau : {0.1, 2.0, 100.0})
-            EXPECT_LE(difference(solve_layer(row.phase_function, 0.99, tau, cosines,
-                                             with_nodes(row.nodes)),
-                                 solve_layer(row.phase_function, 0.99, tau, cosines,
-                                             with_nodes(2 * row.nodes))),
-                      row.tolerance)
+            EXPECT_LE(
+                difference(
+                    solve_layer(row.phase_function, 0.99, tau, cosines, with_nodes(row.nodes)),
+                    solve_layer(row.phase_function, 0.99, tau, cosines, with_nodes(2 * row.nodes))),
+                row.tolerance)
                 << row.name << ' ' << tau;
 }
 
@@ -397,10 +397,10 @@ TEST(SolveLayer, AgreesWithAndWithoutTruncation) {
         SolverOptions plain = with_nodes(row.nodes);
         plain.truncate = false;
         for (const double tau : {0.1, 4.0})
-            EXPECT_LE(difference(solve_layer(phase_function, 0.99, tau, cosines,
-                                             with_nodes(row.nodes)),
-                                 solve_layer(phase_function, 0.99, tau, cosines, plain)),
-                      row.tolerance)
+            EXPECT_LE(
+                difference(solve_layer(phase_function, 0.99, tau, cosines, with_nodes(row.nodes)),
+                           solve_layer(phase_function, 0.99, tau, cosines, plain)),
+                row.tolerance)
                 << row.g << ' ' << tau;
     }
 }

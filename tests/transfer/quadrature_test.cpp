@@ -85,7 +85,9 @@ TEST(GaussDirections, RefuseNodesOutOfRange) {
 TEST(GaussDirections, RefuseCosinesOutOfRange) {
     for (const double mu : {0.0, -0.5, 1.0001, std::numeric_limits<double>::quiet_NaN()})
         expect_refusal<std::invalid_argument>(
-            [&] { gauss_directions(8, NodeMap::grazing, {0.5, mu}); },
+            [&] {
+                gauss_directions(8, NodeMap::grazing, {0.5, mu});
+            },
             {"gauss_directions", "mu", "(0, 1]"});
 }
 

@@ -54,14 +54,13 @@ inline std::vector<Compared> compare_geometries(const std::string& phase, int no
     };
     std::vector<Compared> all;
     for (const ReferenceLayer& of : read_reference("discrete_ordinates.csv", phase)) {
-        const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth,
-                                                cosines, with_nodes(nodes));
+        const LayerSolution layer =
+            solve_layer(phase_function, of.albedo, of.optical_depth, cosines, with_nodes(nodes));
         for (const std::vector<double>& row : of.rows) {  // mu0 mu dphi_deg R T R_ss T_ss err err
             const int in = index(row.at(0)), out = index(row.at(1));
             const double azimuth = radians(row.at(2)), R = row.at(3), T = row.at(4);
-            all.push_back(
-                {relative_error(layer.reflection(in, out, azimuth).total, R, row.at(7)),
-                 "R " + name_row(of, row)});
+            all.push_back({relative_error(layer.reflection(in, out, azimuth).total, R, row.at(7)),
+                           "R " + name_row(of, row)});
             if (T > 1e-10)
                 all.push_back(
                     {relative_error(layer.transmission(in, out, azimuth).total, T, row.at(8)),
@@ -87,7 +86,8 @@ inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes)
         for (const std::vector<double>& row : of.rows) cosines.push_back(row.at(0));
         const LayerSolution layer =
             solve_layer(phase_function, of.albedo, of.optical_depth, cosines, options);
-        for (std::size_t i = 0; i < cosines.size(); ++i) {  // mu0 albedo diffuse direct total err err
+        for (std::size_t i = 0; i < cosines.size();
+             ++i) {  // mu0 albedo diffuse direct total err err
             const std::vector<double>& row = of.rows[i];
             const auto at = static_cast<Eigen::Index>(i);
             compare(layer.plane_albedo(at), row.at(1), row.at(5), "albedo " + name_row(of, row));

@@ -66,25 +66,34 @@ TEST(SolveLayer, RefusesInstructionSetsThatNoProcessorHas) {
 
 TEST(SolveLadder, RefusesOctavesBelowZero) {
     expect_refusal<std::invalid_argument>(
-        [] { solve_ladder(isotropic, {0.5}, {1, -1, false}, {1}); },
+        [] {
+            solve_ladder(isotropic, {0.5}, {1, -1, false}, {1});
+        },
         {"solve", "octaves", ">= 0", "-1"});
 }
 
 TEST(SolveLadder, RefusesAFirstDepthThatCannotBeDoubled) {
     for (const double first : {0.0, -1.0, 1e-281, infinity, not_a_number})
         expect_refusal<std::invalid_argument>(
-            [&] { solve_ladder(isotropic, {0.5}, {first, 1, false}, {1}); },
+            [&] {
+                solve_ladder(isotropic, {0.5}, {first, 1, false}, {1});
+            },
             {"solve", "first depth", "[1e-280, inf)"});
 }
 
 TEST(SolveLadder, RefusesToSolveForNoAlbedo) {
-    expect_refusal<std::invalid_argument>([] { solve_ladder(isotropic, {}, {1, 1, false}, {1}); },
-                                          {"solve", "albedos", "at least one"});
+    expect_refusal<std::invalid_argument>(
+        [] {
+            solve_ladder(isotropic, {}, {1, 1, false}, {1});
+        },
+        {"solve", "albedos", "at least one"});
 }
 
 TEST(SolveLadder, RefusesEveryAlbedoOutOfRange) {
     expect_refusal<std::invalid_argument>(
-        [] { solve_ladder(isotropic, {0.5, 1, 1.5}, {1, 1, false}, {1}); },
+        [] {
+            solve_ladder(isotropic, {0.5, 1, 1.5}, {1, 1, false}, {1});
+        },
         {"solve", "albedo", "[0, 1]", "1.5"});
 }
 

@@ -20,8 +20,8 @@ TEST(DeltaM, PutsBackToTheOriginalMoments) {
     // chi = f + (1 - f) chi*
     const Truncation truncation = delta_m(peaked, 16);
     for (int l = 0; l < 16; ++l)
-        EXPECT_NEAR(truncation.fraction + (1 - truncation.fraction) *
-                                              truncation.moments[static_cast<std::size_t>(l)],
+        EXPECT_NEAR(truncation.fraction +
+                        (1 - truncation.fraction) * truncation.moments[static_cast<std::size_t>(l)],
                     std::pow(0.9, l), 1e-15);
 }
 

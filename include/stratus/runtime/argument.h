@@ -5,10 +5,12 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace stratus {
@@ -19,8 +21,13 @@ void require(bool holds, const char* function, const std::string& argument,
              const std::string& allowed, const Value& value) {
     if (holds) return;
     std::ostringstream line;
-    line.precision(17);
-    line << function << ": " << argument << " must be " << allowed << ", got " << value;
+    line << function << ": " << argument << " must be " << allowed << ", got ";
+    if constexpr (std::is_floating_point_v<Value>) {  // the shortest text that reads back the same
+        char text[40];
+        line.write(text, std::to_chars(text, text + sizeof text, value).ptr - text);
+    } else {
+        line << value;
+    }
     throw std::invalid_argument(line.str());
 }
 

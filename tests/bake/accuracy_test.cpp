@@ -1,0 +1,187 @@
+#include <stratus/bake/accuracy.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <stratus/bake/bake.h>
+#include <stratus/runtime/angle.h>
+
+#include "refusal.h"
+#include "small_recipe.h"
+
+namespace stratus {
+namespace {
+
+using test::block_size;
+using test::explicit_recipe;
+
+std::vector<ErrorSample> samples_with(const std::vector<double>& errors) {
+    std::vector<ErrorSample> samples;
+    for (const double error : errors)
+        samples.push_back({Side::reflection, 1, 1, {}, 0, 1, 1, error});
+    return samples;
+}
+
+TEST(ErrorQuantile, IsNotExceededByThatShare) {
+    std::vector<double> errors;
+    for (int n = 1000; n >= 0; --n) errors.push_back(n / 1000.0);
+    std::vector<ErrorSample> samples = samples_with(errors);
+    EXPECT_EQ(error_quantile(samples, 0), 0);
+    EXPECT_EQ(error_quantile(samples, 0.5), 0.5);
+    EXPECT_NEAR(error_quantile(samples, 0.999), 0.999, 1e-15);
+    EXPECT_EQ(error_quantile(samples, 1), 1);
+    EXPECT_TRUE(std::is_sorted(samples.begin(), samples.end(),
+                               [](const auto& a, const auto& b) { return a.error < b.error; }));
+}
+
+TEST(ErrorQuantile, IsNothingWithoutSamples) {
+    std::vector<ErrorSample> none;
+    EXPECT_EQ(error_quantile(none, 0.5), 0);
+}
+
+TEST(Verification, MeetsAToleranceWith999In1000AndNoneBeyondFiveTimes) {
+    const auto verification = [](int beyond, double worst) {
+        std::vector<double> errors(2000, 1e-3);
+        std::fill(errors.end() - beyond, errors.end(), worst);
+        Verification result;
+        result.samples = samples_with(errors);
+        return result;
+    };
+    EXPECT_TRUE(verification(0, 0).meets(1e-3));
+    EXPECT_TRUE(verification(2, 4.9e-3).meets(1e-3));
+    EXPECT_FALSE(verification(3, 4.9e-3).meets(1e-3));
+    EXPECT_FALSE(verification(1, 5.1e-3).meets(1e-3));
+}
+
+TEST(Floor, IsAHundredthOfTheLargestValueAwayFromGrazing) {
+    std::vector<double> mu = floor_cosines();
+    mu.push_back(0.01);  // grazing: brighter still, and left out
+    const LayerSolution layer = solve_layer(PhaseFunction::isotropic(), 0.9, 1, mu);
+    double R = 0, T = 0;
+    for (int i = 0; i < static_cast<int>(floor_cosines().size()); ++i)
+        for (int j = 0; j <= i; ++j) {
+            R = std::max(R, layer.reflection(i, j, 0).total);
+            T = std::max(T, layer.transmission(i, j, 0).total);
+        }
+    EXPECT_NEAR(reflection_floor(layer), 0.01 * R, 1e-15);
+    EXPECT_NEAR(transmission_floor(layer), 0.01 * T, 1e-15);
+}
+
+TEST(Floor, IsNeverBelowWhatShows) {
+    const LayerSolution dark = solve_layer(PhaseFunction::isotropic(), 0.5, 1000, floor_cosines());
+    EXPECT_EQ(transmission_floor(dark), 1e-8);
+}
+
+TEST(Verify, ComparesEverySideAtAsManyPointsAsAsked) {
+    const Table table = bake(explicit_recipe());
+    VerifyOptions options;
+    options.samples = 101;
+    const Verification verification = verify(table, options);
+    EXPECT_EQ(verification.samples.size(), 202u);
+    EXPECT_GT(verification.reference_nodes, 9);
+    for (const ErrorSample& sample : verification.samples) {
+        EXPECT_TRUE(sample.albedo >= 0.75 && sample.albedo <= 1);
+        EXPECT_TRUE(sample.optical_depth >= 0.5 && sample.optical_depth <= 2);
+        EXPECT_GT(sample.expected, 0);
+        const double off = std::abs(sample.found - sample.expected);
+        EXPECT_LE(sample.error, off / sample.expected * (1 + 1e-12));
+        EXPECT_TRUE(sample.scattering_angle >= 0 && sample.scattering_angle <= pi);
+    }
+}
+
+TEST(Verify, GivesTheSameOnAnyNumberOfThreadsAndAnotherByAnotherSeed) {
+    const Table table = bake(explicit_recipe());
+    VerifyOptions options;
+    options.samples = 200;
+    options.threads = 1;
+    const Verification one = verify(table, options);
+    options.threads = 3;
+    const Verification three = verify(table, options);
+    ASSERT_EQ(one.samples.size(), three.samples.size());
+    for (std::size_t n = 0; n < one.samples.size(); ++n)
+        EXPECT_EQ(one.samples[n].error, three.samples[n].error);
+    EXPECT_EQ(one.reciprocity_defect, three.reciprocity_defect);
+    options.seed = 2;
+    EXPECT_NE(verify(table, options).samples.back().error, one.samples.back().error);
+}
+
+TEST(Verify, ReportsProgressUpToTheEnd) {
+    double last = 0;
+    VerifyOptions options;
+    options.samples = 50;
+    options.progress = [&](double done) {
+        EXPECT_GT(done, last);
+        last = done;
+    };
+    verify(bake(explicit_recipe()), options);
+    EXPECT_EQ(last, 1);
+}
+
+TEST(Verify, RefusesToCompareNothing) {
+    const Table table = bake(explicit_recipe());
+    VerifyOptions options;
+    options.samples = 0;
+    expect_refusal<std::invalid_argument>([&] { verify(table, options); },
+                                          {"verify", "samples", ">= 1", "got 0"});
+}
+
+/// A table good to 1e-3: one percent of its higher orders is a difference that must show.
+Table fine_table() {
+    return bake(
+        parse_recipe("phase_function = 'isotropic'\n"
+                     "tolerance = 1e-3\n"
+                     "optical_depth = { min = inf, max = inf }\n"
+                     "albedo = { min = 0.5, max = 1.0 }\n"
+                     "sides = ['reflection']\n"));
+}
+
+TEST(Verify, PassesATableAsItWasBaked) {
+    const Verification verification = verify(fine_table());
+    EXPECT_TRUE(verification.meets(1e-3));
+    EXPECT_LE(verification.reciprocity_defect, 1e-5);
+    EXPECT_LE(verification.furnace_defect, 1e-3);
+}
+
+TEST(Verify, NoticesABlockOfSamplesThatIsOnePercentOff) {
+    Table table = fine_table();
+    const std::size_t block = block_size(table), from = table.albedo.values.size() / 2 * block;
+    for (std::size_t n = from; n < from + block; ++n) table.reflection_multiple[n] *= 1.01F;
+    EXPECT_FALSE(verify(table).meets(1e-3));
+}
+
+TEST(Verify, NoticesSamplesThatAreNotReciprocal) {
+    Table table = bake(explicit_recipe());
+    const std::size_t azimuths = table.azimuth.values.size(), mus = table.mu_in.values.size();
+    // in every block a sample above the diagonal, a tenth too bright
+    for (std::size_t block = 0; block < table.reflection_multiple.size();
+         block += block_size(table))
+        for (std::size_t k = 0; k < azimuths; ++k)
+            table.reflection_multiple[block + (3 * mus + 7) * azimuths + k] *= 1.1F;
+    VerifyOptions options;
+    options.samples = 50;
+    EXPECT_GT(verify(table, options).reciprocity_defect, 1e-2);
+}
+
+TEST(Verify, NoticesFluxesThatAreNotThoseOfTheSamples) {
+    Table table = bake(explicit_recipe());
+    VerifyOptions options;
+    options.samples = 50;
+    for (float& albedo : table.plane_albedo) albedo *= 1.05F;
+    const Verification verification = verify(table, options);
+    EXPECT_GT(verification.furnace_defect, 1e-2);
+    EXPECT_GT(verification.energy_defect, 1e-3);
+}
+
+TEST(Verify, HasNoEnergyToBalanceWhereEveryLayerAbsorbs) {
+    Recipe recipe = explicit_recipe();
+    recipe.albedo = {0.75, 0.9};
+    VerifyOptions options;
+    options.samples = 50;
+    EXPECT_EQ(verify(bake(recipe), options).energy_defect, -1);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,301 @@
+#include <stratus/bake/bake.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/lookup.h>
+
+#include "small_recipe.h"
+
+namespace stratus {
+namespace {
+
+using test::block_size;
+using test::deep_recipe;
+using test::expect_same_bits;
+using test::explicit_recipe;
+using test::rayleigh_recipe;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// What a stored float loses of a flux.
+constexpr double float_rounding = 6e-8;
+
+BakeOptions on_threads(int threads) {
+    BakeOptions options;
+    options.threads = threads;
+    return options;
+}
+
+TEST(Bake, CoversTheRangesAsked) {
+    const Table table = bake(rayleigh_recipe());
+    EXPECT_EQ(table.albedo.values.front(), 0.5);
+    EXPECT_EQ(table.albedo.values.back(), 1);
+    EXPECT_LE(table.optical_depth.values.front(), 0.25);
+    EXPECT_GT(table.optical_depth.values[1], 0.25);  // no more than needed
+    EXPECT_EQ(table.optical_depth.values.back(), 2);
+    EXPECT_EQ(table.mu_in.values, table.mu_out.values);
+    EXPECT_EQ(table.mu_in.values.front(), 1e-4);
+    EXPECT_EQ(table.mu_in.values.back(), 1);
+    EXPECT_EQ(table.azimuth.values.front(), 0);
+    EXPECT_EQ(table.azimuth.values.back(), pi);
+}
+
+TEST(Bake, StoresBothSidesAndAllFluxes) {
+    const Table table = bake(explicit_recipe());
+    const std::size_t layers = table.albedo.values.size() * table.optical_depth.values.size();
+    EXPECT_EQ(table.reflection_multiple.size(), layers * block_size(table));
+    EXPECT_EQ(table.transmission_multiple.size(), layers * block_size(table));
+    EXPECT_EQ(table.plane_albedo.size(), layers * table.mu_in.values.size());
+    EXPECT_EQ(table.diffuse_transmittance.size(), layers * table.mu_in.values.size());
+    EXPECT_EQ(table.spherical_albedo.size(), layers);
+    EXPECT_EQ(table.diffusion_exponent.size(), table.albedo.values.size());
+    EXPECT_EQ(table.diffusion_exponent.back(), 0);  // w = 1
+    EXPECT_NEAR(table.extrapolation_length, 1.4208921792 / (1 - 0.4), 1e-9);
+    EXPECT_EQ(table.tolerance, 1e-2);
+    EXPECT_EQ(table.highest_order, 0);
+}
+
+TEST(Bake, ObeysAnExplicitDiscretisation) {
+    const Table table = bake(explicit_recipe());
+    EXPECT_EQ(table.albedo.values.size(), 3u);
+    EXPECT_EQ(table.optical_depth.values.size(), 11u);  // two octaves of five, ends included
+    EXPECT_EQ(table.mu_in.values.size(), 11u);
+    EXPECT_EQ(table.azimuth.values.size(), 6u);
+    EXPECT_EQ(table.attributes.at("nodes"), "9");
+    EXPECT_EQ(table.attributes.at("modes"), "7");
+}
+
+TEST(Bake, StoresOneSideWhereOneIsAsked) {
+    Recipe recipe = explicit_recipe();
+    recipe.transmission = false;
+    const Table reflecting = bake(recipe);
+    EXPECT_TRUE(reflecting.transmission_multiple.empty());
+    EXPECT_TRUE(reflecting.diffuse_transmittance.empty());
+    recipe.transmission = true;
+    recipe.reflection = false;
+    const Table transmitting = bake(recipe);
+    EXPECT_TRUE(transmitting.reflection_multiple.empty());
+    const Table both = bake(explicit_recipe());
+    expect_same_bits(reflecting.reflection_multiple, both.reflection_multiple, "reflection");
+    expect_same_bits(transmitting.transmission_multiple, both.transmission_multiple,
+                     "transmission");
+}
+
+TEST(Bake, MeetsItsToleranceAtPointsThatItHasNotSeen) {
+    for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
+        const Table table = bake(recipe);
+        EXPECT_GT(table.measured_error, 0);
+        EXPECT_LE(table.measured_error, 5 * recipe.tolerance);
+        VerifyOptions options;
+        options.seed = 77;
+        const Verification verification = verify(table, options);
+        EXPECT_TRUE(verification.meets(recipe.tolerance))
+            << recipe.phase_text << ": worst " << verification.samples.back().error;
+        EXPECT_GE(verification.energy_defect, 0);  // there are samples at w = 1
+        EXPECT_LE(verification.energy_defect, 3 * float_rounding);
+        EXPECT_LE(verification.furnace_defect, recipe.tolerance);
+        EXPECT_LE(verification.reciprocity_defect, 1e-5);  // sums of floats in another order
+    }
+}
+
+TEST(Bake, GivesSamplesThatAreReciprocalToTheLastBit) {
+    const Table table = bake(explicit_recipe());
+    const std::size_t mus = table.mu_in.values.size(), azimuths = table.azimuth.values.size();
+    for (const auto* samples : {&table.reflection_multiple, &table.transmission_multiple})
+        for (std::size_t block = 0; block < samples->size(); block += block_size(table))
+            for (std::size_t i = 0; i < mus; ++i)
+                for (std::size_t j = 0; j < i; ++j)
+                    for (std::size_t k = 0; k < azimuths; ++k)
+                        ASSERT_EQ((*samples)[block + (i * mus + j) * azimuths + k],
+                                  (*samples)[block + (j * mus + i) * azimuths + k]);
+}
+
+TEST(Bake, GivesTheSameBitsOnAnyNumberOfThreads) {
+    for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
+        const Table one = bake(recipe, on_threads(1));
+        for (const int threads : {2, 7}) {
+            SCOPED_TRACE(threads);
+            const Table many = bake(recipe, on_threads(threads));
+            expect_same_bits(one, many);
+            EXPECT_EQ(one.attributes, many.attributes);
+        }
+    }
+}
+
+TEST(Bake, GivesTheSameBitsFromItsResolvedRecipe) {
+    for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
+        const Table table = bake(recipe);
+        const std::string& resolved = table.attributes.at("resolved_recipe");
+        const Table again = bake(parse_recipe(resolved));
+        expect_same_bits(table, again);
+        EXPECT_EQ(again.attributes.at("resolved_recipe"), resolved);
+        EXPECT_EQ(again.attributes.at("recipe"), resolved);
+        EXPECT_EQ(table.attributes.at("recipe"), recipe.text);
+    }
+}
+
+/// Every sample and flux of a table against single layers, by the nodes and modes of the bake.
+void expect_solved_layers(const Table& table, const Recipe& recipe) {
+    SolverOptions options;
+    options.nodes = std::stoi(table.attributes.at("nodes"));
+    options.modes = std::stoi(table.attributes.at("modes"));
+    options.scheme = recipe.discretisation.scheme;
+    const std::vector<double>& mu = table.mu_in.values;
+    const std::size_t azimuths = table.azimuth.values.size();
+    std::size_t row = 0;
+    for (const double w : table.albedo.values)
+        for (const double tau : table.optical_depth.values) {
+            const LayerSolution layer = solve_layer(recipe.phase_function, w, tau, mu, options);
+            EXPECT_NEAR(table.spherical_albedo[row] / layer.spherical_albedo, 1, float_rounding);
+            for (std::size_t i = 0; i < mu.size(); ++i) {
+                const auto in = static_cast<int>(i);
+                EXPECT_NEAR(table.plane_albedo[row * mu.size() + i] / layer.plane_albedo(in), 1,
+                            float_rounding);
+                const double passed = layer.diffuse_transmittance(in);
+                EXPECT_NEAR(table.diffuse_transmittance[row * mu.size() + i], passed,
+                            float_rounding * passed);
+                for (std::size_t j = 0; j < mu.size(); ++j)
+                    for (std::size_t k = 0; k < azimuths; ++k) {
+                        const std::size_t at =
+                            row * block_size(table) + (i * mu.size() + j) * azimuths + k;
+                        const double azimuth = table.azimuth.values[k];
+                        const SolvedValue R = layer.reflection(in, static_cast<int>(j), azimuth);
+                        const SolvedValue T = layer.transmission(in, static_cast<int>(j), azimuth);
+                        // a thousandth of the tolerance goes in bits left out; what single
+                        // scattering rounds away is relative to the total
+                        EXPECT_NEAR(
+                            table.reflection_multiple[at], R.multiple,
+                            1e-3 * table.tolerance * std::abs(R.multiple) + 1e-13 * R.total);
+                        EXPECT_NEAR(
+                            table.transmission_multiple[at], T.multiple,
+                            1e-3 * table.tolerance * std::abs(T.multiple) + 1e-13 * T.total);
+                    }
+            }
+            ++row;
+        }
+}
+
+TEST(Bake, StoresWhatTheSolverGives) {
+    for (const Recipe& recipe : {explicit_recipe(), deep_recipe()})
+        expect_solved_layers(bake(recipe), recipe);
+}
+
+TEST(Bake, StoresWhatTheTextbookSchemeGives) {
+    const Recipe recipe = explicit_recipe("classic");
+    expect_solved_layers(bake(recipe), recipe);
+}
+
+TEST(Bake, LosesNoLightWhereNothingIsAbsorbed) {
+    const Table table = bake(explicit_recipe());
+    const std::size_t depths = table.optical_depth.values.size(), mus = table.mu_in.values.size();
+    ASSERT_EQ(table.albedo.values.back(), 1);
+    for (std::size_t d = 0; d < depths; ++d)
+        for (std::size_t i = 0; i < mus; ++i) {
+            const std::size_t at = ((table.albedo.values.size() - 1) * depths + d) * mus + i;
+            const double out =
+                static_cast<double>(table.plane_albedo[at]) +
+                static_cast<double>(table.diffuse_transmittance[at]) +
+                direct_transmittance(table.optical_depth.values[d], table.mu_in.values[i]);
+            EXPECT_NEAR(out, 1, 2 * float_rounding);
+        }
+}
+
+TEST(Bake, AnswersBetweenItsSamplesAsTheSolverDoes) {
+    const Recipe recipe = rayleigh_recipe();
+    const Table table = bake(recipe);
+    const TableView view = table.view();
+    for (const double w : {0.55, 0.83, 0.997})
+        for (const double tau : {0.27, 0.9, 1.9}) {
+            const LayerSolution layer =
+                solve_layer(recipe.phase_function, w, tau, {0.15, 0.45, 0.95});
+            for (int in = 0; in < 3; ++in)
+                for (int out = 0; out < 3; ++out)
+                    for (const double azimuth : {0.4, 1.7, 3.0, -1.7}) {
+                        const Geometry at{layer.mu(in), layer.mu(out), azimuth};
+                        const double R = layer.reflection(in, out, azimuth).total;
+                        const double T = layer.transmission(in, out, azimuth).total;
+                        EXPECT_NEAR(reflection(view, w, tau, at).total(), R, recipe.tolerance * R);
+                        EXPECT_NEAR(transmission(view, w, tau, at).total(), T,
+                                    recipe.tolerance * T);
+                    }
+        }
+}
+
+TEST(Bake, EndsAtInfinityWhereAsked) {
+    const Recipe recipe = deep_recipe();
+    const Table table = bake(recipe);
+    ASSERT_EQ(table.optical_depth.values.back(), infinity);
+    EXPECT_TRUE(table.optical_depth.view().ends_at_infinity);
+    EXPECT_EQ(table.azimuth.values, std::vector<double>{0});  // isotropic
+    const TableView view = table.view();
+    for (const double w : {0.6, 0.9, 1.0}) {
+        const double deepest = table.optical_depth.view().highest;
+        for (const double tau : {2 * deepest, 20 * deepest, infinity}) {
+            const LayerSolution layer = solve_layer(recipe.phase_function, w, tau, {0.3, 0.8});
+            const double R = layer.reflection(0, 1, 0).total;
+            EXPECT_NEAR(reflection(view, w, tau, {0.3, 0.8, 0}).total(), R, recipe.tolerance * R)
+                << w << ' ' << tau;
+        }
+    }
+    EXPECT_EQ(transmission(view, 0.9, infinity, {0.3, 0.8, 0}).total(), 0);
+}
+
+TEST(Bake, HoldsInfinityAlone) {
+    Recipe recipe = deep_recipe();
+    recipe.optical_depth = {infinity, infinity};
+    recipe.transmission = false;
+    const Table table = bake(recipe);
+    EXPECT_EQ(table.optical_depth.values, std::vector<double>{infinity});
+    const double R =
+        solve_layer(recipe.phase_function, 0.9, infinity, {0.3, 0.8}).reflection(0, 1, 0).total;
+    EXPECT_NEAR(reflection(table.view(), 0.9, infinity, {0.3, 0.8, 0}).total(), R,
+                recipe.tolerance * R);
+}
+
+TEST(Bake, HoldsASingleLayer) {
+    Recipe recipe = rayleigh_recipe();
+    recipe.albedo = {0.9, 0.9};
+    recipe.optical_depth = {1, 1};
+    const Table table = bake(recipe);
+    EXPECT_EQ(table.albedo.values, std::vector<double>{0.9});
+    EXPECT_EQ(table.optical_depth.values, std::vector<double>{1});
+    EXPECT_LE(table.measured_error, 5 * recipe.tolerance);
+}
+
+TEST(Bake, TellsItsConventionsAndChoices) {
+    const Table table = bake(explicit_recipe());
+    for (const char* name :
+         {"convention_reflection", "convention_transmission", "convention_multiple",
+          "convention_azimuth", "convention_phase_function", "convention_fluxes", "program_version",
+          "recipe", "resolved_recipe", "measured_error_median", "measured_error_99.9_percent"}) {
+        ASSERT_TRUE(table.attributes.count(name)) << name;
+        EXPECT_FALSE(table.attributes.at(name).empty()) << name;
+    }
+}
+
+TEST(Bake, ReportsProgressUpToTheEnd) {
+    std::vector<std::pair<std::string, double>> reports;
+    BakeOptions options = on_threads(2);
+    options.progress = [&](double done, const std::string& stage) {
+        reports.emplace_back(stage, done);
+    };
+    bake(explicit_recipe(), options);
+    for (const char* stage : {"baking", "checking"}) {
+        double last = 0;
+        for (const auto& [of, done] : reports)
+            if (of == stage) {
+                EXPECT_GT(done, last) << stage;
+                last = done;
+            }
+        EXPECT_EQ(last, 1) << stage;
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,305 @@
+#include <stratus/bake/recipe.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+#include <unistd.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A recipe of the keys that cannot be left out, and more lines.
+std::string recipe_with(const std::string& lines) {
+    return "phase_function = 'rayleigh'\n"
+           "tolerance = 1e-2\n"
+           "optical_depth = { min = 0.25, max = 2.0 }\n"
+           "albedo = { min = 0.5, max = 1.0 }\n" +
+           lines;
+}
+
+/// The same with one of its lines in another form.
+std::string recipe_but(const std::string& key, const std::string& line) {
+    std::string text = recipe_with("");
+    const std::size_t begin = text.find(key + " =");
+    return text.replace(begin, text.find('\n', begin) - begin, line);
+}
+
+void expect_recipe_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+    SCOPED_TRACE(text);
+    expect_refusal<std::invalid_argument>([&] { parse_recipe(text); }, fragments);
+}
+
+TEST(Recipe, HoldsWhatItsTextSays) {
+    const std::string text =
+        "title = \"Rings, \\\"thin\\\"\"\n"
+        "phase_function = '0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5'\n"
+        "tolerance = 2e-3\n"
+        "optical_depth = { min = 0.01, max = 8 }\n"
+        "albedo = { min = 0.25, max = 0.75 }\n"
+        "sides = ['transmission']\n"
+        "orders = 'all'\n"
+        "[discretisation]\n"
+        "nodes = 24\n"
+        "modes = 20\n"
+        "mu_samples = 22\n"
+        "azimuth_samples = 9\n"
+        "optical_depth_samples_per_octave = 3\n"
+        "deepest_optical_depth = 64.0\n"
+        "albedo_samples = 11\n"
+        "scheme = 'classic'\n";
+    const Recipe recipe = parse_recipe(text);
+    EXPECT_EQ(recipe.title, "Rings, \"thin\"");
+    EXPECT_EQ(recipe.phase_text, "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
+    EXPECT_EQ(recipe.phase_function.terms().size(), 2u);
+    EXPECT_EQ(recipe.tolerance, 2e-3);
+    EXPECT_EQ(recipe.optical_depth.min, 0.01);
+    EXPECT_EQ(recipe.optical_depth.max, 8);
+    EXPECT_EQ(recipe.albedo.min, 0.25);
+    EXPECT_EQ(recipe.albedo.max, 0.75);
+    EXPECT_FALSE(recipe.reflection);
+    EXPECT_TRUE(recipe.transmission);
+    const Discretisation& d = recipe.discretisation;
+    EXPECT_EQ(d.nodes, 24);
+    EXPECT_EQ(d.modes, 20);
+    EXPECT_EQ(d.mu_samples, 22);
+    EXPECT_EQ(d.azimuth_samples, 9);
+    EXPECT_EQ(d.optical_depth_samples_per_octave, 3);
+    EXPECT_EQ(d.deepest_optical_depth, 64);
+    EXPECT_EQ(d.albedo_samples, 11);
+    EXPECT_EQ(d.scheme, Scheme::classic);
+    EXPECT_EQ(recipe.text, text);
+}
+
+TEST(Recipe, LeavesOpenWhatItDoesNotSay) {
+    const Recipe recipe = parse_recipe(recipe_with(""));
+    EXPECT_EQ(recipe.title, "");
+    EXPECT_TRUE(recipe.reflection);
+    EXPECT_TRUE(recipe.transmission);
+    const Discretisation& d = recipe.discretisation;
+    for (const int open : {d.nodes, d.modes, d.mu_samples, d.azimuth_samples,
+                           d.optical_depth_samples_per_octave, d.albedo_samples})
+        EXPECT_EQ(open, 0);
+    EXPECT_EQ(d.deepest_optical_depth, 0);
+    EXPECT_EQ(d.scheme, Scheme::harmonic);
+}
+
+TEST(Recipe, MayReachToInfinity) {
+    const Recipe recipe =
+        parse_recipe(recipe_but("optical_depth", "optical_depth = { min = 0.1, max = inf }"));
+    EXPECT_EQ(recipe.optical_depth.max, infinity);
+    const Recipe alone =
+        parse_recipe(recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }") +
+                     "sides = ['reflection']\n");
+    EXPECT_EQ(alone.optical_depth.min, infinity);
+}
+
+TEST(Recipe, TransmitsNothingAtInfinityAlone) {
+    expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }"),
+                          {"recipe: sides", "[\"reflection\"]", "inf", "transmission"});
+}
+
+TEST(Recipe, NeedsItsFourKeys) {
+    for (const char* key : {"phase_function", "tolerance", "optical_depth", "albedo"})
+        expect_recipe_refusal(recipe_but(key, ""), {"recipe", key});
+    expect_recipe_refusal("", {"recipe", "phase_function"});
+}
+
+TEST(Recipe, RefusesUnknownKeysAndNamesTheNearest) {
+    expect_recipe_refusal(recipe_with("tolerence = 1e-3\n"),
+                          {"recipe", "'tolerence'", "line 5", "'tolerance'"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, maximum = 1 }"),
+                          {"recipe", "'albedo.maximum'", "'albedo.max'"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nmu_sample = 8\n"),
+                          {"recipe", "'discretisation.mu_sample'", "'discretisation.mu_samples'"});
+    expect_recipe_refusal(recipe_with("[discretization]\nmu_samples = 8\n"),
+                          {"recipe", "'discretization'", "'discretisation'"});
+}
+
+TEST(Recipe, RefusesTextThatIsNotToml) {
+    expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", {"recipe", "line 2"});
+    expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), {"recipe", "line 5"});
+}
+
+TEST(Recipe, RefusesValuesOfAnotherType) {
+    expect_recipe_refusal(recipe_with("title = 5\n"), {"recipe", "title", "line 5", "a string"});
+    expect_recipe_refusal(recipe_but("phase_function", "phase_function = ['rayleigh']"),
+                          {"recipe", "phase_function", "a string"});
+    expect_recipe_refusal(recipe_but("tolerance", "tolerance = '1e-3'"),
+                          {"recipe", "tolerance", "a number"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = 0.5"), {"recipe", "albedo", "{ min"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 'one' }"),
+                          {"recipe", "albedo.max", "a number"});
+    expect_recipe_refusal(recipe_with("sides = 'reflection'\n"), {"recipe", "sides", "a list"});
+    expect_recipe_refusal(recipe_with("sides = [1]\n"), {"recipe", "sides", "a list"});
+    expect_recipe_refusal(recipe_with("orders = 2\n"), {"recipe", "orders", "a string"});
+    expect_recipe_refusal(recipe_with("discretisation = 8\n"), {"recipe", "discretisation"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 'eight'\n"),
+                          {"recipe", "discretisation.nodes", "a whole number"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 8.5\n"),
+                          {"recipe", "discretisation.nodes", "a whole number"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 1\n"),
+                          {"recipe", "discretisation.scheme", "a string"});
+}
+
+TEST(Recipe, RefusesTolerancesOutOfRange) {
+    for (const char* value : {"0", "-1e-3", "0.9e-6", "0.11", "nan", "inf"})
+        expect_recipe_refusal(recipe_but("tolerance", std::string("tolerance = ") + value),
+                              {"recipe", "tolerance", "[1e-6, 0.1]"});
+}
+
+TEST(Recipe, RefusesOpticalDepthsOutOfRange) {
+    for (const char* range :
+         {"{ min = 0, max = 1 }", "{ min = -1, max = 1 }", "{ min = nan, max = 1 }",
+          "{ min = 0.9e-6, max = 1 }", "{ min = 0.5, max = nan }"})
+        expect_recipe_refusal(recipe_but("optical_depth", std::string("optical_depth = ") + range),
+                              {"recipe", "optical_depth.m", "[1e-6, inf]"});
+    expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = 2, max = 1 }"),
+                          {"recipe", "optical_depth.min", "at most max", "got 2"});
+}
+
+TEST(Recipe, RefusesAlbedosOutOfRange) {
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = -0.1, max = 1 }"),
+                          {"recipe", "albedo.min", "[0, 1]", "-0.1"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0, max = 1.5 }"),
+                          {"recipe", "albedo.max", "[0, 1]", "1.5"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.75, max = 0.5 }"),
+                          {"recipe", "albedo.min", "at most max", "0.75"});
+    expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"), {"recipe", "albedo.max"});
+}
+
+TEST(Recipe, RefusesSidesThatThereAreNot) {
+    expect_recipe_refusal(recipe_with("sides = ['reflection', 'absorption']\n"),
+                          {"recipe", "sides", "\"reflection\", \"transmission\"", "absorption"});
+    expect_recipe_refusal(recipe_with("sides = []\n"), {"recipe", "sides", "an empty list"});
+}
+
+TEST(Recipe, RefusesOrdersOtherThanAll) {
+    expect_recipe_refusal(recipe_with("orders = 'first'\n"),
+                          {"recipe", "orders", "\"all\"", "first"});
+}
+
+TEST(Recipe, RefusesDiscretisationsOutOfRange) {
+    const struct {
+        const char* key;
+        std::vector<const char*> values;
+    } rows[] = {
+        {"nodes", {"0", "513", "-1"}},
+        {"modes", {"0", "1025"}},
+        {"mu_samples", {"3", "513"}},
+        {"azimuth_samples", {"0", "1025"}},
+        {"optical_depth_samples_per_octave", {"0", "65"}},
+        {"deepest_optical_depth", {"0.0009", "1.1e12", "inf", "nan"}},
+        {"albedo_samples", {"0", "513"}},
+    };
+    for (const auto& row : rows)
+        for (const char* value : row.values)
+            expect_recipe_refusal(
+                recipe_with(std::string("[discretisation]\n") + row.key + " = " + value + "\n"),
+                {"recipe: discretisation.", row.key, "in [", "got"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 'monte_carlo'\n"),
+                          {"recipe", "discretisation.scheme", "\"classic\"", "monte_carlo"});
+}
+
+TEST(Recipe, RefusesPhaseFunctionsThatThereAreNot) {
+    expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'henyey_greenstein:g=1'"),
+                          {"g", "1"});
+    expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), {"mie"});
+}
+
+/// A folder that goes when the test ends.
+class Folder {
+  public:
+    Folder() : path_(testing::TempDir() + "stratus_recipe_" + std::to_string(::getpid())) {
+        std::filesystem::create_directory(path_);
+    }
+    ~Folder() { std::filesystem::remove_all(path_); }
+
+    std::filesystem::path write(const std::string& name, const std::string& text) const {
+        std::ofstream(path_ / name) << text;
+        return path_ / name;
+    }
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+TEST(ReadRecipe, LooksForPhaseTablesBesideTheRecipe) {
+    const Folder folder;
+    folder.write("curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
+    const std::filesystem::path path = folder.write(
+        "moon.toml", recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"));
+    std::vector<std::string> notes;
+    Recipe recipe = read_recipe(path, &notes);
+    ASSERT_EQ(recipe.phase_function.terms().size(), 1u);
+    EXPECT_TRUE(std::holds_alternative<Tabulated>(recipe.phase_function.terms()[0].second));
+    EXPECT_FALSE(notes.empty());  // the values had to be scaled
+    // and what comes of it needs the file no more
+    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, Scheme::harmonic};
+    EXPECT_EQ(parse_recipe(resolved_text(recipe)).phase_function.text(),
+              recipe.phase_function.text());
+}
+
+TEST(ReadRecipe, RefusesWhatIsNotAFile) {
+    const Folder folder;
+    for (const std::filesystem::path& path : {folder.path() / "missing.toml", folder.path()})
+        expect_refusal<std::runtime_error>([&] { read_recipe(path); },
+                                           {path.c_str(), "cannot be read"});
+}
+
+void expect_same_choices(const Recipe& a, const Recipe& b) {
+    EXPECT_EQ(a.title, b.title);
+    EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+    EXPECT_EQ(a.tolerance, b.tolerance);
+    EXPECT_EQ(a.optical_depth.min, b.optical_depth.min);
+    EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
+    EXPECT_EQ(a.albedo.min, b.albedo.min);
+    EXPECT_EQ(a.albedo.max, b.albedo.max);
+    EXPECT_EQ(a.reflection, b.reflection);
+    EXPECT_EQ(a.transmission, b.transmission);
+    EXPECT_EQ(a.discretisation.nodes, b.discretisation.nodes);
+    EXPECT_EQ(a.discretisation.modes, b.discretisation.modes);
+    EXPECT_EQ(a.discretisation.mu_samples, b.discretisation.mu_samples);
+    EXPECT_EQ(a.discretisation.azimuth_samples, b.discretisation.azimuth_samples);
+    EXPECT_EQ(a.discretisation.optical_depth_samples_per_octave,
+              b.discretisation.optical_depth_samples_per_octave);
+    EXPECT_EQ(a.discretisation.deepest_optical_depth, b.discretisation.deepest_optical_depth);
+    EXPECT_EQ(a.discretisation.albedo_samples, b.discretisation.albedo_samples);
+    EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
+}
+
+TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
+    Recipe recipe = parse_recipe(recipe_with("title = 'A \"title\" with \\ and \u03c4'\n"));
+    recipe.phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
+    recipe.tolerance = 1.0 / 300;
+    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, Scheme::classic};
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.optical_depth = {1.0 / 7, infinity};
+    recipe.albedo = {0.1 + 0.2, 1};
+    recipe.transmission = false;
+    recipe.discretisation.deepest_optical_depth = 100.0 / 7;
+    recipe.discretisation.scheme = Scheme::harmonic;
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.discretisation.deepest_optical_depth = 1e12;  // the largest, and a whole number
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.optical_depth = {infinity, infinity};
+    recipe.discretisation.optical_depth_samples_per_octave = 0;
+    recipe.discretisation.deepest_optical_depth = 0;
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+}
+
+}  // namespace
+}  // namespace stratus

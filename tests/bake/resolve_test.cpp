@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include <stratus/bake/bake.h>
+
+#include "small_recipe.h"
+
+namespace stratus {
+namespace {
+
+using test::deep_recipe;
+using test::explicit_recipe;
+using test::rayleigh_recipe;
+
+TEST(Resolve, FillsInEveryChoice) {
+    const Discretisation d = resolve(rayleigh_recipe()).discretisation;
+    EXPECT_GE(d.nodes, 1);
+    EXPECT_EQ(d.modes, 3);  // Rayleigh scattering has no more
+    EXPECT_GE(d.mu_samples, 4);
+    EXPECT_GE(d.azimuth_samples, 3);
+    EXPECT_GE(d.optical_depth_samples_per_octave, 1);
+    EXPECT_GE(d.albedo_samples, 2);
+    EXPECT_EQ(d.deepest_optical_depth, 0);  // no infinity, no last sample before it
+}
+
+TEST(Resolve, EndsTheFiniteDepthsOfAnInfiniteAxis) {
+    const Discretisation d = resolve(deep_recipe()).discretisation;
+    EXPECT_GE(d.deepest_optical_depth, 0.5);
+    EXPECT_LE(d.deepest_optical_depth, 1e4);
+    EXPECT_EQ(d.modes, 1);  // isotropic
+    EXPECT_EQ(d.azimuth_samples, 1);
+}
+
+TEST(Resolve, LeavesTheRestOfTheRecipeAsItIs) {
+    const Recipe recipe = rayleigh_recipe(), resolved = resolve(recipe);
+    EXPECT_EQ(resolved.title, recipe.title);
+    EXPECT_EQ(resolved.tolerance, recipe.tolerance);
+    EXPECT_EQ(resolved.optical_depth.min, recipe.optical_depth.min);
+    EXPECT_EQ(resolved.optical_depth.max, recipe.optical_depth.max);
+    EXPECT_EQ(resolved.phase_function.text(), recipe.phase_function.text());
+}
+
+void expect_same(const Discretisation& a, const Discretisation& b) {
+    EXPECT_EQ(a.nodes, b.nodes);
+    EXPECT_EQ(a.modes, b.modes);
+    EXPECT_EQ(a.mu_samples, b.mu_samples);
+    EXPECT_EQ(a.azimuth_samples, b.azimuth_samples);
+    EXPECT_EQ(a.optical_depth_samples_per_octave, b.optical_depth_samples_per_octave);
+    EXPECT_EQ(a.deepest_optical_depth, b.deepest_optical_depth);
+    EXPECT_EQ(a.albedo_samples, b.albedo_samples);
+    EXPECT_EQ(a.scheme, b.scheme);
+}
+
+TEST(Resolve, RespectsWhatIsGiven) {
+    const Recipe recipe = explicit_recipe("classic");
+    expect_same(resolve(recipe).discretisation, recipe.discretisation);
+}
+
+TEST(Resolve, RespectsEachValueByItself) {
+    const std::vector<std::pair<int Discretisation::*, int>> rows{
+        {&Discretisation::nodes, 7},
+        {&Discretisation::modes, 2},
+        {&Discretisation::mu_samples, 9},
+        {&Discretisation::azimuth_samples, 7},
+        {&Discretisation::optical_depth_samples_per_octave, 5},
+        {&Discretisation::albedo_samples, 3},
+    };
+    for (const auto& [member, value] : rows) {
+        Recipe recipe = rayleigh_recipe();
+        recipe.discretisation.*member = value;
+        EXPECT_EQ(resolve(recipe).discretisation.*member, value);
+    }
+}
+
+TEST(Resolve, FindsNothingToChooseInItsOwnAnswer) {
+    const Recipe once = resolve(deep_recipe());
+    expect_same(resolve(once).discretisation, once.discretisation);
+}
+
+TEST(Resolve, ChoosesTheSameOnAnyNumberOfThreads) {
+    BakeOptions one, three;
+    one.threads = 1;
+    three.threads = 3;
+    expect_same(resolve(rayleigh_recipe(), one).discretisation,
+                resolve(rayleigh_recipe(), three).discretisation);
+}
+
+TEST(Resolve, SpendsMoreOnASmallerTolerance) {
+    Recipe strict = rayleigh_recipe();
+    strict.tolerance = 1e-3;
+    const Discretisation coarse = resolve(rayleigh_recipe()).discretisation;
+    const Discretisation fine = resolve(strict).discretisation;
+    EXPECT_GE(fine.nodes, coarse.nodes);
+    EXPECT_GT(fine.mu_samples, coarse.mu_samples);
+    EXPECT_GE(fine.azimuth_samples, coarse.azimuth_samples);
+    EXPECT_GT(fine.optical_depth_samples_per_octave, coarse.optical_depth_samples_per_octave);
+    EXPECT_GT(fine.albedo_samples, coarse.albedo_samples);
+}
+
+TEST(Resolve, SamplesASingleAlbedoAndDepthOnce) {
+    Recipe recipe = rayleigh_recipe();
+    recipe.albedo = {0.9, 0.9};
+    recipe.optical_depth = {1, 1};
+    const Discretisation d = resolve(recipe).discretisation;
+    EXPECT_EQ(d.albedo_samples, 1);
+    EXPECT_EQ(d.optical_depth_samples_per_octave, 1);
+}
+
+TEST(Resolve, SaysWhatItChoseAndWhy) {
+    std::string notes;
+    BakeOptions options;
+    options.note = [&](const std::string& line) { notes += line + "\n"; };
+    const Discretisation d = resolve(rayleigh_recipe(), options).discretisation;
+    const std::vector<std::pair<const char*, int>> rows{
+        {"nodes", d.nodes},
+        {"modes", d.modes},
+        {"mu_samples", d.mu_samples},
+        {"azimuth_samples", d.azimuth_samples},
+        {"optical_depth_samples_per_octave", d.optical_depth_samples_per_octave},
+        {"albedo_samples", d.albedo_samples},
+    };
+    for (const auto& [name, value] : rows) {
+        const std::string begin = std::string(name) + " " + std::to_string(value) + ": ";
+        EXPECT_NE(notes.find(begin), std::string::npos) << begin << "\nin\n" << notes;
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,203 @@
+#!/usr/bin/env bash
+# stratus bake: both files, what it says, the same bytes on any number of threads; interruptions and every refusal.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+mkdir recipes
+awk 'BEGIN { print "phase_angle_deg,value"; for (a = 0; a <= 180; a += 20) print a "," 2 + cos(a / 57.3) }' \
+    >recipes/curve.csv
+cat >recipes/narrow.toml <<'RECIPE'
+title = "Narrow and coarse"
+phase_function = "3*tabulated:file=curve.csv + 1*isotropic"  # beside the recipe
+tolerance = 1e-2
+optical_depth = { min = 0.5, max = 2.0 }
+albedo = { min = 0.8, max = 0.9 }
+RECIPE
+# everything chosen: nothing is left to be measured
+cat >recipes/chosen.toml <<'RECIPE'
+phase_function = "henyey_greenstein:g=0.3"
+tolerance = 0.1
+optical_depth = { min = 0.5, max = 2.0 }
+albedo = { min = 0.5, max = 0.6 }
+sides = ["reflection"]
+[discretisation]
+nodes = 8
+modes = 4
+mu_samples = 6
+azimuth_samples = 5
+optical_depth_samples_per_octave = 1
+albedo_samples = 2
+scheme = "classic"
+RECIPE
+
+# --- answers
+
+expect_ok bake recipes/narrow.toml -o narrow.h5 --exr narrow.exr --threads 1
+expect_silent "$out"
+expect_says "$err" "note: " curve.csv "weights summed to 4" "nodes " "modes " "mu_samples " "azimuth_samples " \
+    "checked at 2000 random points" "samples a side" "MiB on disk" "asked for 0.01"
+[ "$(find . -name '*.h5' -o -name '*.exr' -o -name '.*.*' | wc -l)" -eq 2 ] || fail "only the two tables may be made"
+
+# the same bytes on any number of threads; quiet is silent; an older file is replaced
+echo older >again.h5
+expect_ok bake recipes/narrow.toml -o again.h5 --exr again.exr --threads 2 --quiet
+expect_silent "$out"
+expect_silent "$err"
+expect_same narrow.h5 again.h5
+expect_same narrow.exr again.exr
+rm again.*
+
+# both files hold the same values, near those of the solver, and become one another without loss
+printf '%s\n' mu_in,mu_out,azimuth_deg,optical_depth,albedo 0.5,0.8,60,1.5,0.85 1,0.1,0,0.5,0.8 0.03,0.3,180,2,0.9 \
+    >query.csv
+expect_ok eval narrow.h5 --query query.csv -o h5.csv
+expect_ok eval narrow.exr --query query.csv -o exr.csv
+expect_same h5.csv exr.csv
+printf '%s\n' mu_in,mu_out,azimuth_deg 0.5,0.8,60 >query.csv
+expect_ok solve --phase '0.75*tabulated:file=recipes/curve.csv + 0.25*isotropic' --albedo 0.85 --optical-depth 1.5 \
+    --query query.csv
+for field in 1 2; do
+    solved=$(sed -n 2p "$out" | cut -d, -f$((3 + field)))
+    expect_near "$(sed -n 2p h5.csv | cut -d, -f$((5 + field)))" "$solved" "$(awk -v s="$solved" 'BEGIN { print s / 100 }')"
+done
+expect_ok convert narrow.exr back.h5
+expect_same narrow.h5 back.h5
+expect_ok convert narrow.h5 back.exr
+expect_same narrow.exr back.exr
+rm back.*
+
+# info: the recipe as given and as resolved, which bakes the same samples wherever it lies
+expect_ok info narrow.h5
+expect_says "$out" "Narrow and coarse" "0.5 to 2" "0.8 to 0.9" "reflection, transmission" "tolerance asked" 0.01 \
+    "3*tabulated:file=curve.csv + 1*isotropic" "# beside the recipe" "resolved recipe" mu_samples 'scheme = "harmonic"'
+expect_ok verify narrow.h5 --samples 200
+expect_says "$out" "200 random points" median "tolerance 0.01: 100.00 %"
+expect_ok info narrow.exr
+sed -n '/^resolved recipe/,$p' "$out" | sed '1d; s/^    //' >resolved.toml
+expect_ok bake resolved.toml -o resolved.h5 --quiet
+printf '%s\n' mu_in,mu_out,azimuth_deg,optical_depth,albedo 0.5,0.8,60,1.5,0.85 1,0.1,0,0.5,0.8 0.03,0.3,180,2,0.9 \
+    >query.csv
+expect_ok eval resolved.h5 --query query.csv
+expect_same "$out" h5.csv
+rm resolved.* h5.csv exr.csv query.csv
+
+# an expert's choice is taken
+expect_ok bake recipes/chosen.toml -o chosen.h5
+expect_says "$err" "checked at 2000 random points"
+expect_ok info chosen.h5
+expect_says "$out" "6 samples" "5 samples" "2 samples" 'scheme = "classic"'
+grep -q '^sides *reflection$' "$out" || fail "only the side asked for"
+
+# --- interruptions: no half file, nothing left over
+
+sed 's/1e-2/1e-5/; s/phase_function.*/phase_function = "henyey_greenstein:g=0.9"/' recipes/narrow.toml >recipes/long.toml
+echo older >older.h5
+for signal in INT TERM; do
+    before=$(snapshot)
+    timeout -s $signal 0.4 "$stratus" bake recipes/long.toml -o older.h5 --exr new.exr >"$out" 2>"$err"
+    [ $? -eq 124 ] || fail "the bake must be interrupted by SIG$signal"
+    [ "$before" = "$(snapshot)" ] || fail "files differ after SIG$signal"
+done
+# in the short time in which a file is written it waits
+for wait in 0.005 0.01 0.015 0.02 0.03 0.05; do
+    timeout -s INT $wait "$stratus" convert narrow.exr new.h5 >"$out" 2>"$err"
+    [ -z "$(find . -name '.*.*')" ] || fail "a file of its own is left over after SIGINT"
+    [ ! -e new.h5 ] || expect_same new.h5 narrow.h5
+    rm -f new.h5
+done
+
+# --- refusals
+
+refuse() { # refuse CODE FRAGMENT... -- ARGUMENT...: in a bake of recipes/chosen.toml
+    local fragments=()
+    while [ "$1" != -- ]; do
+        fragments+=("$1")
+        shift
+    done
+    shift
+    expect_refused "${fragments[@]}" -- bake recipes/chosen.toml "$@"
+}
+refuse 2 --output required --
+refuse 2 --output .h5 "got table.txt" -- -o table.txt
+refuse 2 --output .h5 "got table" -- -o table
+refuse 2 --output .h5 "got nothing" -- -o ''
+refuse 2 --output .h5 "got table.exr" -- -o table.exr
+refuse 2 --exr .exr "got table.h5" -- -o new.h5 --exr table.h5
+refuse 2 --exr file "got nothing" -- -o new.h5 --exr ''
+refuse 1 absent/new.h5 "no folder absent" -- -o absent/new.h5
+refuse 1 absent/new.exr "no folder absent" -- -o new.h5 --exr absent/new.exr
+mkdir folder.h5 folder.exr
+refuse 2 --output file "got the folder folder.h5" -- -o folder.h5
+refuse 2 --exr file "got the folder folder.exr" -- -o new.h5 --exr folder.exr
+mkfifo pipe.h5
+refuse 2 --output file pipe.h5 -- -o pipe.h5
+for value in -1 1025 1.5 x ''; do
+    refuse 2 --threads "in [0, 1024]" "got ${value:-nothing}" -- -o new.h5 --threads "$value"
+done
+refuse 2 extra -- -o new.h5 extra
+expect_refused 2 RECIPE required -- bake -o new.h5
+expect_refused 1 absent.toml -- bake absent.toml -o new.h5
+expect_refused 1 recipes -- bake recipes -o new.h5
+cp recipes/chosen.toml recipe.h5
+expect_refused 2 recipe.h5 another -- bake recipe.h5 -o recipe.h5
+
+refuse_recipe() { # refuse_recipe SED FRAGMENT...: recipes/chosen.toml edited; an older table comes to no harm
+    sed "$1" recipes/chosen.toml >recipes/bad.toml
+    shift
+    expect_refused 2 "$@" -- bake recipes/bad.toml -o older.h5
+}
+refuse_recipe 's/^tolerance/tolerence/' "unknown key 'tolerence'" "line 2" "'tolerance'"
+refuse_recipe 's/^nodes/node/' "unknown key 'discretisation.node'" "'discretisation.nodes'"
+refuse_recipe 's/^.discretisation.$/[discretization]/' "unknown key 'discretization'" "'discretisation'"
+refuse_recipe '/^albedo/s/max/maximum/' "unknown key 'albedo.maximum'" "'albedo.max'"
+refuse_recipe '/^tolerance/d' tolerance present "got nothing"
+refuse_recipe '/^phase_function/d' phase_function present "got nothing"
+refuse_recipe '/^tolerance/s/0.1/0.2/' tolerance "[1e-6, 0.1]" 0.2
+refuse_recipe '/^tolerance/s/0.1/0/' tolerance "[1e-6, 0.1]" "got 0"
+refuse_recipe '/^tolerance/s/0.1/nan/' tolerance "[1e-6, 0.1]" "got nan"
+refuse_recipe '/^tolerance/s/0.1/"small"/' tolerance "line 2" number
+refuse_recipe '/^tolerance/s/=/:/' "line 2"
+refuse_recipe '/^albedo =/s/0.6/1.2/' albedo.max "[0, 1]" "got 1.2"
+refuse_recipe '/^albedo =/s/0.5/-0.5/' albedo.min "[0, 1]" "got -0.5"
+refuse_recipe '/^albedo =/s/0.6/0.25/' albedo.min "at most max" "got 0.5"
+refuse_recipe '/^albedo =/s/=.*/= 0.5/' albedo "min = ..., max = ..."
+refuse_recipe '/^optical_depth =/s/0.5/-1/' optical_depth.min "[1e-6, inf]" "got -1"
+refuse_recipe '/^optical_depth =/s/2.0/nan/' optical_depth.max "[1e-6, inf]" "got nan"
+refuse_recipe 's/"reflection"/"up"/' sides reflection transmission "got up"
+refuse_recipe 's/"reflection"//' sides reflection transmission "got an empty list"
+refuse_recipe 's/^nodes.*/nodes = 0/' discretisation.nodes "[1, 512]" "got 0"
+refuse_recipe 's/^nodes.*/nodes = 8.5/' discretisation.nodes "whole number"
+refuse_recipe 's/^mu_samples.*/mu_samples = 3/' discretisation.mu_samples "[4, 512]" "got 3"
+refuse_recipe 's/"classic"/"modern"/' discretisation.scheme harmonic classic "got modern"
+refuse_recipe 's/g=0.3/g=1/' "g must be in (-1, 1)" "got 1"
+refuse_recipe 's/henyey_greenstein:g=0.3/henyey/' phase_function "got 'henyey'"
+head -c 3000 /bin/sh >recipes/bad.toml
+expect_refused 2 recipe "line 1" -- bake recipes/bad.toml -o older.h5
+sed 's/henyey_greenstein:g=0.3/tabulated:file=absent.csv/' recipes/chosen.toml >recipes/bad.toml
+expect_refused 1 recipes/absent.csv -- bake recipes/bad.toml -o older.h5
+sed 's/henyey_greenstein:g=0.3/tabulated:file=bad.csv/' recipes/chosen.toml >recipes/bad.toml
+printf 'phase_angle_deg,value\n0,1\n180,1\n' >recipes/bad.csv
+expect_refused 2 "at least 3 rows" "got 2" -- bake recipes/bad.toml -o older.h5
+printf 'phase_angle_deg,value\n0,1\n90,-1\n180,1\n' >recipes/bad.csv
+expect_refused 2 value "recipes/bad.csv, line 3" "got -1" -- bake recipes/bad.toml -o older.h5
+printf 'phase_angle_deg,value\n0,1\n90,1\n80,1\n' >recipes/bad.csv
+expect_refused 2 phase_angle_deg "recipes/bad.csv, line 4" "got 80" -- bake recipes/bad.toml -o older.h5
+
+# a disk that fills up, a folder that refuses
+through "$size_limited" expect_refused 1 older.h5 "too large" -- bake recipes/chosen.toml --quiet -o older.h5
+through "$size_limited" expect_refused 1 new.h5 "too large" -- convert narrow.exr new.h5
+if [ -n "$small_disk" ]; then
+    for file in older.h5 new.h5; do
+        through "$small_disk" expect_refused 1 disk/$file "No space left" -- bake recipes/chosen.toml --quiet -o disk/$file
+        through "$small_disk" expect_refused 1 disk/$file "No space left" -- convert narrow.exr disk/$file
+    done
+else
+    echo "skipped: a full disk, which this machine does not let us make"
+fi
+if [ -n "$user_refused" ]; then
+    through "$user_refused" expect_refused 1 shut/new.h5 "cannot be written" -- bake recipes/chosen.toml -o shut/new.h5
+    through "$user_refused" expect_refused 1 shut/new.h5 "Permission denied" -- convert narrow.exr shut/new.h5
+else
+    echo "skipped: a folder that must not be written to"
+fi
+finish

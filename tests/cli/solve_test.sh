@@ -1,0 +1,291 @@
+#!/usr/bin/env bash
+# stratus solve: known figures, queries, phase functions, and every refusal.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+query() { printf '%s\n' "$@" >query.csv; }
+
+# figure NAME: the number, or the list of numbers, of the last answer's JSON.
+figure() { sed -nE 's/^ *"'"$1"'": \[?"?([^]"]*[^]",])"?\]?,?$/\1/p' "$out"; }
+
+expect_json() {
+    if command -v python3 >/dev/null; then
+        python3 -m json.tool "$out" >"$logs/json" 2>&1 || fail "the answer must be JSON: $(cat "$logs/json")"
+    fi
+}
+
+# --- fluxes
+
+expect_ok solve --phase isotropic --albedo 1 --optical-depth 1
+expect_silent "$err"
+expect_json
+expect_near "$(figure spherical_albedo)" 0.446594006673394 1e-9
+expect_near "$(figure total_transmittance)" 0.553405993326606 1e-9
+expect_near "$(figure absorptance)" 0 0
+grep -qE '"spherical_albedo": 0\.[0-9]{15,17},$' "$out" || fail "17 significant digits are needed"
+
+# independent figures: long double, 64 nodes
+expect_ok solve --phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --mu-in 1,0.5 --nodes 64
+expect_json
+expect_near "$(figure spherical_albedo)" 0.537148228651 1e-9
+expect_near "$(figure total_transmittance)" 0.322024848212 1e-9
+expect_near "$(figure absorptance)" 0.140826923137 1e-9
+[ "$(figure mu_in)" = "1, 0.5" ] || fail "mu_in must come back as it was asked for"
+expect_near "$(figure plane_albedo | cut -d, -f1)" 0.433048223113 1e-9
+expect_near "$(figure direct_transmittance | cut -d, -f1)" 0.00033546262790251185 1e-18
+expect_near "$(figure direct_transmittance | cut -d, -f2)" 1.1253517471925912e-07 1e-21
+[ "$(figure diffuse_transmittance | tr , '\n' | wc -l)" -eq 2 ] || fail "each mu_in needs a diffuse transmittance"
+
+# the limits: no layer, no end to it
+expect_ok solve --phase rayleigh --albedo 0.5 --optical-depth 0 --mu-in 0.5
+expect_json
+expect_near "$(figure spherical_albedo)" 0 0
+expect_near "$(figure total_transmittance)" 1 0
+expect_ok solve --phase rayleigh --albedo 1 --optical-depth inf --mu-in 0.5
+expect_json
+[ "$(figure optical_depth)" = inf ] || fail "JSON has no infinity: it must be the word inf"
+expect_near "$(figure spherical_albedo)" 1 1e-12
+expect_near "$(figure plane_albedo)" 1 1e-12
+expect_near "$(figure total_transmittance)" 0 0
+
+# nodes and schemes: more nodes come nearer, both schemes to the same
+layer=(--phase henyey_greenstein:g=0.5 --albedo 0.9 --optical-depth 2)
+expect_ok solve "${layer[@]}" --nodes 48
+fine=$(figure spherical_albedo)
+expect_ok solve "${layer[@]}" --nodes 2
+awk -v coarse="$(figure spherical_albedo)" -v fine="$fine" 'BEGIN { exit coarse == fine }' ||
+    fail "two nodes must show"
+expect_ok solve "${layer[@]}" --nodes 016
+expect_near "$(figure spherical_albedo)" "$fine" 1e-7
+expect_ok solve "${layer[@]}" --scheme classic
+classic=$(figure spherical_albedo)
+expect_ok solve "${layer[@]}" --scheme harmonic
+expect_near "$(figure spherical_albedo)" "$classic" 1e-7
+
+# --- queries
+
+columns=mu_in,mu_out,azimuth_deg
+parts=reflection,transmission,reflection_single,transmission_single,reflection_multiple,transmission_multiple
+sums='f["reflection"] == f["reflection_single"] + f["reflection_multiple"]'
+sums+=' && f["transmission"] == f["transmission_single"] + f["transmission_multiple"]'
+layer=(--phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --nodes 64)
+
+query $columns 1,1,0 0.5,0.5,0 0.5,0.5,90 0.5,0.5,180
+expect_ok solve "${layer[@]}" --query query.csv
+expect_silent "$err"
+expect_header $columns,$parts
+expect_rows 4 "$sums"
+expect_near "$(sed -n 2p "$out" | cut -d, -f4)" 0.4157451335 1e-9
+expect_near "$(sed -n 3p "$out" | cut -d, -f4)" 1.06218291 1e-8
+expect_near "$(sed -n 4p "$out" | cut -d, -f4)" 0.58840936 1e-8
+expect_near "$(sed -n 5p "$out" | cut -d, -f4)" 0.44184658 1e-8
+grep -qE '^0.5,0.5,90,0\.[0-9]{15,17},' "$out" || fail "17 significant digits are needed"
+
+# columns in any order; comments and blank lines; standard input
+layer=(--phase rayleigh --albedo 0.9 --optical-depth 1.5 --nodes 8)
+query $columns 0.5,0.8,60
+expect_ok solve "${layer[@]}" --query query.csv
+cp "$out" answer.csv
+query '# in another order' azimuth_deg,mu_out,mu_in '' 60,0.8,0.5
+expect_ok solve "${layer[@]}" --query - <query.csv
+expect_header azimuth_deg,mu_out,mu_in,$parts
+[ "$(sed -n 2p "$out" | cut -d, -f4-)" = "$(sed -n 2p answer.csv | cut -d, -f4-)" ] ||
+    fail "the order of the columns must not change the answer"
+
+# to a file, new and in place of an older one
+cp "$out" other_order.csv
+expect_ok solve "${layer[@]}" --query query.csv -o out.csv
+expect_silent "$out"
+expect_same out.csv other_order.csv
+echo older >out.csv
+expect_ok solve "${layer[@]}" --query query.csv -o out.csv
+expect_same out.csv other_order.csv
+expect_ok solve "${layer[@]}" --query query.csv -o -
+expect_same "$out" other_order.csv
+expect_ok solve "${layer[@]}" -o fluxes.json
+expect_silent "$out"
+expect_says fluxes.json spherical_albedo
+rm out.csv answer.csv other_order.csv fluxes.json
+
+# no rows, no answers
+query $columns
+expect_ok solve "${layer[@]}" --query query.csv
+expect_rows 0 1
+
+# more cosines than are solved at once: the same values as one by one
+awk -v columns=$columns 'BEGIN {
+    print columns
+    for (i = 0; i < 300; ++i) printf "%.4f,%.4f,%d\n", (i + 1) / 301, (i + 0.5) / 300, 7 * i % 360 }' >query.csv
+expect_ok solve "${layer[@]}" --query query.csv
+expect_rows 300 "$sums"
+cp "$out" together.csv
+for row in 2 33 34 150 301; do
+    sed -n "1p;${row}p" query.csv >single.csv
+    expect_ok solve "${layer[@]}" --query single.csv
+    for field in 4 5 8 9; do
+        together=$(sed -n ${row}p together.csv | cut -d, -f$field)
+        expect_near "$(sed -n 2p "$out" | cut -d, -f$field)" "$together" 1e-14
+    done
+done
+rm together.csv single.csv
+
+# an empty layer scatters nothing, however it is asked
+query $columns 0.5,0.8,60
+expect_ok solve --phase rayleigh --albedo 1 --optical-depth 0 --query query.csv
+expect_rows 1 'f["reflection"] == 0 && f["transmission"] == 0'
+expect_ok solve --phase rayleigh --albedo 0 --optical-depth 1 --query query.csv
+expect_rows 1 'f["reflection"] < 1e-15 && f["reflection"] > -1e-15 && f["transmission"] < 1e-15 && f["transmission"] > -1e-15'
+
+# --- phase functions
+
+albedo_of() { # albedo_of PHASE: the plane albedo of a layer of it
+    expect_ok solve --phase "$1" --albedo 0.9 --optical-depth 1 --nodes 16 --mu-in 0.3
+    figure plane_albedo
+}
+isotropic=$(albedo_of isotropic)
+expect_near "$(albedo_of anisotropic:x=0)" "$isotropic" 1e-13
+expect_near "$(albedo_of henyey_greenstein:g=0)" "$isotropic" 1e-13
+for phase in rayleigh anisotropic:x=0.5 lambert_sphere henyey_greenstein:g=-0.5; do
+    awk -v other="$(albedo_of $phase)" -v isotropic="$isotropic" 'BEGIN { exit other == isotropic }' ||
+        fail "$phase must not be isotropic"
+done
+expect_near "$(albedo_of '0.5*anisotropic:x=0.5 + 0.5*anisotropic:x=-0.5')" "$isotropic" 1e-13
+
+mkdir phases
+printf 'phase_angle_deg,value\n0,1\n90,1\n180,1\n' >phases/flat.csv
+printf 'value,phase_angle_deg\n3,0\n3,90\n3,180\n' >phases/flat_times_3.csv
+awk 'BEGIN { print "l,chi"; for (l = 0; l < 40; ++l) print l "," 0.5 ^ l }' >phases/moments.csv
+expect_near "$(albedo_of tabulated:file=phases/flat.csv)" "$isotropic" 1e-9
+expect_silent "$err"
+expect_near "$(albedo_of tabulated:file=phases/flat_times_3.csv)" "$isotropic" 1e-9
+albedo_of "0.7*tabulated:file=$PWD/phases/flat.csv + 0.3*isotropic" >/dev/null
+expect_near "$(figure plane_albedo)" "$isotropic" 1e-9
+expect_ok solve --phase tabulated:file=phases/flat_times_3.csv --albedo 1 --optical-depth 1 --nodes 4
+expect_says "$err" "note: phases/flat_times_3.csv" "spherical mean 3"
+henyey=$(albedo_of henyey_greenstein:g=0.5)
+expect_near "$(albedo_of moments:file=phases/moments.csv)" "$henyey" 1e-9
+
+# weights that do not sum to 1 are said, and are no error
+expect_ok solve --phase '2*rayleigh + 6*isotropic' --albedo 0.9 --optical-depth 1 --nodes 16 --mu-in 0.3
+expect_says "$err" "note: " "weights summed to 8"
+[ "$(wc -l <"$err")" -eq 1 ] || fail "one note is enough"
+expect_near "$(albedo_of '0.25*rayleigh + 0.75*isotropic')" "$(figure plane_albedo)" 1e-14
+expect_ok solve --phase '2*rayleigh + 6*isotropic' --albedo 0.9 --optical-depth 1 --nodes 16 --quiet
+expect_silent "$err"
+
+# --- refusals
+
+# refuse OPTION ALLOWED VALUE: in a call that is right without it
+refuse() {
+    local -A option=([--phase]=isotropic [--albedo]=0.9 [--optical-depth]=1)
+    option[$1]=$3
+    local arguments=() name
+    for name in "${!option[@]}"; do arguments+=("$name" "${option[$name]}"); done
+    expect_refused 2 "$1" "$2" "got ${3:-nothing}" -- solve "${arguments[@]}"
+}
+for value in 1.2 -0.1 nan inf 0.5x x ''; do refuse --albedo "in [0, 1]" "$value"; done
+for value in -1 -inf nan 1e x ''; do refuse --optical-depth "in [0, inf]" "$value"; done
+for value in 0 -1 513 2.5 99999999999999999999 x ''; do refuse --nodes "in [1, 512]" "$value"; done
+for value in 0 -0.5 1.0001 nan x ''; do refuse --mu-in "in (0, 1]" "$value"; done
+refuse --query "the name of a file" ''
+refuse --output "the name of a file" ''
+expect_refused 2 --mu-in "(0, 1]" "got 1.1" -- solve --phase isotropic --albedo 1 --optical-depth 1 --mu-in 0.5,1.1
+expect_refused 2 --scheme fast harmonic classic -- solve --phase isotropic --albedo 1 --optical-depth 1 --scheme fast
+expect_refused 2 --query --mu-in -- solve --phase isotropic --albedo 1 --optical-depth 1 --mu-in 1 --query query.csv
+expect_refused 2 --phase required -- solve --albedo 1 --optical-depth 1
+expect_refused 2 --albedo required -- solve --phase isotropic --optical-depth 1
+expect_refused 2 --optical-depth required -- solve --phase isotropic --albedo 1
+expect_refused 2 --albedo -- solve --phase isotropic --optical-depth 1 --albedo
+expect_refused 2 extra -- solve --phase isotropic --albedo 1 --optical-depth 1 extra
+
+refuse_phase() { # refuse_phase PHASE FRAGMENT...
+    local phase=$1
+    shift
+    expect_refused 2 "$@" -- solve --phase "$phase" --albedo 0.9 --optical-depth 1
+}
+for g in 1 -1 1.5 inf; do refuse_phase henyey_greenstein:g=$g "g must be in (-1, 1)" "got $g"; done
+refuse_phase henyey_greenstein:g=nan "g must be a number" "got 'nan'"
+refuse_phase henyey_greenstein:g=half "g must be a number" "got 'half'"
+refuse_phase henyey_greenstein "needs g="
+refuse_phase anisotropic:x=1.1 "x must be in [-1, 1]" "got 1.1"
+refuse_phase isotropic:g=0.5 "isotropic takes no parameter" g=0.5
+refuse_phase '' "got ''"
+refuse_phase henyey "henyey_greenstein" "got 'henyey'"
+refuse_phase "-1*isotropic + 2*rayleigh" weight "at least 0" "got -1"
+refuse_phase "0*isotropic" weight "above 0" "got 0"
+refuse_phase "isotropic +" "got ''"
+
+refuse_table() { # refuse_table ROWS FRAGMENT...: rows of a tabulated phase function
+    { echo phase_angle_deg,value; tr ' ' '\n' <<<"$1"; } >table.csv
+    shift
+    expect_refused 2 "$@" -- solve --phase tabulated:file=table.csv --albedo 0.9 --optical-depth 1
+}
+refuse_table "0,1 180,1" "at least 3 rows" "got 2"
+refuse_table "0,1 90,-0.5 180,1" value "table.csv, line 3" "at least 0" "got -0.5"
+refuse_table "0,1 90,1 60,1 180,1" phase_angle_deg "table.csv, line 4" "got 60"
+refuse_table "0,1 90,1 190,1" phase_angle_deg "table.csv, line 4" "got 190"
+refuse_table "0,0 90,0 180,0" value "got 0"
+refuse_table "0,1 90,one 180,1" value "line 3" "got 'one'"
+printf 'l,chi\n0,1\n2,0.5\n' >table.csv
+expect_refused 2 "table.csv, line 3" "must be 1" "got 2" -- \
+    solve --phase moments:file=table.csv --albedo 0.9 --optical-depth 1
+printf 'l,chi\n0,1\n1,1.5\n' >table.csv
+expect_refused 2 chi "got 1.5" -- solve --phase moments:file=table.csv --albedo 0.9 --optical-depth 1
+printf 'angle,value\n0,1\n180,1\n' >table.csv
+expect_refused 2 table.csv phase_angle_deg "got angle" -- \
+    solve --phase tabulated:file=table.csv --albedo 0.9 --optical-depth 1
+expect_refused 1 absent.csv -- solve --phase tabulated:file=absent.csv --albedo 0.9 --optical-depth 1
+expect_refused 1 phases -- solve --phase moments:file=phases --albedo 0.9 --optical-depth 1
+
+refuse_row() { # refuse_row ROW FRAGMENT...
+    query $columns 0.5,0.5,0 "$1"
+    shift
+    expect_refused 2 "query.csv, line 3" "$@" -- solve "${layer[@]}" --query query.csv
+}
+refuse_row 0,0.5,0 mu_in "(0, 1]" "got 0"
+refuse_row 1.0001,0.5,0 mu_in "(0, 1]" "got 1.0001"
+refuse_row 0.5,-0.5,0 mu_out "(0, 1]" "got -0.5"
+refuse_row 0.5,nan,0 mu_out nan
+refuse_row 0.5,0.5,inf azimuth_deg finite "got inf"
+refuse_row 0.5,0.5 "3 values" "got 2"
+query mu_in,azimuth_deg 0.5,0
+expect_refused 2 query.csv mu_out -- solve "${layer[@]}" --query query.csv
+query $columns,albedo 0.5,0.5,0,0.9
+expect_refused 2 query.csv "mu_in, mu_out" "got albedo" -- solve "${layer[@]}" --query query.csv
+: >query.csv
+expect_refused 2 query.csv header -- solve "${layer[@]}" --query query.csv
+expect_refused 1 absent.csv -- solve "${layer[@]}" --query absent.csv
+expect_refused 1 phases -- solve "${layer[@]}" --query phases
+query $columns
+expect_refused 2 --albedo "got 2" -- solve --phase rayleigh --albedo 2 --optical-depth 1 --query query.csv
+
+# files that cannot be written; an older one comes to no harm
+expect_refused 1 absent/out.json "No such file" -- solve "${layer[@]}" -o absent/out.json
+expect_refused 1 phases directory -- solve "${layer[@]}" -o phases
+expect_refused 1 /dev/null "regular file" -- solve "${layer[@]}" -o /dev/null
+expect_refused 2 query.csv another -- solve "${layer[@]}" --query query.csv -o ./query.csv
+echo older >older.csv
+query $columns 0.5,0.5,0 0.5,0.5,2x
+expect_refused 2 "got '2x'" -- solve "${layer[@]}" --query query.csv -o older.csv
+awk -v columns=$columns 'BEGIN { print columns; for (i = 0; i < 400; ++i) print "0.5,0.8," i / 3 }' >query.csv
+through "$size_limited" expect_refused 1 older.csv "too large" -- \
+    solve "${layer[@]}" --query query.csv -o older.csv
+if [ -n "$small_disk" ]; then
+    for file in older.csv new.csv; do
+        through "$small_disk" expect_refused 1 disk/$file "No space left" -- \
+            solve "${layer[@]}" --query query.csv -o disk/$file
+    done
+else
+    echo "skipped: a full disk, which this machine does not let us make"
+fi
+if [ -n "$user_refused" ]; then
+    through "$user_refused" expect_refused 1 shut/out.json "Permission denied" -- solve "${layer[@]}" -o shut/out.json
+else
+    echo "skipped: a folder that must not be written to"
+fi
+if [ -w /dev/full ]; then
+    "$stratus" solve "${layer[@]}" >/dev/full 2>"$err"
+    [ $? -eq 1 ] || fail "an answer that could not be written must not exit 0"
+    expect_says "$err" "standard output: No space left"
+fi
+finish

@@ -198,8 +198,10 @@ class LadderRun {
         const VectorXd s = directions_.s.tail(count);
         const VectorXd unscale = s.cwiseInverse();
         if (!layer.reflection.allFinite() || !layer.transmission.allFinite())
-            throw std::runtime_error("solve: the scheme broke down (not a number) at mode " +
-                                     std::to_string(mode));
+            throw std::runtime_error(
+                "solve: nodes must be more for this phase function: its series of " +
+                std::to_string(2 * options_.nodes) + " moments is too negative in mode " +
+                std::to_string(mode) + ", got " + std::to_string(options_.nodes));
         solution.reflection_modes[at] = unscale.asDiagonal() *
                                         layer.reflection.bottomRightCorner(count, count) *
                                         unscale.asDiagonal();
@@ -403,7 +405,9 @@ MatrixXd correction(const LayerSolution& layer, Single single) {
 
 }  // namespace
 
-MatrixXd LayerSolution::reflection_correction() const { return correction(*this, single_reflection); }
+MatrixXd LayerSolution::reflection_correction() const {
+    return correction(*this, single_reflection);
+}
 
 MatrixXd LayerSolution::transmission_correction() const {
     return correction(*this, single_transmission);

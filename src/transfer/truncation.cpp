@@ -17,10 +17,12 @@ double Truncation::single_scattering_albedo(double albedo) const {
 }
 
 Truncation delta_m(const PhaseFunction& phase_function, int moment_count) {
-    std::vector<double> moments = phase_function.moments(moment_count + 1);
-    const double f = moments.back();
-    moments.pop_back();
-    if (!(f > 1e-15)) return {0, std::move(moments)};
+    const auto L = static_cast<std::size_t>(moment_count);
+    std::vector<double> moments = phase_function.moments(moment_count + 2);
+    const double f = moments[L];
+    const bool forward = f > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
+    moments.resize(L);
+    if (!forward) return {0, std::move(moments)};
     for (double& chi : moments) chi = (chi - f) / (1 - f);
     return {f, std::move(moments)};
 }

@@ -1,8 +1,11 @@
+#include <stratus/transfer/solve.h>
 #include <stratus/transfer/truncation.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace stratus {
 namespace {
@@ -52,13 +55,34 @@ TEST(DeltaM, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
     for (const PhaseFunction& phase_function :
          {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
           PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.9)}) {
-        const int count = phase_function.asymmetry() < 0 ? 15 : 16;  // chi_15 < 0 there
+        const int count = 16;  // chi_16 of the backward peak is positive, chi_17 is not
         const Truncation truncation = delta_m(phase_function, count);
         EXPECT_EQ(truncation.fraction, 0);
         EXPECT_EQ(truncation.moments, phase_function.moments(count));
         EXPECT_EQ(truncation.optical_depth(3, 0.7), 3);
         EXPECT_EQ(truncation.albedo(0.7), 0.7);
         EXPECT_EQ(truncation.single_scattering_albedo(0.7), 0.7);
+    }
+}
+
+TEST(SolveLayer, NeitherMakesNorLosesLightUnderABackwardPeak) {
+    SolverOptions options;
+    options.nodes = 8;
+    const LayerSolution layer =
+        solve_layer(PhaseFunction::henyey_greenstein(-0.9), 0.9, 2, {}, options);
+    EXPECT_GT(layer.spherical_albedo, 0);
+    EXPECT_GT(layer.total_transmittance, 0);
+    EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
+}
+
+TEST(SolveLayer, AsksForMoreNodesUnderABackwardPeakThatItCannotResolve) {
+    SolverOptions options;
+    options.nodes = 8;
+    try {
+        solve_layer(PhaseFunction::henyey_greenstein(-0.99), 0.9, 2, {}, options);
+        FAIL() << "solved";
+    } catch (const std::runtime_error& refusal) {
+        EXPECT_NE(std::string(refusal.what()).find("nodes must be more"), std::string::npos);
     }
 }
 

@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 
+#include <stratus/runtime/single_scattering.h>
+
 namespace stratus {
 
 namespace {
@@ -108,7 +110,8 @@ void ClassicLayer::double_depth() {
     const int N = directions_.nodes;
     const VectorXd none = VectorXd::Zero(directions_.size());
     const BeamMatrix R{none, reflection_};
-    const BeamMatrix T{(-optical_depth_ * directions_.mu.cwiseInverse()).array().exp(),
+    const BeamMatrix T{directions_.mu.unaryExpr(
+                           [this](double mu) { return direct_transmittance(optical_depth_, mu); }),
                        transmission_};
     BeamMatrix bounce = product(R, R, N);
     const BeamMatrix between =

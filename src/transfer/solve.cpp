@@ -27,8 +27,13 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// normal numbers.
 constexpr double thinnest_depth = 1e-280;
 
-/// Beyond this depth rounding would tell no more of the gap between Y and Z at w = 1.
-constexpr double deepest_depth = 4398046511104;  // 2^42
+/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
+/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
+constexpr double conservative_depth = 1048576;  // 2^20
+
+/// Deepest sample of a ladder: at w = 1 transmission has a relative error of 1e-16 times the depth
+/// there.
+constexpr double deepest_of_ladder = 1e12;
 
 /// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
 /// rest is for g near 1.
@@ -242,7 +247,8 @@ class LadderRun {
             solution.diffuse_transmittance = VectorXd::Zero(count);
             return;
         }
-        const VectorXd beam = (-tau / directions_.mu.array()).exp();
+        const VectorXd beam =  // not Eigen's exp, which stops at 2e-308
+            directions_.mu.unaryExpr([tau](double mu) { return direct_transmittance(tau, mu); });
         solution.total_transmittance = (s.dot(layer.transmission.topLeftCorner(N, N) * s) +
                                         s.cwiseProduct(s).dot(beam.head(N))) /
                                        uniform;
@@ -333,10 +339,12 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     if (std::isinf(optical_depth))
         return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
-    if (optical_depth > deepest_depth) {
-        // What is transmitted falls as 1/tau (or is long gone), and R takes it up.
-        LayerSolution solution = solve_layer(phase_function, albedo, deepest_depth, mu, options);
-        const double kept = deepest_depth / optical_depth;
+    const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
+    if (albedo == 1 && optical_depth > last) {
+        // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
+        LayerSolution solution = solve_layer(phase_function, albedo, last, mu, options);
+        const double kept = 1 / (1 + 0.75 * (1 - phase_function.asymmetry()) *
+                                         solution.total_transmittance * (optical_depth - last));
         solution.optical_depth = optical_depth;
         for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
             solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];

@@ -235,22 +235,27 @@ TEST(SolveLayer, ReachesTheConservativeInfiniteLayerAsOneOverDepth) {
 }
 
 TEST(SolveLayer, GoesOnSmoothlyBeyondTheDepthWhereDoublingStops) {
-    const double stop = std::ldexp(1.0, 42);
-    for (const double w : {0.9, 1.0}) {
-        const LayerSolution before = solve_layer(forward, w, stop, cosines, with_nodes(16));
-        const LayerSolution after = solve_layer(forward, w, 4 * stop, cosines, with_nodes(16));
-        EXPECT_EQ(after.optical_depth, 4 * stop);
-        EXPECT_NEAR(after.total_transmittance, before.total_transmittance / 4,
-                    1e-12 * before.total_transmittance);
-        EXPECT_NEAR(after.spherical_albedo + after.total_transmittance,
-                    before.spherical_albedo + before.total_transmittance, 1e-14);
-        for (int in = 0; in < after.mu.size(); ++in) {
-            const double R = before.reflection(in, 1, 1).total;
-            EXPECT_NEAR(after.reflection(in, 1, 1).total, R, 1e-11 * R);
-            EXPECT_NEAR(after.plane_albedo(in) + after.diffuse_transmittance(in),
-                        before.plane_albedo(in) + before.diffuse_transmittance(in), 1e-14);
-        }
+    // At w = 1 doubling stops where (1 - g) tau = 2^20 and the law of diffusion goes on; just
+    // before, rounding leaves T a relative error of 1e-16 tau.
+    const double stop = std::ldexp(1.0, 20) / (1 - forward.asymmetry());
+    const LayerSolution before = solve_layer(forward, 1, 0.999 * stop, cosines, with_nodes(16));
+    const LayerSolution after = solve_layer(forward, 1, 1.001 * stop, cosines, with_nodes(16));
+    EXPECT_EQ(after.optical_depth, 1.001 * stop);
+    EXPECT_NEAR(1 / after.total_transmittance - 1 / before.total_transmittance,
+                0.75 * (1 - forward.asymmetry()) * 0.002 * stop, 1e-9 / after.total_transmittance);
+    for (const LayerSolution& layer : {before, after}) {
+        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-14);
+        for (int in = 0; in < layer.mu.size(); ++in)
+            EXPECT_NEAR(layer.plane_albedo(in) + layer.diffuse_transmittance(in), 1, 1e-13);
     }
+    for (int in = 0; in < after.mu.size(); ++in)
+        EXPECT_NEAR(after.reflection(in, 1, 1).total + after.transmission(in, 1, 1).total,
+                    before.reflection(in, 1, 1).total + before.transmission(in, 1, 1).total, 1e-12);
+}
+
+TEST(SolveLayer, TransmitsNothingThroughAbsorbingLayersWithoutEnd) {
+    EXPECT_EQ(solve_layer(forward, 0.9, 1e15, cosines, with_nodes(16)).total_transmittance, 0);
+    EXPECT_EQ(solve_layer(forward, 0.9, 1e300, cosines, with_nodes(16)).total_transmittance, 0);
 }
 
 // ---- self-agreement ----------------------------------------------------------------------------

@@ -55,19 +55,14 @@ void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along) 
     Pack* m = layer.elimination;
     const LaneMatrix& F = P.matrix;
     Pack* rho = layer.vector[0];
-    for (int j = 0; j < n; ++j)
-        rho[j] = j < N ? Pack{} : P.p * (F.K ? F.d[j] : broadcast(1)) / C.d[j];
+    for (int j = 0; j < n; ++j) rho[j] = j < N ? Pack{} : P.p * F.d[j] / C.d[j];
     for (int i = 0; i < N; ++i) {
         Pack* row = m + i * x_stride;
         for (int j = i; j < N; ++j) row[j] = C.K[i * stride + j];
         row[i] += C.d[i];
         Pack* u = row + N;
-        if (F.K)
-            for (int j = 0; j < n; ++j)
-                u[j] = P.p * F.K[i * stride + j] - rho[j] * C.K[i * stride + j];
-        else
-            for (int j = 0; j < n; ++j) u[j] = -rho[j] * C.K[i * stride + j];
-        u[i] += P.p * (F.K ? F.d[i] : broadcast(1));
+        for (int j = 0; j < n; ++j) u[j] = P.p * F.K[i * stride + j] - rho[j] * C.K[i * stride + j];
+        u[i] += P.p * F.d[i];
         if (along) u[n] = along[i];
     }
     eliminate(N, N + n + (along ? 1 : 0), m, x_stride);
@@ -81,13 +76,17 @@ void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along) 
     }
 }
 
-void congruence(const LaneLayer& layer, Scaled P, LaneMatrix C, LaneMatrix out, Pack* along) {
-    eliminate_for(layer, P, C, along);
-    congruence_kernel(layer, P, C, out.K, [](long, Pack value) { return value; });
+void invert(const LaneLayer& layer, LaneMatrix C, LaneMatrix out) {
+    Pack* none = layer.vector[2];
     for (int i = 0; i < layer.directions; ++i) {
-        const Pack d = P.p * (P.matrix.K ? P.matrix.d[i] : broadcast(1));
-        out.d[i] = d * d / C.d[i];
+        none[i] = Pack{};
+        out.d[i] = 1.0 / C.d[i];
     }
+    const Scaled kernel{1.0, {none, C.K}};
+    eliminate_for(layer, kernel, C, nullptr);
+    congruence_kernel(layer, kernel, C, out.K, [&](int i, int j, Pack value) {
+        return (value - C.K[i * layer.stride + j]) * out.d[i] * out.d[j];
+    });
 }
 
 }  // namespace stratus::STRATUS_ISA

@@ -10,7 +10,7 @@
 
 namespace stratus::STRATUS_ISA {
 
-/// The factor p of P, and P itself; K null stands for the identity matrix.
+/// The factor p of P, and P itself.
 struct Scaled {
     double p;
     LaneMatrix matrix;
@@ -19,7 +19,7 @@ struct Scaled {
 /// Eliminates for P C^-1 P. A vector `along`, if not null, is replaced by C^-1 along.
 void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along);
 
-/// Stores combine(index, kernel of P C^-1 P at index) in both triangles of `out`, which may be P's
+/// Stores combine(i, j, kernel of P C^-1 P) in both triangles of `out`, which may be P's
 /// own kernel.
 template <class Combine>
 [[gnu::always_inline]] inline void congruence_kernel(const LaneLayer& layer, Scaled P, LaneMatrix C,
@@ -27,9 +27,7 @@ template <class Combine>
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     const Pack* X = layer.elimination + N;
-    auto ratio = [&](int i) {
-        return i < N ? Pack{} : P.p * (P.matrix.K ? P.matrix.d[i] : broadcast(1)) / C.d[i];
-    };
+    auto ratio = [&](int i) { return i < N ? Pack{} : P.p * P.matrix.d[i] / C.d[i]; };
     auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
         Pack product[I][J] = {};
         accumulate(N, X + i0, x_stride, X + j0, x_stride, 1.0, product);
@@ -38,20 +36,20 @@ template <class Combine>
                 const long at = i * stride + j;
                 const Pack rho_i = ratio(i), rho_j = ratio(j);
                 Pack value = product[i - i0][j - j0] - rho_i * C.K[at] * rho_j;
-                if (P.matrix.K) value += P.p * (rho_i + rho_j) * P.matrix.K[at];
+                value += P.p * (rho_i + rho_j) * P.matrix.K[at];
                 if (i == j && i < N) {
-                    const Pack d = P.p * (P.matrix.K ? P.matrix.d[i] : broadcast(1));
+                    const Pack d = P.p * P.matrix.d[i];
                     value -= d * d / C.d[i];
                 }
-                out[at] = out[j * stride + i] = combine(at, value);
+                out[at] = out[j * stride + i] = combine(i, j, value);
             }
     };
     for_each_block(
         n, n, [](int i) { return i; }, blocks);
 }
 
-/// Kernel and diagonal of P C^-1 P into `out`.
-void congruence(const LaneLayer& layer, Scaled P, LaneMatrix C, LaneMatrix out,
-                Pack* along = nullptr);
+/// C^-1 into `out`. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no identity is subtracted, so that
+/// thin layers keep their relative accuracy.
+void invert(const LaneLayer& layer, LaneMatrix C, LaneMatrix out);
 
 }  // namespace stratus::STRATUS_ISA

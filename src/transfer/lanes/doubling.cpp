@@ -102,10 +102,12 @@ void double_depth(LaneLayer& layer) {
                 layer.has_gap ? layer.absorbed[i] + 0.5 * Yu[i] : 2.0 * layer.absorbed[i] - Yu[i];
     }
     if (layer.has_gap)
-        congruence_kernel(layer, {1.0, Y}, Z, Y.K, [](long, Pack value) { return 0.25 * value; });
-    else
         congruence_kernel(layer, {1.0, Y}, Z, Y.K,
-                          [&](long at, Pack value) { return 2.0 * Y.K[at] - value; });
+                          [](int, int, Pack value) { return 0.25 * value; });
+    else
+        congruence_kernel(layer, {1.0, Y}, Z, Y.K, [&](int i, int j, Pack value) {
+            return 2.0 * Y.K[i * layer.stride + j] - value;
+        });
     for (int i = 0; i < n; ++i) {
         // Squaring doubles the relative error of the gap: begin with it where the difference would
         // lose more.
@@ -128,13 +130,12 @@ void extract(LaneLayer& layer) {
     const LaneMatrix &Y = layer.Y, &Z = layer.Z;
     const LaneMatrix E = layer.reflection, O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
     const LaneMatrix C = layer.spare[0];
-    const Scaled identity{1.0, {nullptr, nullptr}};
 
     for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Z.d[i];
-    congruence(layer, identity, {C.d, Z.K}, O);
+    invert(layer, {C.d, Z.K}, O);
     if (!layer.has_gap) {
         for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Y.d[i];
-        congruence(layer, identity, {C.d, Y.K}, E);
+        invert(layer, {C.d, Y.K}, E);
         for (int i = 0; i < n; ++i)
             for (long at = i * stride; at < i * stride + n; ++at) {
                 const Pack even = E.K[at], odd = O.K[at];
@@ -149,7 +150,7 @@ void extract(LaneLayer& layer) {
         C.d[i] = 1.0 + Z.d[i] - G.d[i];
         for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
     }
-    congruence(layer, identity, C, E);
+    invert(layer, C, E);
     // T = (E G) O; F = G E = (E G)^T first, so that both products run over rows.
     const LaneMatrix F = layer.spare[0], T = layer.spare[1];
     auto first = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {

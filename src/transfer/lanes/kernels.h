@@ -5,8 +5,8 @@
 
 namespace stratus::STRATUS_ISA {
 
-// One register's worth of lanes, and the rows and columns of a block of accumulators that fit the registers: 4 x 4 of 32, or
-// 3 x 3 of 16.
+// One register's worth of lanes, and the rows and columns of a block of accumulators that fit the
+// registers: 4 x 4 of 32, or 3 x 3 of 16.
 #if defined(__AVX512F__)
 constexpr int word_bytes = 64, block = 4;
 #elif defined(__AVX__)
@@ -17,10 +17,12 @@ constexpr int word_bytes = 16, block = 3;
 using Word = double __attribute__((vector_size(word_bytes), aligned(word_bytes), may_alias));
 constexpr int words = static_cast<int>(sizeof(Pack)) / word_bytes;
 
-/// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i and j.
+/// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i
+/// and j.
 template <int I, int J>
-[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride, const Pack* b,
-                                              long b_stride, double sign, Pack (&acc)[I][J]) {
+[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride,
+                                              const Pack* b, long b_stride, double sign,
+                                              Pack (&acc)[I][J]) {
     for (int word = 0; word < words; ++word) {
         const Word* a_row = reinterpret_cast<const Word*>(a) + word;
         const Word* b_row = reinterpret_cast<const Word*>(b) + word;

@@ -38,8 +38,9 @@ void combine(const LaneLayer& layer, double x, LaneMatrix b, double y, LaneMatri
 void parallel_sum(const LaneLayer& layer, double p, LaneMatrix b, LaneMatrix C, LaneMatrix out,
                   Pack* along = nullptr) {
     eliminate_for(layer, {p, b}, C, along);
-    congruence_kernel(layer, {p, b}, C, out.K,
-                      [&](long at, Pack value) { return p * b.K[at] - value; });
+    congruence_kernel(layer, {p, b}, C, out.K, [&](int i, int j, Pack value) {
+        return p * b.K[i * layer.stride + j] - value;
+    });
     for (int i = 0; i < layer.directions; ++i)
         out.d[i] = p * b.d[i] * (C.d[i] - p * b.d[i]) / C.d[i];
 }
@@ -58,7 +59,7 @@ void thin_layer(LaneLayer& layer) {
             b.K[at] = -h * layer.albedo * layer.scatter_even.K[at];
         }
     }
-    congruence(layer, {1.0, {nullptr, nullptr}}, C, W);
+    invert(layer, C, W);
 
     combine(layer, 1.0 / 7 + 1.0 / 11, b, 9, W, nullptr, C);
     parallel_sum(layer, 1.0 / 7, b, C, layer.Z);

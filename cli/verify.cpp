@@ -86,8 +86,9 @@ void run_verify(const VerifyCommand& command) {
     if (verification.energy_defect >= 0)
         std::printf("energy: at albedo 1 the stored fluxes close to %.1e\n",
                     verification.energy_defect);
-    std::printf("white furnace: lookups integrate to the stored plane albedo within %.1e\n",
-                verification.furnace_defect);
+    if (verification.furnace_defect >= 0)
+        std::printf("white furnace: lookups integrate to the stored plane albedo within %.1e\n",
+                    verification.furnace_defect);
     const auto within =
         std::count_if(verification.samples.begin(), verification.samples.end(),
                       [&](const ErrorSample& sample) { return sample.error <= table.tolerance; });

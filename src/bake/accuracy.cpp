@@ -129,17 +129,18 @@ void compare_cell(const Table& table, const TableView& view, const SolverOptions
                         std::abs(found - expected) / std::max(expected, floor)});
     };
     const int first = static_cast<int>(floor_cosines().size());
+    const double reflection_least = reflection_floor(solution);
+    const double transmission_least = transmission_floor(solution);
     for (int g = 0; g < geometries; ++g) {
         const int in = first + 2 * g, out = in + 1;
         const Geometry& at = points[static_cast<std::size_t>(g)];
         if (view.has_reflection())
             add(Side::reflection, g, solution.reflection(in, out, at.azimuth).total,
-                reflection(view, cell.albedo, cell.optical_depth, at).total(),
-                reflection_floor(solution));
+                reflection(view, cell.albedo, cell.optical_depth, at).total(), reflection_least);
         if (view.has_transmission())
             add(Side::transmission, g, solution.transmission(in, out, at.azimuth).total,
                 transmission(view, cell.albedo, cell.optical_depth, at).total(),
-                transmission_floor(solution));
+                transmission_least);
     }
 }
 
@@ -169,11 +170,9 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
-/// Largest |integral over the hemisphere of what lookups give - plane albedo stored| over all
-/// samples of the axes with mu_in >= 0.1: whether the angles are resolved well enough to integrate
-/// to the right flux.
+/// Whether the angles are resolved well enough to integrate to the right flux: see Verification.
 double furnace_defect(const Table& table, const TableView& view) {
-    if (!view.has_reflection() || table.plane_albedo.empty()) return 0;
+    if (!view.has_reflection() || table.plane_albedo.empty()) return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
     const int azimuths = 96;
     double worst = 0;

@@ -33,7 +33,9 @@ class Section {
 
     bool has(const char* key) const { return table_.contains(key); }
 
-    std::string text(const char* key) const { return value<std::string>(key, "a string in quotes"); }
+    std::string text(const char* key) const {
+        return value<std::string>(key, "a string in quotes");
+    }
 
     double number(const char* key, double least, double most, const char* allowed) const {
         const double met = value<double>(key, "a number");
@@ -97,6 +99,9 @@ Range read_range(const Section& recipe, const char* key, double least, double mo
     const Range range{section.number("min", least, most, allowed),
                       section.number("max", least, most, allowed)};
     require(range.min <= range.max, "recipe", std::string(key) + ".min", "at most max", range.min);
+    const double width = range.max - range.min;
+    require(range.min == range.max || width >= 1e-9, "recipe", std::string(key) + ".max",
+            "equal to min or 1e-9 above it", range.max);
     return range;
 }
 
@@ -116,7 +121,7 @@ Discretisation read_discretisation(const toml::table& table) {
     take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave", 1, 64);
     if (section.has("deepest_optical_depth"))
         d.deepest_optical_depth =
-            section.number("deepest_optical_depth", 1e-3, 1e12, "in [1e-3, 1e12]");
+            section.number("deepest_optical_depth", 1e-3, 1e9, "in [1e-3, 1e9]");
     take(d.albedo_samples, "albedo_samples", 1, 512);
     if (section.has("scheme")) {
         const std::string scheme = section.text("scheme");
@@ -154,7 +159,11 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     recipe.phase_text = section.text("phase_function");
     recipe.phase_function = parse_phase_function(recipe.phase_text, directory, notes);
     recipe.tolerance = section.number("tolerance", 1e-6, 0.1, "in [1e-6, 0.1]");
-    recipe.optical_depth = read_range(section, "optical_depth", 1e-6, infinity, "in [1e-6, inf]");
+    recipe.optical_depth =
+        read_range(section, "optical_depth", 1e-6, infinity, "in [1e-6, 1e9] or inf");
+    for (const double depth : {recipe.optical_depth.min, recipe.optical_depth.max})
+        require(depth <= 1e9 || std::isinf(depth), "recipe", "optical_depth",
+                "in [1e-6, 1e9] or inf", depth);
     recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
     if (section.has("sides")) {
         recipe.reflection = recipe.transmission = false;
@@ -177,6 +186,11 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
             "transmitted, got transmission");
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
+    const double deepest = recipe.discretisation.deepest_optical_depth;
+    if (deepest > 0)
+        require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min,
+                "recipe", "discretisation.deepest_optical_depth",
+                "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
     return recipe;
 }
 

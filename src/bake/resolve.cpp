@@ -23,18 +23,22 @@ namespace {
 /// The probes' directions, and what does not change with depth and albedo.
 class Angles {
   public:
-    Angles(const PhaseFunction& phase_function, std::vector<double> cosines, std::vector<double> azimuths)
+    Angles(const PhaseFunction& phase_function, std::vector<double> cosines,
+           std::vector<double> azimuths)
         : mu(std::move(cosines)), azimuth(std::move(azimuths)) {
         for (double in : mu)
             for (double out : mu)
                 for (double phi : azimuth) {
-                    reflected.push_back(phase_function(cos_scattering_angle_reflected({in, out, phi})));
-                    transmitted.push_back(phase_function(cos_scattering_angle_transmitted({in, out, phi})));
+                    reflected.push_back(
+                        phase_function(cos_scattering_angle_reflected({in, out, phi})));
+                    transmitted.push_back(
+                        phase_function(cos_scattering_angle_transmitted({in, out, phi})));
                 }
     }
 
     std::size_t at(int i, int j, int k) const {
-        return (static_cast<std::size_t>(i) * mu.size() + static_cast<std::size_t>(j)) * azimuth.size() +
+        return (static_cast<std::size_t>(i) * mu.size() + static_cast<std::size_t>(j)) *
+                   azimuth.size() +
                static_cast<std::size_t>(k);
     }
 
@@ -62,8 +66,8 @@ using Cells = std::vector<std::vector<Cell>>;  // [albedo][depth]
 
 template <class Single>
 SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::MatrixXd>& modes,
-                     const Eigen::MatrixXd& correction, const Angles& angles, const std::vector<double>& phase,
-                     Single single) {
+                     const Eigen::MatrixXd& correction, const Angles& angles,
+                     const std::vector<double>& phase, Single single) {
     SideValues values;
     values.multiple.resize(phase.size());
     values.total.resize(phase.size());
@@ -71,18 +75,21 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
     Eigen::MatrixXd cosines(static_cast<Eigen::Index>(angles.azimuth.size()), count);
     for (Eigen::Index k = 0; k < cosines.rows(); ++k)
         for (Eigen::Index m = 0; m < count; ++m)
-            cosines(k, m) =
-                (m ? 2 : 1) * std::cos(static_cast<double>(m) * angles.azimuth[static_cast<std::size_t>(k)]);
+            cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) *
+                                                   angles.azimuth[static_cast<std::size_t>(k)]);
     Eigen::VectorXd series(count), sum(cosines.rows());
     const int n = static_cast<int>(angles.mu.size());
     for (int i = 0; i < n; ++i)
         for (int j = i; j < n; ++j) {
-            for (Eigen::Index m = 0; m < count; ++m) series(m) = modes[static_cast<std::size_t>(m)](i, j);
+            for (Eigen::Index m = 0; m < count; ++m)
+                series(m) = modes[static_cast<std::size_t>(m)](i, j);
             sum.noalias() = cosines * series;
-            const double once = single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
+            const double once =
+                single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
             for (int k = 0; k < static_cast<int>(sum.size()); ++k) {
                 const std::size_t at = angles.at(i, j, k), mirrored = angles.at(j, i, k);
-                values.multiple[at] = values.multiple[mirrored] = sum(k) + correction(i, j) * phase[at];
+                values.multiple[at] = values.multiple[mirrored] =
+                    sum(k) + correction(i, j) * phase[at];
                 values.total[at] = values.total[mirrored] = values.multiple[at] + once * phase[at];
             }
         }
@@ -121,41 +128,49 @@ class Resolver {
           options_(options),
           share_(recipe.tolerance * strictness),
           q_(extrapolation_length(recipe.phase_function)) {
-        const double most = std::sqrt(1 - recipe.albedo.min), least = std::sqrt(1 - recipe.albedo.max);
+        const double most = std::sqrt(1 - recipe.albedo.min),
+                     least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
             const double s = least + at * (most - least);
             albedos_.push_back(std::clamp(1 - s * s, recipe.albedo.min, recipe.albedo.max));
             if (recipe.albedo.min == recipe.albedo.max) break;
         }
-        for (double w : albedos_) exponents_.push_back(compute_diffusion_exponent(recipe.phase_function, w));
+        for (double w : albedos_)
+            exponents_.push_back(compute_diffusion_exponent(recipe.phase_function, w));
         for (double mu : floor_cosines()) mu_.push_back(mu);
-        for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93}) mu_.push_back(x * x);
+        for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
+            mu_.push_back(x * x);
     }
 
     Recipe resolve() {
         solver_.scheme = recipe_.discretisation.scheme;
         solver_.mode_tolerance = 1e-3 * recipe_.tolerance;
         choose_depth_range();
-        choose_nodes();
-        choose_modes();
-        choose_mu_samples();
-        choose_azimuth_samples();
-        choose_deepest();
-        choose_optical_depth_samples();
-        choose_albedo_samples();
+        void (Resolver::*const choices[])() = {
+            &Resolver::choose_nodes,         &Resolver::choose_modes,
+            &Resolver::choose_mu_samples,    &Resolver::choose_azimuth_samples,
+            &Resolver::choose_deepest,       &Resolver::choose_optical_depth_samples,
+            &Resolver::choose_albedo_samples};
+        double done = 0;
+        for (const auto choice : choices) {
+            if (options_.progress) options_.progress(done++ / std::size(choices), "measuring");
+            (this->*choice)();
+        }
         return recipe_;
     }
 
   private:
     // ---- what is compared ----------------------------------------------------------------------
 
-    /// Adds error(side, i, j, k) of all pairs of the first `directions` cosines and all azimuths, on both sides that
-    /// matter, relative to the total of `expected`.
+    /// Adds error(side, i, j, k) of all pairs of the first `directions` cosines and all azimuths,
+    /// on both sides that matter, relative to the total of `expected`.
     template <class Found>
-    void compare(const Cell& expected, int directions, const Angles& angles, Errors& errors, Found found) const {
+    void compare(const Cell& expected, int directions, const Angles& angles, Errors& errors,
+                 Found found) const {
         for (const Side side : {Side::reflection, Side::transmission}) {
-            if (side == Side::reflection ? !recipe_.reflection
-                                         : !recipe_.transmission || std::isinf(expected.solution.optical_depth))
+            if (side == Side::reflection
+                    ? !recipe_.reflection
+                    : !recipe_.transmission || std::isinf(expected.solution.optical_depth))
                 continue;
             const SideValues& values = expected.side(side);
             for (int i = 0; i < directions; ++i)
@@ -213,21 +228,24 @@ class Resolver {
     Cell evaluate(LayerSolution solution, const Angles& angles) const {
         Cell cell;
         if (recipe_.reflection) {
-            cell.reflection = values_of(solution, solution.reflection_modes, solution.reflection_correction(),
-                                        angles, angles.reflected, single_reflection);
+            cell.reflection =
+                values_of(solution, solution.reflection_modes, solution.reflection_correction(),
+                          angles, angles.reflected, single_reflection);
             cell.reflection.floor = reflection_floor(solution);
         }
         if (recipe_.transmission) {
             cell.transmission =
-                values_of(solution, solution.transmission_modes, solution.transmission_correction(), angles,
-                          angles.transmitted, single_transmission);
+                values_of(solution, solution.transmission_modes, solution.transmission_correction(),
+                          angles, angles.transmitted, single_transmission);
             cell.transmission.floor = transmission_floor(solution);
         }
         cell.solution = std::move(solution);
         return cell;
     }
 
-    Angles angles(const std::vector<double>& mu) const { return {recipe_.phase_function, mu, azimuths_}; }
+    Angles angles(const std::vector<double>& mu) const {
+        return {recipe_.phase_function, mu, azimuths_};
+    }
 
     void choose_depth_range() {
         const Range range = recipe_.optical_depth;
@@ -237,7 +255,8 @@ class Resolver {
         }
         // Infinite tables are probed to where the law of diffusion has long taken over.
         const double reduced = 1 - recipe_.phase_function.asymmetry();
-        const double highest = std::isinf(range.max) ? std::max(range.min, 200 / reduced) : range.max;
+        const double highest =
+            std::isinf(range.max) ? std::max(range.min, 200 / reduced) : range.max;
         const int octaves = static_cast<int>(std::floor(std::log2(highest / range.min) + 1e-9));
         ladder_ = {std::isinf(range.max) ? range.min : std::ldexp(range.max, -octaves), octaves + 1,
                    std::isinf(range.max)};
@@ -246,10 +265,12 @@ class Resolver {
     // ---- the choices ---------------------------------------------------------------------------
 
     void say(const std::string& what, double error, const char* of) const {
-        if (options_.note) options_.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
+        if (options_.note)
+            options_.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
     }
 
-    /// First of the ascending candidates whose error is within the share, by bisection; the last if none is.
+    /// First of the ascending candidates whose error is within the share, by bisection; the last if
+    /// none is.
     template <class Measure>
     int choose(const std::string& what, const std::vector<int>& candidates, Measure measure) const {
         std::size_t low = 0, high = candidates.size() - 1;
@@ -264,7 +285,9 @@ class Resolver {
                 low = middle + 1;
             }
         }
-        say(what + " " + std::to_string(candidates[high]), error, "interpolation misses");
+        say(what + " " + std::to_string(candidates[high]), error,
+            error <= share_ ? "interpolation misses"
+                            : "the most that is tried; interpolation misses");
         return candidates[high];
     }
 
@@ -282,15 +305,21 @@ class Resolver {
             Cells finer = solve(albedos_, ladder_, probe_angles, solver_);
             if (!probes_.empty()) {
                 const double error = measure_cells(
-                    albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-                        compare(finer[a][d], probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
-                            return probes_[a][d].side(side).multiple[probe_angles.at(i, j, k)];
-                        });
+                    albedos_.size(), probes_[0].size(),
+                    [&](std::size_t a, std::size_t d, Errors& errors) {
+                        compare(
+                            finer[a][d], probe_count(), probe_angles, errors,
+                            [&](Side side, int i, int j, int k) {
+                                return probes_[a][d].side(side).multiple[probe_angles.at(i, j, k)];
+                            });
                     });
-                if (error <= 0.2 * share_ || candidate == candidates.back()) {
+                if (error <= 0.2 * share_) {
                     say("nodes " + std::to_string(nodes), error, "more nodes change");
                     break;
                 }
+                if (candidate == candidates.back())
+                    say("nodes " + std::to_string(candidate), error,
+                        "the most that is tried; half as many change");
             }
             nodes = candidate;
             probes_ = std::move(finer);
@@ -325,21 +354,24 @@ class Resolver {
         return measure_cells(
             albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
                 const Cell& cell = probes_[a][d];
-                compare(cell, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
-                    const auto& modes = side == Side::reflection ? cell.solution.reflection_modes
-                                                                 : cell.solution.transmission_modes;
-                    double tail = 0;
-                    for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
-                        tail += 2 * std::abs(modes[m](i, j));
-                    return cell.side(side).multiple[probe_angles.at(i, j, k)] + tail;
-                });
+                compare(cell, probe_count(), probe_angles, errors,
+                        [&](Side side, int i, int j, int k) {
+                            const auto& modes = side == Side::reflection
+                                                    ? cell.solution.reflection_modes
+                                                    : cell.solution.transmission_modes;
+                            double tail = 0;
+                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
+                                tail += 2 * std::abs(modes[m](i, j));
+                            return cell.side(side).multiple[probe_angles.at(i, j, k)] + tail;
+                        });
             });
     }
 
     void choose_mu_samples() {
         int& samples = recipe_.discretisation.mu_samples;
         if (!samples)
-            samples = choose("mu_samples", {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
+            samples = choose("mu_samples",
+                             {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
                              [&](int candidate) { return mu_error(candidate); });
     }
 
@@ -356,11 +388,13 @@ class Resolver {
             albedos_.size(), cells[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
                 const Cell& cell = cells[a][d];
                 std::vector<double> intercepted;
-                for (double cosine : mu) intercepted.push_back(intercepted_share(cell.solution.optical_depth, cosine));
+                for (double cosine : mu)
+                    intercepted.push_back(intercepted_share(cell.solution.optical_depth, cosine));
                 auto weight = [&](int probe, int p) {
                     const Stencil& stencil = stencils[static_cast<std::size_t>(probe)];
                     const auto sample = static_cast<std::size_t>(probe_count() + stencil.first + p);
-                    return stencil.weight[p] * intercepted[static_cast<std::size_t>(probe)] / intercepted[sample];
+                    return stencil.weight[p] * intercepted[static_cast<std::size_t>(probe)] /
+                           intercepted[sample];
                 };
                 compare(cell, probe_count(), all, errors, [&](Side side, int i, int j, int k) {
                     const int in = probe_count() + stencils[static_cast<std::size_t>(i)].first;
@@ -389,7 +423,8 @@ class Resolver {
 
     double azimuth_error(int samples) const {
         std::vector<double> tests;
-        for (int n = 0; n < 16; ++n) tests.push_back(std::numbers::pi * (n + 0.4) / 16);
+        // No candidate has a sample at one of these.
+        for (int n = 0; n < 16; ++n) tests.push_back(std::numbers::pi * (n + 0.37) / 16);
         const Axis axis = azimuth_axis(samples);
         const AxisView view = axis.view();
         const Angles at_tests(recipe_.phase_function, mu_, tests);
@@ -400,14 +435,16 @@ class Resolver {
             albedos_.size(), probes_[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
                 const Cell target = evaluate(probes_[a][d].solution, at_tests);
                 const Cell sampled = evaluate(probes_[a][d].solution, at_samples);
-                compare(target, probe_count(), at_tests, errors, [&](Side side, int i, int j, int k) {
-                    const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
-                    double found = 0;
-                    for (int p = 0; p < 4; ++p)
-                        found += stencil.weight[p] *
-                                 sampled.side(side).multiple[at_samples.at(i, j, stencil.first + p)];
-                    return found;
-                });
+                compare(
+                    target, probe_count(), at_tests, errors, [&](Side side, int i, int j, int k) {
+                        const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                        double found = 0;
+                        for (int p = 0; p < 4; ++p)
+                            found +=
+                                stencil.weight[p] *
+                                sampled.side(side).multiple[at_samples.at(i, j, stencil.first + p)];
+                        return found;
+                    });
             });
     }
 
@@ -422,30 +459,38 @@ class Resolver {
             if (error <= share_) break;
         }
         deepest = std::ldexp(ladder_.first, static_cast<int>(last));
-        say("deepest finite optical_depth " + short_number(deepest), error, "the law of diffusion beyond misses");
+        say("deepest finite optical_depth " + short_number(deepest), error,
+            "the law of diffusion beyond misses");
     }
 
     double infinity_error(std::size_t last) const {
         const Angles probe_angles = angles(mu_);
-        const std::size_t beyond = probes_[0].size() - 2 - last;  // finite depths deeper than `last`
-        return measure_cells(albedos_.size(), beyond, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const Cell &target = probes_[a][last + 1 + d], &from = probes_[a][last], &limit = probes_[a].back();
-            const double k = exponents_[a];
-            const double tau = target.solution.optical_depth, tau_last = from.solution.optical_depth;
-            const double left = reflection_deficit(tau_last, k, q_), passed = transmission_scale(tau_last, k, q_);
-            const double share = left > 0 ? reflection_deficit(tau, k, q_) / left : 0;
-            const double fall = passed > 1e-35 ? transmission_scale(tau, k, q_) / passed : 0;
-            compare(target, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int n) {
-                const std::size_t at = probe_angles.at(i, j, n);
-                const double near = from.side(side).multiple[at];
-                if (side == Side::transmission) return fall * near;
-                const double far = limit.side(side).multiple[at];
-                return far + share * (near - far);
+        const std::size_t beyond =
+            probes_[0].size() - 2 - last;  // finite depths deeper than `last`
+        return measure_cells(
+            albedos_.size(), beyond, [&](std::size_t a, std::size_t d, Errors& errors) {
+                const Cell &target = probes_[a][last + 1 + d], &from = probes_[a][last],
+                           &limit = probes_[a].back();
+                const double k = exponents_[a];
+                const double tau = target.solution.optical_depth,
+                             tau_last = from.solution.optical_depth;
+                const double left = reflection_deficit(tau_last, k, q_),
+                             passed = transmission_scale(tau_last, k, q_);
+                const double share = left > 0 ? reflection_deficit(tau, k, q_) / left : 0;
+                const double fall = passed > 1e-35 ? transmission_scale(tau, k, q_) / passed : 0;
+                compare(target, probe_count(), probe_angles, errors,
+                        [&](Side side, int i, int j, int n) {
+                            const std::size_t at = probe_angles.at(i, j, n);
+                            const double near = from.side(side).multiple[at];
+                            if (side == Side::transmission) return fall * near;
+                            const double far = limit.side(side).multiple[at];
+                            return far + share * (near - far);
+                        });
             });
-        });
     }
 
-    /// Depths at `fine` steps an octave; a candidate's own samples are every (fine / candidate)-th of them.
+    /// Depths at `fine` steps an octave; a candidate's own samples are every (fine / candidate)-th
+    /// of them.
     void choose_optical_depth_samples() {
         int& samples = recipe_.discretisation.optical_depth_samples_per_octave;
         const double lowest_asked = recipe_.optical_depth.min;
@@ -458,7 +503,8 @@ class Resolver {
             return;
         }
         constexpr int fine = 12;
-        const int octaves = std::max(1, static_cast<int>(std::ceil(std::log2(highest / lowest_asked))));
+        const int octaves =
+            std::max(1, static_cast<int>(std::ceil(std::log2(highest / lowest_asked))));
         const double lowest = std::ldexp(highest, -octaves);
         const Angles probe_angles = angles(mu_);
         std::vector<Cells> of_step;
@@ -468,28 +514,32 @@ class Resolver {
                                      octaves + (step == 0 ? 1 : 0), false},
                                     probe_angles, solver_));
         auto at = [&](std::size_t a, int depth) -> const Cell& {
-            return of_step[static_cast<std::size_t>(depth % fine)][a][static_cast<std::size_t>(depth / fine)];
+            return of_step[static_cast<std::size_t>(depth % fine)][a]
+                          [static_cast<std::size_t>(depth / fine)];
         };
         samples = choose("optical_depth_samples_per_octave", {1, 2, 3, 4, 6}, [&](int candidate) {
             const int stride = fine / candidate, intervals = candidate * octaves;
-            const AxisView axis = make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1).view();
+            const AxisView axis =
+                make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1).view();
             return measure_cells(
                 albedos_.size(), static_cast<std::size_t>(intervals),
                 [&](std::size_t a, std::size_t interval, Errors& errors) {
                     const Cell& target = at(a, static_cast<int>(interval) * stride + stride / 2);
                     const Stencil stencil = axis.stencil(target.solution.optical_depth);
-                    compare_depths(target, stencil, errors, probe_angles, exponents_[a],
-                                   [&](int p) -> const Cell& { return at(a, (stencil.first + p) * stride); });
+                    compare_depths(
+                        target, stencil, errors, probe_angles, exponents_[a],
+                        [&](int p) -> const Cell& { return at(a, (stencil.first + p) * stride); });
                 });
         });
     }
 
     /// Cubic along optical depth, samples divided by their scales (lookup.h).
     template <class Sample>
-    void compare_depths(const Cell& target, const Stencil& stencil, Errors& errors, const Angles& probe_angles,
-                        double exponent, Sample sample) const {
+    void compare_depths(const Cell& target, const Stencil& stencil, Errors& errors,
+                        const Angles& probe_angles, double exponent, Sample sample) const {
         const double tau = target.solution.optical_depth;
-        std::vector<double> share(4 * mu_.size());  // along one direction, of each of the four samples
+        std::vector<double> share(4 *
+                                  mu_.size());  // along one direction, of each of the four samples
         for (int p = 0; p < 4; ++p)
             if (stencil.weight[p] != 0)
                 for (std::size_t i = 0; i < mu_.size(); ++i)
@@ -509,7 +559,8 @@ class Resolver {
         });
     }
 
-    /// Albedos at `fine` even steps of sqrt(1 - w); a candidate's own samples are every so many of them.
+    /// Albedos at `fine` even steps of sqrt(1 - w); a candidate's own samples are every so many of
+    /// them.
     void choose_albedo_samples() {
         int& samples = recipe_.discretisation.albedo_samples;
         if (samples) return;
@@ -528,37 +579,45 @@ class Resolver {
         const Angles few_angles = angles(mu);
         const Cells cells = solve(albedos, ladder, few_angles, solver_);
         std::vector<double> exponents;
-        for (double w : albedos) exponents.push_back(compute_diffusion_exponent(recipe_.phase_function, w));
-        samples = choose("albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
-            const int intervals = candidate - 1, stride = fine / intervals;
-            const AxisView axis = albedo_axis(recipe_.albedo, candidate).view();
-            return measure_cells(
-                static_cast<std::size_t>(intervals), cells[0].size(),
-                [&](std::size_t interval, std::size_t d, Errors& errors) {
-                    const auto test = interval * static_cast<std::size_t>(stride) + static_cast<std::size_t>(stride / 2);
-                    const Cell& target = cells[test][d];
-                    const Stencil stencil = axis.stencil(target.solution.albedo);
-                    auto sample = [&](int p) {
-                        return static_cast<std::size_t>(std::min(stencil.first + p, intervals) * stride);
-                    };
-                    double k = 0;
-                    for (int p = 0; p < 4; ++p) k += stencil.weight[p] * exponents[sample(p)];
-                    const double tau = target.solution.optical_depth;
-                    auto share = [&](Side side, int p) {
-                        const double own = albedos[sample(p)] * scale(side, tau, exponents[sample(p)]);
-                        return own > 1e-35 ? stencil.weight[p] * target.solution.albedo * scale(side, tau, k) / own
-                                           : 0.0;
-                    };
-                    compare(target, static_cast<int>(mu.size()), few_angles, errors,
-                            [&](Side side, int i, int j, int n) {
-                                double found = 0;
-                                for (int p = 0; p < 4; ++p)
-                                    found += share(side, p) *
-                                             cells[sample(p)][d].side(side).multiple[few_angles.at(i, j, n)];
-                                return found;
-                            });
-                });
-        });
+        for (double w : albedos)
+            exponents.push_back(compute_diffusion_exponent(recipe_.phase_function, w));
+        samples = choose(
+            "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
+                const int intervals = candidate - 1, stride = fine / intervals;
+                const AxisView axis = albedo_axis(recipe_.albedo, candidate).view();
+                return measure_cells(
+                    static_cast<std::size_t>(intervals), cells[0].size(),
+                    [&](std::size_t interval, std::size_t d, Errors& errors) {
+                        const auto test = interval * static_cast<std::size_t>(stride) +
+                                          static_cast<std::size_t>(stride / 2);
+                        const Cell& target = cells[test][d];
+                        const Stencil stencil = axis.stencil(target.solution.albedo);
+                        auto sample = [&](int p) {
+                            return static_cast<std::size_t>(std::min(stencil.first + p, intervals) *
+                                                            stride);
+                        };
+                        double k = 0;
+                        for (int p = 0; p < 4; ++p) k += stencil.weight[p] * exponents[sample(p)];
+                        const double tau = target.solution.optical_depth;
+                        auto share = [&](Side side, int p) {
+                            const double own =
+                                albedos[sample(p)] * scale(side, tau, exponents[sample(p)]);
+                            return own > 1e-35 ? stencil.weight[p] * target.solution.albedo *
+                                                     scale(side, tau, k) / own
+                                               : 0.0;
+                        };
+                        compare(target, static_cast<int>(mu.size()), few_angles, errors,
+                                [&](Side side, int i, int j, int n) {
+                                    double found = 0;
+                                    for (int p = 0; p < 4; ++p)
+                                        found +=
+                                            share(side, p) * cells[sample(p)][d]
+                                                                 .side(side)
+                                                                 .multiple[few_angles.at(i, j, n)];
+                                    return found;
+                                });
+                    });
+            });
     }
 
     Recipe recipe_;

@@ -16,7 +16,8 @@ NodeMap choose_node_map(const std::vector<double>& moments, int nodes) {
 
 Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra) {
     require(nodes >= 1 && nodes <= 512, "gauss_directions", "nodes", "in [1, 512]", nodes);
-    for (double mu : extra) require(mu > 0 && mu <= 1, "gauss_directions", "mu", "in (0, 1]", mu);
+    for (double mu : extra)
+        require(mu >= 1e-100 && mu <= 1, "gauss_directions", "mu", "in [1e-100, 1]", mu);
 
     const auto extra_count = static_cast<Eigen::Index>(extra.size());
     Directions directions{nodes,

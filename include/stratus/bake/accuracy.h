@@ -48,8 +48,9 @@ struct Verification {
     int reference_nodes = 0;
     double energy_defect =
         0;  // largest |1 - plane albedo - transmittance| of the samples at w = 1; -1: none at w = 1
-    double furnace_defect =
-        0;  // largest |integral of looked-up R (and T) - the fluxes stored|, relative to 1
+    double furnace_defect = 0;  // largest |integral of looked-up R - plane albedo stored|, over
+                                // some samples of depth and of mu_in >= 0.1, at the first and
+                                // the last albedo; -1 without reflection
     double reciprocity_defect =
         0;  // largest relative change of a lookup on exchanging mu_in and mu_out
 

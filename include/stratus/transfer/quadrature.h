@@ -1,9 +1,8 @@
-// Directions of the solver: Gauss nodes in a power of sqrt(mu), followed by the directions that are
-// asked for.
+// Directions of the solver: Gauss nodes, followed by the directions that are asked for.
 //
-// Multiply scattered light is smooth in sqrt(mu), not in mu. With x_i, v_i the Gauss-Legendre nodes
-// and weights on (0, 1), mu_i = mu(x_i) and weight_i = mu'(x_i) v_i, where mu(x) starts as x^2 or
-// x^3 and one of two maps is chosen by what limits the accuracy: thin layers (fine structure at
+// With x_i, v_i the Gauss-Legendre nodes and weights on (0, 1), mu_i = mu(x_i) and weight_i =
+// mu'(x_i) v_i. Multiply scattered light has a logarithm in mu at grazing angles, so mu(x) starts
+// as a power of x; which one is chosen by what limits the accuracy, thin layers (fine structure at
 // grazing angles) or the forward peak (fine structure near mu = 1). The asked directions join as
 // extra nodes of weight zero: they see the quadrature and do not disturb it, so that R and T come
 // out at exactly those directions with the accuracy of the quadrature.
@@ -41,7 +40,7 @@ struct Directions {
     int size() const { return static_cast<int>(mu.size()); }
 };
 
-/// Range    nodes [1, 512]; every extra cosine in (0, 1].
+/// Range    nodes [1, 512]; every extra cosine in [1e-100, 1].
 /// Errors   std::invalid_argument naming the range and the value met.
 Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra = {});
 

@@ -61,8 +61,8 @@ class LayerSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
-    // What truncation adds to single scattering, per unit of phase function, between all pairs of mu: TMS less the
-    // closed form of the layer itself. 0 without truncation.
+    // What truncation adds to single scattering, per unit of phase function, between all pairs of
+    // mu: TMS less the closed form of the layer itself. 0 without truncation.
     Eigen::MatrixXd reflection_correction() const;
     Eigen::MatrixXd transmission_correction() const;
 
@@ -72,10 +72,10 @@ class LayerSolution {
 
 /// Solves one layer at the cosines `mu`.
 ///
-/// Range    albedo [0, 1]; optical_depth [0, inf]; mu in (0, 1], none: at the Gauss nodes; options
-/// as stated there. Errors   std::invalid_argument naming argument, range and value. Accuracy to
-/// rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every depth.
-/// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
+/// Range    albedo [0, 1]; optical_depth [0, inf]; mu in [1e-100, 1], none: at the Gauss nodes;
+/// options as stated there. Errors   std::invalid_argument naming argument, range and value.
+/// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
+/// depth. Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {});
 

@@ -26,8 +26,8 @@ struct Truncation {
     double single_scattering_albedo(double albedo) const;   // w*/(1 - f)
 };
 
-/// Truncates at L = `moment_count`; f = chi_L where the peak is a forward one (chi_L above rounding and chi_{L+1} positive),
-/// else 0.
+/// Truncates at L = `moment_count`; f = chi_L where the peak is a forward one (chi_L above rounding
+/// and chi_{L+1} positive), else 0.
 Truncation delta_m(const PhaseFunction& phase_function, int moment_count);
 
 /// The first `moment_count` moments as they are, f = 0.

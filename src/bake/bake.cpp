@@ -239,6 +239,47 @@ std::string short_number(double value) {
     return text;
 }
 
+/// A resolved recipe's table and how it did at the bake's own check.
+struct Attempt {
+    Table table;
+    bool met = false;    // with a margin
+    bool missed = true;  // the tolerance itself
+};
+
+Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOptions& options) {
+    Attempt attempt;
+    Table& table = attempt.table;
+    table = TableSolver(resolved, options).solve();
+    table.tolerance = recipe.tolerance;
+    table.attributes = conventions();
+    table.attributes["title"] = recipe.title;
+    table.attributes["recipe"] = recipe.text;
+    table.attributes["resolved_recipe"] = resolved_text(resolved);
+    table.attributes["nodes"] = std::to_string(resolved.discretisation.nodes);
+    table.attributes["modes"] = std::to_string(resolved.discretisation.modes);
+    table.attributes["program_version"] = STRATUS_VERSION;
+    prepare(table);
+
+    VerifyOptions check;
+    check.samples = check_samples;
+    check.seed = check_seed;
+    check.threads = options.threads;
+    if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
+    Verification verification = verify(table, check);
+    const std::string median = short_number(error_quantile(verification.samples, 0.5));
+    const std::string most = short_number(error_quantile(verification.samples, 0.999));
+    table.measured_error = error_quantile(verification.samples, 1);
+    table.attributes["measured_error_median"] = median;
+    table.attributes["measured_error_99.9_percent"] = most;
+    if (options.note)
+        options.note("checked at " + std::to_string(check_samples) + " random points: median " +
+                     median + ", 99.9 % within " + most + ", largest " +
+                     short_number(table.measured_error));
+    attempt.met = verification.meets(margin * recipe.tolerance);
+    attempt.missed = !verification.meets(recipe.tolerance);
+    return attempt;
+}
+
 }  // namespace
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
@@ -246,49 +287,24 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 }
 
 Table bake(const Recipe& recipe, const BakeOptions& options) {
+    auto note = [&](const char* line) {
+        if (options.note) options.note(line);
+    };
+    Attempt attempt;
+    std::string last;  // what the last attempt resolved to: the same again would be in vain
     double strictness = first_strictness;
-    std::string previous;  // what the last attempt resolved to: trying the same again is in vain
-    for (int attempt = 1;; ++attempt, strictness *= stricter) {
+    for (int n = 0; n < most_attempts && !attempt.met; ++n, strictness *= stricter) {
+        if (n > 0) note("not within the tolerance everywhere: once more, stricter");
         const Recipe resolved = resolve_to(recipe, strictness, options);
-        const std::string text = resolved_text(resolved);
-        Table table = TableSolver(resolved, options).solve();
-        table.tolerance = recipe.tolerance;
-        table.attributes = conventions();
-        table.attributes["title"] = recipe.title;
-        table.attributes["recipe"] = recipe.text;
-        table.attributes["resolved_recipe"] = text;
-        table.attributes["nodes"] = std::to_string(resolved.discretisation.nodes);
-        table.attributes["modes"] = std::to_string(resolved.discretisation.modes);
-        table.attributes["program_version"] = STRATUS_VERSION;
-        prepare(table);
-
-        VerifyOptions check;
-        check.samples = check_samples;
-        check.seed = check_seed;
-        check.threads = options.threads;
-        if (options.progress)
-            check.progress = [&](double done) { options.progress(done, "checking"); };
-        Verification verification = verify(table, check);
-        table.measured_error = error_quantile(verification.samples, 1);
-        table.attributes["measured_error_median"] =
-            short_number(error_quantile(verification.samples, 0.5));
-        table.attributes["measured_error_99.9_percent"] =
-            short_number(error_quantile(verification.samples, 0.999));
-        if (options.note)
-            options.note("checked at " + std::to_string(check_samples) + " random points: median " +
-                         table.attributes["measured_error_median"] + ", 99.9 % within " +
-                         table.attributes["measured_error_99.9_percent"] + ", largest " +
-                         short_number(table.measured_error));
-        const bool met = verification.meets(margin * recipe.tolerance);
-        const bool exhausted = attempt == most_attempts || text == previous;
-        if (met || exhausted) {
-            if (options.note && !verification.meets(recipe.tolerance))
-                options.note("TOLERANCE NOT MET: stated in the table, and verify will say where");
-            return table;
+        if (resolved_text(resolved) == last) {
+            note("nothing is left to make finer");
+            break;
         }
-        previous = text;
-        if (options.note) options.note("not within the tolerance everywhere: once more, stricter");
+        last = resolved_text(resolved);
+        attempt = attempt_bake(recipe, resolved, options);
     }
+    if (attempt.missed) note("TOLERANCE NOT MET: the table states it, verify says where");
+    return std::move(attempt.table);
 }
 
 }  // namespace stratus

@@ -44,7 +44,7 @@ TEST(Recipe, HoldsWhatItsTextSays) {
         "title = \"Rings, \\\"thin\\\"\"\n"
         "phase_function = '0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5'\n"
         "tolerance = 2e-3\n"
-        "optical_depth = { min = 0.01, max = 8 }\n"
+        "optical_depth = { min = 0.01, max = inf }\n"
         "albedo = { min = 0.25, max = 0.75 }\n"
         "sides = ['transmission']\n"
         "orders = 'all'\n"
@@ -63,7 +63,7 @@ TEST(Recipe, HoldsWhatItsTextSays) {
     EXPECT_EQ(recipe.phase_function.terms().size(), 2u);
     EXPECT_EQ(recipe.tolerance, 2e-3);
     EXPECT_EQ(recipe.optical_depth.min, 0.01);
-    EXPECT_EQ(recipe.optical_depth.max, 8);
+    EXPECT_EQ(recipe.optical_depth.max, infinity);
     EXPECT_EQ(recipe.albedo.min, 0.25);
     EXPECT_EQ(recipe.albedo.max, 0.75);
     EXPECT_FALSE(recipe.reflection);
@@ -162,7 +162,7 @@ TEST(Recipe, RefusesOpticalDepthsOutOfRange) {
          {"{ min = 0, max = 1 }", "{ min = -1, max = 1 }", "{ min = nan, max = 1 }",
           "{ min = 0.9e-6, max = 1 }", "{ min = 0.5, max = nan }"})
         expect_recipe_refusal(recipe_but("optical_depth", std::string("optical_depth = ") + range),
-                              {"recipe", "optical_depth.m", "[1e-6, inf]"});
+                              {"recipe", "optical_depth.m", "[1e-6, 1e9] or inf"});
     expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = 2, max = 1 }"),
                           {"recipe", "optical_depth.min", "at most max", "got 2"});
 }
@@ -198,7 +198,7 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
         {"mu_samples", {"3", "513"}},
         {"azimuth_samples", {"0", "1025"}},
         {"optical_depth_samples_per_octave", {"0", "65"}},
-        {"deepest_optical_depth", {"0.0009", "1.1e12", "inf", "nan"}},
+        {"deepest_optical_depth", {"0.0009", "1.1e9", "inf", "nan"}},
         {"albedo_samples", {"0", "513"}},
     };
     for (const auto& row : rows)
@@ -278,6 +278,29 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
 }
 
+TEST(Recipe, RefusesADeepestSampleThatTheAxisCannotHave) {
+    for (const char* range : {"{ min = 1, max = inf }", "{ min = 0.1, max = 8 }"})
+        expect_refusal<std::invalid_argument>(
+            [&] {
+                parse_recipe("phase_function = 'rayleigh'\ntolerance = 1e-2\noptical_depth = " +
+                             std::string(range) +
+                             "\nalbedo = { min = 0.5, max = 1 }\n[discretisation]\n"
+                             "deepest_optical_depth = 0.5\n");
+            },
+            {"deepest_optical_depth", "at least optical_depth.min", "got 0.5"});
+}
+
+TEST(Recipe, RefusesRangesTooNarrowToSample) {
+    expect_refusal<std::invalid_argument>(
+        [] {
+            parse_recipe(
+                "phase_function = 'rayleigh'\ntolerance = 1e-2\n"
+                "optical_depth = { min = 1, max = 2 }\n"
+                "albedo = { min = 0.9999999999999999, max = 1 }\n");
+        },
+        {"albedo.max", "equal to min or 1e-9 above it", "got 1"});
+}
+
 TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
     Recipe recipe = parse_recipe(recipe_with("title = 'A \"title\" with \\ and \u03c4'\n"));
     recipe.phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
@@ -292,7 +315,7 @@ TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
     recipe.discretisation.scheme = Scheme::harmonic;
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
-    recipe.discretisation.deepest_optical_depth = 1e12;  // the largest, and a whole number
+    recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.optical_depth = {infinity, infinity};

@@ -38,10 +38,10 @@ TEST(SolveLayer, RefusesADepthThatIsNoNumber) {
 }
 
 TEST(SolveLayer, RefusesCosinesOutOfRange) {
-    expect_solve_refusal(0.5, 1, {1, 0}, {}, {"mu", "(0, 1]", "got 0"});
-    expect_solve_refusal(0.5, 1, {-0.5}, {}, {"mu", "(0, 1]", "-0.5"});
-    expect_solve_refusal(0.5, 1, {1.25}, {}, {"mu", "(0, 1]", "1.25"});
-    expect_solve_refusal(0.5, 1, {not_a_number}, {}, {"mu", "(0, 1]", "nan"});
+    expect_solve_refusal(0.5, 1, {1, 0}, {}, {"mu", "[1e-100, 1]", "got 0"});
+    expect_solve_refusal(0.5, 1, {-0.5}, {}, {"mu", "[1e-100, 1]", "-0.5"});
+    expect_solve_refusal(0.5, 1, {1.25}, {}, {"mu", "[1e-100, 1]", "1.25"});
+    expect_solve_refusal(0.5, 1, {not_a_number}, {}, {"mu", "[1e-100, 1]", "nan"});
 }
 
 TEST(SolveLayer, RefusesNodeCountsOutOfRange) {

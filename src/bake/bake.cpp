@@ -108,9 +108,8 @@ class TableSolver {
         solver_.nodes = d.nodes;
         solver_.modes = d.modes;
         solver_.scheme = d.scheme;
-        for (double w : table_.albedo.values)
-            table_.diffusion_exponent.push_back(
-                compute_diffusion_exponent(recipe.phase_function, w));
+        table_.diffusion_exponent =
+            compute_diffusion_exponents(recipe.phase_function, table_.albedo.values);
         tabulate_geometry();
     }
 

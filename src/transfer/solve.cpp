@@ -31,10 +31,6 @@ constexpr double thinnest_depth = 1e-280;
 /// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
 constexpr double conservative_depth = 1048576;  // 2^20
 
-/// Deepest sample of a ladder: at w = 1 transmission has a relative error of 1e-16 times the depth
-/// there.
-constexpr double deepest_of_ladder = 1e12;
-
 /// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
 /// rest is for g near 1.
 constexpr int most_doublings_to_infinity = 120;
@@ -421,27 +417,43 @@ MatrixXd LayerSolution::transmission_correction() const {
     return correction(*this, single_transmission);
 }
 
-double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
-                                  const SolverOptions& options) {
-    require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponent", "albedo", "in [0, 1]",
-            albedo);
-    if (albedo == 1) return 0;
+std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
+                                                const std::vector<double>& albedos,
+                                                const SolverOptions& options) {
+    for (const double albedo : albedos)
+        require(albedo >= 0 && albedo <= 1, "compute_diffusion_exponents", "albedo", "in [0, 1]",
+                albedo);
     const std::vector<double> moments = phase_function.moments(2 * options.nodes);
     const Directions directions =
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
     const PhaseKernels kernels = compute_phase_kernels(directions, moments, 0);
     const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
-    const MatrixXd t = albedo / 2 * (scale.asDiagonal() * kernels.same * scale.asDiagonal());
-    const MatrixXd r = albedo / 2 * (scale.asDiagonal() * kernels.other * scale.asDiagonal());
-    const MatrixXd A = MatrixXd(directions.mu.cwiseInverse().asDiagonal()) - t + r;
-    const MatrixXd B = MatrixXd(directions.mu.cwiseInverse().asDiagonal()) - t - r;
-    // 1/k^2 is the largest eigenvalue of (B A)^-1, similar to the symmetric L^-1 B^-1 L^-T with A =
-    // L L^T.
-    const Eigen::LLT<MatrixXd> factor(A);
-    const MatrixXd half = factor.matrixL().solve(MatrixXd(B.llt().solve(
-        MatrixXd(factor.matrixL().transpose().solve(MatrixXd::Identity(A.rows(), A.cols()))))));
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen((half + half.transpose()) / 2);
-    return 1 / std::sqrt(eigen.eigenvalues().maxCoeff());
+    const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();
+    const MatrixXd other = scale.asDiagonal() * kernels.other * scale.asDiagonal();
+    const MatrixXd slant = directions.mu.cwiseInverse().asDiagonal();
+    std::vector<double> exponents;
+    for (const double albedo : albedos) {
+        if (albedo == 1) {
+            exponents.push_back(0);
+            continue;
+        }
+        const MatrixXd A = slant - albedo / 2 * (same - other);
+        const MatrixXd B = slant - albedo / 2 * (same + other);
+        // 1/k^2 is the largest eigenvalue of (B A)^-1, similar to the symmetric L^-1 B^-1 L^-T with
+        // A = L L^T.
+        const Eigen::LLT<MatrixXd> factor(A);
+        const MatrixXd half = factor.matrixL().solve(MatrixXd(B.llt().solve(
+            MatrixXd(factor.matrixL().transpose().solve(MatrixXd::Identity(A.rows(), A.cols()))))));
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen((half + half.transpose()) / 2,
+                                                            Eigen::EigenvaluesOnly);
+        exponents.push_back(1 / std::sqrt(eigen.eigenvalues().maxCoeff()));
+    }
+    return exponents;
+}
+
+double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
+                                  const SolverOptions& options) {
+    return compute_diffusion_exponents(phase_function, {albedo}, options)[0];
 }
 
 }  // namespace stratus

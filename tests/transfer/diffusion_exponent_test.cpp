@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 #include <stdexcept>
 
 #include <stratus/transfer/solve.h>
@@ -55,6 +56,15 @@ TEST(DiffusionExponent, IsTheRateAtWhichDeepLayersDarken) {
     const double at_101 = solve_layer(phase_function, w, 101, {}, options).total_transmittance;
     // what the next eigenvalue leaves after 100 mean free paths, and rounding
     EXPECT_NEAR(std::log(at_100 / at_101) / k, 1, 1e-9);
+}
+
+TEST(DiffusionExponent, IsTheSameForManyAlbedosAtOnce) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
+    const std::vector<double> albedos{0, 0.3, 0.99, 1};
+    const std::vector<double> exponents = compute_diffusion_exponents(phase, albedos);
+    ASSERT_EQ(exponents.size(), albedos.size());
+    for (std::size_t i = 0; i < albedos.size(); ++i)
+        EXPECT_EQ(exponents[i], compute_diffusion_exponent(phase, albedos[i]));
 }
 
 TEST(DiffusionExponent, RefusesAlbedosOutOfRange) {

@@ -100,4 +100,9 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
                                   const SolverOptions& options = {});
 
+/// The same for several albedos: the phase kernels are worked out once.
+std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
+                                                const std::vector<double>& albedos,
+                                                const SolverOptions& options = {});
+
 }  // namespace stratus

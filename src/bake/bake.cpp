@@ -185,11 +185,15 @@ class TableSolver {
     void store(const LayerSolution& solution, std::size_t row) {
         const auto mus = static_cast<Eigen::Index>(table_.mu_in.values.size());
         if (recipe_.reflection)
-            store_side(solution.reflection_modes, solution.reflection_correction(),
-                       reflected_phase_, table_.reflection_multiple.data() + row * block_);
+            store_side(
+                solution.reflection_modes, reflected_phase_, cos_scattering_angle_reflected,
+                [&](int i, int j) { return solution.reflection_correction(i, j); },
+                table_.reflection_multiple.data() + row * block_);
         if (recipe_.transmission)
-            store_side(solution.transmission_modes, solution.transmission_correction(),
-                       transmitted_phase_, table_.transmission_multiple.data() + row * block_);
+            store_side(
+                solution.transmission_modes, transmitted_phase_, cos_scattering_angle_transmitted,
+                [&](int i, int j) { return solution.transmission_correction(i, j); },
+                table_.transmission_multiple.data() + row * block_);
         for (Eigen::Index i = 0; i < mus; ++i) {
             const std::size_t at =
                 row * static_cast<std::size_t>(mus) + static_cast<std::size_t>(i);
@@ -201,11 +205,13 @@ class TableSolver {
         table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
     }
 
-    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation changes in
-    /// single scattering.
-    void store_side(const std::vector<Eigen::MatrixXd>& modes, const Eigen::MatrixXd& correction,
-                    const std::vector<double>& phase, float* out) const {
-        const Eigen::Index mus = correction.rows(), azimuths = cosines_.cols();
+    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation took away.
+    template <class Cosine, class Correction>
+    void store_side(const std::vector<Eigen::MatrixXd>& modes, const std::vector<double>& phase,
+                    Cosine cos_scattering_angle, Correction correction, float* out) const {
+        const auto& mu = table_.mu_in.values;
+        const auto mus = static_cast<Eigen::Index>(mu.size());
+        const Eigen::Index azimuths = cosines_.cols();
         const auto count = std::min(cosines_.rows(), static_cast<Eigen::Index>(modes.size()));
         Eigen::VectorXd series(count);
         for (Eigen::Index i = 0; i < mus; ++i)
@@ -213,11 +219,16 @@ class TableSolver {
                 for (Eigen::Index m = 0; m < count; ++m)
                     series(m) = modes[static_cast<std::size_t>(m)](i, j);
                 const Eigen::VectorXd sum = cosines_.topRows(count).transpose() * series;
+                const PeakCorrection correction_here =
+                    correction(static_cast<int>(i), static_cast<int>(j));
                 for (Eigen::Index k = 0; k < azimuths; ++k) {
                     const double direction =
                         phase[static_cast<std::size_t>((i * mus + j) * azimuths + k)];
+                    const double cosine = cos_scattering_angle(
+                        {mu[static_cast<std::size_t>(i)], mu[static_cast<std::size_t>(j)],
+                         table_.azimuth.values[static_cast<std::size_t>(k)]});
                     out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
-                        rounded_(sum(k) + correction(i, j) * direction);
+                        rounded_(sum(k) + correction_here(direction, cosine));
                 }
             }
     }

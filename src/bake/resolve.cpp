@@ -64,10 +64,10 @@ struct Cell {
 
 using Cells = std::vector<std::vector<Cell>>;  // [albedo][depth]
 
-template <class Single>
+template <class Single, class Cosine, class Correction>
 SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::MatrixXd>& modes,
-                     const Eigen::MatrixXd& correction, const Angles& angles,
-                     const std::vector<double>& phase, Single single) {
+                     const Angles& angles, const std::vector<double>& phase, Single single,
+                     Cosine cos_scattering_angle, Correction correction) {
     SideValues values;
     values.multiple.resize(phase.size());
     values.total.resize(phase.size());
@@ -84,12 +84,15 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
             for (Eigen::Index m = 0; m < count; ++m)
                 series(m) = modes[static_cast<std::size_t>(m)](i, j);
             sum.noalias() = cosines * series;
+            const PeakCorrection correction_here = correction(i, j);
             const double once =
                 single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
             for (int k = 0; k < static_cast<int>(sum.size()); ++k) {
                 const std::size_t at = angles.at(i, j, k), mirrored = angles.at(j, i, k);
+                const double cosine = cos_scattering_angle(
+                    {layer.mu(i), layer.mu(j), angles.azimuth[static_cast<std::size_t>(k)]});
                 values.multiple[at] = values.multiple[mirrored] =
-                    sum(k) + correction(i, j) * phase[at];
+                    sum(k) + correction_here(phase[at], cosine);
                 values.total[at] = values.total[mirrored] = values.multiple[at] + once * phase[at];
             }
         }
@@ -228,14 +231,16 @@ class Resolver {
         Cell cell;
         if (recipe_.reflection) {
             cell.reflection =
-                values_of(solution, solution.reflection_modes, solution.reflection_correction(),
-                          angles, angles.reflected, single_reflection);
+                values_of(solution, solution.reflection_modes, angles, angles.reflected,
+                          single_reflection, cos_scattering_angle_reflected,
+                          [&](int i, int j) { return solution.reflection_correction(i, j); });
             cell.reflection.floor = reflection_floor(solution);
         }
         if (recipe_.transmission) {
             cell.transmission =
-                values_of(solution, solution.transmission_modes, solution.transmission_correction(),
-                          angles, angles.transmitted, single_transmission);
+                values_of(solution, solution.transmission_modes, angles, angles.transmitted,
+                          single_transmission, cos_scattering_angle_transmitted,
+                          [&](int i, int j) { return solution.transmission_correction(i, j); });
             cell.transmission.floor = transmission_floor(solution);
         }
         cell.solution = std::move(solution);

@@ -44,12 +44,18 @@ class LadderRun {
         : albedos_(albedos),
           ladder_(ladder),
           options_(options),
-          truncation_(options.truncate ? delta_m(phase_function, 2 * options.nodes)
+          truncation_(options.truncate ? truncate_peak(phase_function, 2 * options.nodes)
                                        : no_truncation(phase_function, 2 * options.nodes)),
           directions_(gauss_directions(options.nodes,
                                        choose_node_map(truncation_.moments, options.nodes), mu)),
           first_asked_(mu.empty() ? 0 : options.nodes) {
         results_.resize(albedos.size());
+        const std::vector<double> moments =
+            truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
+        for (double albedo : albedos)
+            peaks_.push_back(truncation_.narrow
+                                 ? std::make_shared<const ForwardPeak>(moments, truncation_, albedo)
+                                 : nullptr);
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (int d = 0; d < depth_count(); ++d)
                 results_[a].push_back(blank(phase_function, a, d));
@@ -109,6 +115,7 @@ class LadderRun {
         if (first_asked_ == 0) solution.mu = directions_.mu;
         solution.phase_function = phase_function;
         solution.truncation = truncation_;
+        solution.peak = peaks_[a];
         return solution;
     }
 
@@ -286,6 +293,7 @@ class LadderRun {
     const Truncation truncation_;
     const Directions directions_;
     const int first_asked_;
+    std::vector<std::shared_ptr<const ForwardPeak>> peaks_;  // of each albedo
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<SingleFactors>> singles_;
 };
@@ -371,50 +379,43 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
-    const Geometry geometry{mu(in), mu(out), azimuth};
-    const double phase = phase_function(cos_scattering_angle_reflected(geometry));
+    const double cosine = cos_scattering_angle_reflected({mu(in), mu(out), azimuth});
+    const double phase = phase_function(cosine);
     const double single = single_reflection(phase, albedo, optical_depth, mu(in), mu(out));
-    const double corrected =
-        single_reflection(phase, truncation.single_scattering_albedo(albedo),
-                          truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
-    const double orders = sum_modes(reflection_modes, in, out, azimuth);
-    return {corrected + orders, single, orders + (corrected - single)};
+    const double multiple = sum_modes(reflection_modes, in, out, azimuth) +
+                            reflection_correction(in, out)(phase, cosine);
+    return {single + multiple, single, multiple};
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
-    const Geometry geometry{mu(in), mu(out), azimuth};
-    const double phase = phase_function(cos_scattering_angle_transmitted(geometry));
+    const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
+    const double phase = phase_function(cosine);
     const double single = single_transmission(phase, albedo, optical_depth, mu(in), mu(out));
-    const double corrected =
-        single_transmission(phase, truncation.single_scattering_albedo(albedo),
-                            truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
-    const double orders = sum_modes(transmission_modes, in, out, azimuth);
-    return {corrected + orders, single, orders + (corrected - single)};
+    const double multiple = sum_modes(transmission_modes, in, out, azimuth) +
+                            transmission_correction(in, out)(phase, cosine);
+    return {single + multiple, single, multiple};
 }
 
-namespace {
-
-template <class Single>
-MatrixXd correction(const LayerSolution& layer, Single single) {
-    MatrixXd result = MatrixXd::Zero(layer.mu.size(), layer.mu.size());
-    if (layer.truncation.fraction == 0) return result;
-    const double w = layer.truncation.single_scattering_albedo(layer.albedo);
-    const double tau = layer.truncation.optical_depth(layer.optical_depth, layer.albedo);
-    for (Eigen::Index i = 0; i < layer.mu.size(); ++i)
-        for (Eigen::Index j = 0; j < layer.mu.size(); ++j)
-            result(i, j) = single(1, w, tau, layer.mu(i), layer.mu(j)) -
-                           single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
-    return result;
+PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
+    PeakCorrection correction;
+    if (truncation.fraction == 0) return correction;
+    correction.single =
+        single_reflection(1, truncation.single_scattering_albedo(albedo),
+                          truncation.optical_depth(optical_depth, albedo), mu(in), mu(out)) -
+        single_reflection(1, albedo, optical_depth, mu(in), mu(out));
+    if (peak) correction.legendre = peak->reflection(optical_depth, mu(in), mu(out));
+    return correction;
 }
 
-}  // namespace
-
-MatrixXd LayerSolution::reflection_correction() const {
-    return correction(*this, single_reflection);
-}
-
-MatrixXd LayerSolution::transmission_correction() const {
-    return correction(*this, single_transmission);
+PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
+    PeakCorrection correction;
+    if (truncation.fraction == 0) return correction;
+    correction.single =
+        single_transmission(1, truncation.single_scattering_albedo(albedo),
+                            truncation.optical_depth(optical_depth, albedo), mu(in), mu(out)) -
+        single_transmission(1, albedo, optical_depth, mu(in), mu(out));
+    if (peak) correction.legendre = peak->transmission(optical_depth, mu(in), mu(out));
+    return correction;
 }
 
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,

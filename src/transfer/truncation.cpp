@@ -1,5 +1,8 @@
 #include <stratus/transfer/truncation.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 
 double Truncation::optical_depth(double tau, double albedo) const {
@@ -16,15 +19,36 @@ double Truncation::single_scattering_albedo(double albedo) const {
     return albedo / (1 - albedo * fraction);
 }
 
-Truncation delta_m(const PhaseFunction& phase_function, int moment_count) {
+namespace {
+
+/// Truncated share up to which the sharp end does less harm than moments that are not exact.
+constexpr double smooth_share = 1e-4;
+
+/// max(x, 0) with its corner replaced between -width and width by the quartic that meets both sides
+/// with two derivatives: exactly 0 at x = -width.
+double rounded_off(double x, double width) {
+    if (std::abs(x) >= width) return std::max(x, 0.0);
+    const double u = x / width;
+    return width * (u + 1) * (u + 1) * (u + 1) * (3 - u) / 16;
+}
+
+}  // namespace
+
+Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count) {
     const auto L = static_cast<std::size_t>(moment_count);
     std::vector<double> moments = phase_function.moments(moment_count + 2);
-    const double f = moments[L];
-    const bool forward = f > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
+    const double last = moments[L];
+    const bool forward = last > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
+    // A large share is chi_l some way before the end: 0.8 to 0.9 do nearly as well.
+    const auto knee = static_cast<std::size_t>(std::lround(0.85 * moment_count));
+    const double f = last > smooth_share ? std::max(moments[knee], last) : last;
     moments.resize(L);
     if (!forward) return {0, std::move(moments)};
-    for (double& chi : moments) chi = (chi - f) / (1 - f);
-    return {f, std::move(moments)};
+    for (std::size_t l = 0; l < L; ++l) {
+        const double excess = (moments[l] - f) / (1 - f), blend = (f - last) / (1 - f);
+        moments[l] = 2 * l < knee || f == last ? excess : rounded_off(excess, blend);
+    }
+    return {f, std::move(moments), f > last};
 }
 
 Truncation no_truncation(const PhaseFunction& phase_function, int moment_count) {

@@ -99,9 +99,8 @@ TEST(LayerSolution, SumsSingleAndMultipleScattering) {
     }
 }
 
-TEST(LayerSolution, TellsWhatTruncationAddsToSingleScattering) {
+TEST(LayerSolution, TellsWhatTruncationTookAway) {
     const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
-    const MatrixXd up = layer.reflection_correction(), down = layer.transmission_correction();
     for (int in = 0; in < layer.mu.size(); ++in)
         for (int out = 0; out < layer.mu.size(); ++out) {
             // the orders alone: 2 sum cos(m pi/2) f_m less f_0, by hand
@@ -114,12 +113,17 @@ TEST(LayerSolution, TellsWhatTruncationAddsToSingleScattering) {
             const Geometry at{layer.mu(in), layer.mu(out), 1.1};
             const SolvedValue R = layer.reflection(in, out, 1.1);
             const SolvedValue T = layer.transmission(in, out, 1.1);
-            EXPECT_NEAR(orders_up + up(in, out) * forward(cos_scattering_angle_reflected(at)),
+            const double up = cos_scattering_angle_reflected(at);
+            const double down = cos_scattering_angle_transmitted(at);
+            EXPECT_NEAR(orders_up + layer.reflection_correction(in, out)(forward(up), up),
                         R.multiple, 1e-13 * R.total);
-            EXPECT_NEAR(orders_down + down(in, out) * forward(cos_scattering_angle_transmitted(at)),
+            EXPECT_NEAR(orders_down + layer.transmission_correction(in, out)(forward(down), down),
                         T.multiple, 1e-13 * T.total);
         }
-    EXPECT_TRUE(solve_layer(rayleigh, 0.9, 0.7, cosines).reflection_correction().isZero(0));
+    const PeakCorrection none =
+        solve_layer(rayleigh, 0.9, 0.7, cosines).reflection_correction(0, 1);
+    EXPECT_EQ(none.single, 0);
+    EXPECT_TRUE(none.legendre.empty());
 }
 
 // ---- limits ------------------------------------------------------------------------------------

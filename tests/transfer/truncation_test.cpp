@@ -6,30 +6,44 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {
 
 const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.9);
 
-TEST(DeltaM, TakesTheFirstMomentLeftOutAsTheForwardShare) {
-    const Truncation truncation = delta_m(peaked, 16);
-    EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 16));
+TEST(TruncatePeak, TakesALateMomentAsTheForwardShare) {
+    const Truncation truncation = truncate_peak(peaked, 16);
+    EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 14));
+    EXPECT_TRUE(truncation.narrow);
     ASSERT_EQ(truncation.moments.size(), 16u);
     EXPECT_EQ(truncation.moments[0], 1);
 }
 
-TEST(DeltaM, PutsBackToTheOriginalMoments) {
+TEST(TruncatePeak, KeepsTheLowerHalfOfTheMoments) {
     // chi = f + (1 - f) chi*
-    const Truncation truncation = delta_m(peaked, 16);
-    for (int l = 0; l < 16; ++l)
+    const Truncation truncation = truncate_peak(peaked, 16);
+    for (int l = 0; l < 7; ++l)
         EXPECT_NEAR(truncation.fraction +
                         (1 - truncation.fraction) * truncation.moments[static_cast<std::size_t>(l)],
                     std::pow(0.9, l), 1e-15);
 }
 
-TEST(DeltaM, KeepsAbsorptionAndTheSimilarityOfDepths) {
-    const Truncation truncation = delta_m(peaked, 16);
+TEST(TruncatePeak, LeavesMomentsThatFallSmoothlyToNothing) {
+    const int L = 64;
+    std::vector<double> moments = truncate_peak(peaked, L).moments;
+    moments.push_back(0);  // beyond L
+    moments.push_back(0);
+    for (std::size_t l = 0; l < L; ++l) {
+        EXPECT_GE(moments[l], 0);
+        EXPECT_GT(moments[l], moments[l + 1]) << l;
+        EXPECT_GE(moments[l] - 2 * moments[l + 1] + moments[l + 2], -1e-15) << l;  // no kink
+    }
+}
+
+TEST(TruncatePeak, KeepsAbsorptionAndTheSimilarityOfDepths) {
+    const Truncation truncation = truncate_peak(peaked, 16);
     for (const double w : {0.0, 0.3, 0.9, 1 - 1e-9, 1.0}) {
         const double tau = 3, scaled = truncation.optical_depth(tau, w);
         EXPECT_NEAR((1 - truncation.albedo(w)) * scaled, (1 - w) * tau, 1e-14);
@@ -43,20 +57,20 @@ TEST(DeltaM, KeepsAbsorptionAndTheSimilarityOfDepths) {
     }
 }
 
-TEST(DeltaM, KeepsConservationExact) {
-    const Truncation truncation = delta_m(peaked, 16);
+TEST(TruncatePeak, KeepsConservationExact) {
+    const Truncation truncation = truncate_peak(peaked, 16);
     EXPECT_EQ(truncation.albedo(1), 1);
     EXPECT_EQ(truncation.co_albedo(1), 0);
     // 1 - w* from 1 - w, not as a difference from 1
     EXPECT_NEAR(truncation.co_albedo(1 - 1e-12) * (1 - truncation.fraction) / 1e-12, 1, 1e-3);
 }
 
-TEST(DeltaM, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
+TEST(TruncatePeak, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
     for (const PhaseFunction& phase_function :
          {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
           PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.9)}) {
         const int count = 16;  // chi_16 of the backward peak is positive, chi_17 is not
-        const Truncation truncation = delta_m(phase_function, count);
+        const Truncation truncation = truncate_peak(phase_function, count);
         EXPECT_EQ(truncation.fraction, 0);
         EXPECT_EQ(truncation.moments, phase_function.moments(count));
         EXPECT_EQ(truncation.optical_depth(3, 0.7), 3);

@@ -7,12 +7,14 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/forward_peak.h>
 #include <stratus/transfer/truncation.h>
 
 namespace stratus {
@@ -26,7 +28,7 @@ struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
     Scheme scheme = Scheme::harmonic;
-    bool truncate = true;           // delta-M with the single-scattering correction
+    bool truncate = true;           // of a forward peak, with what it scatters put back
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
     const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };
@@ -37,6 +39,17 @@ struct SolvedValue {
     double total;
     double single;
     double multiple;
+};
+
+/// What truncation took away, at one pair of cosines: TMS less the closed form of the layer itself,
+/// and what the peak scatters more than once (forward_peak.h). Nothing without truncation.
+struct PeakCorrection {
+    double single = 0;  // per unit of phase function
+    std::vector<double> legendre;
+
+    double operator()(double phase_value, double cos_scattering_angle) const {
+        return single * phase_value + sum_legendre(legendre, cos_scattering_angle);
+    }
 };
 
 /// A layer of one albedo and depth, solved at a list of cosines.
@@ -61,13 +74,14 @@ class LayerSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
-    // What truncation adds to single scattering, per unit of phase function, between all pairs of
-    // mu: TMS less the closed form of the layer itself. 0 without truncation.
-    Eigen::MatrixXd reflection_correction() const;
-    Eigen::MatrixXd transmission_correction() const;
+    // What truncation took out of R (out of T) between mu(in) and mu(out), to be added to the
+    // modes.
+    PeakCorrection reflection_correction(int in, int out) const;
+    PeakCorrection transmission_correction(int in, int out) const;
 
     PhaseFunction phase_function;
     Truncation truncation;
+    std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
 };
 
 /// Solves one layer at the cosines `mu`.

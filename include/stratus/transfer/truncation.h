@@ -1,12 +1,19 @@
-// Peaked phase functions: delta-M truncation and the single scattering that goes with it.
+// Peaked phase functions: truncation of the forward peak and the single scattering that goes with
+// it.
 //
-// [W77]: of a phase function with more moments than the quadrature resolves, the share f = chi_L is
-// taken as scattered straight on, that is, not at all:
+// Of a phase function with more moments than the quadrature resolves, a share f is taken as
+// scattered straight on, that is, not at all [W77]:
 //
-//     tau* = (1 - w f) tau      w* = w (1 - f)/(1 - w f)      chi*_l = (chi_l - f)/(1 - f), l < L
+//     tau* = (1 - w f) tau      w* = w (1 - f)/(1 - w f)      chi*_l = (chi_l - f p_l)/(1 - f), l <
+//     L
+//
+// delta-M ends the series sharply, f = chi_L and p_l = 1, and leaves a phase function that ripples
+// at all angles. Where that is more than 1e-4, p_l falls off smoothly over the last moments
+// instead, so that what is taken away is a narrow peak: with g = 0.99 and 48 nodes the errors are
+// 100 times smaller (README).
 //
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
-// w*/(1 - f) and tau*.
+// w*/(1 - f) and tau*. What a narrow peak scatters more than once: forward_peak.h.
 #pragma once
 
 #include <vector>
@@ -19,6 +26,7 @@ namespace stratus {
 struct Truncation {
     double fraction = 0;          // f
     std::vector<double> moments;  // chi*_l, l < L
+    bool narrow = false;          // p_l falls off smoothly
 
     double optical_depth(double tau, double albedo) const;  // tau*
     double albedo(double albedo) const;                     // w*
@@ -26,9 +34,10 @@ struct Truncation {
     double single_scattering_albedo(double albedo) const;   // w*/(1 - f)
 };
 
-/// Truncates at L = `moment_count`; f = chi_L where the peak is a forward one (chi_L above rounding
-/// and chi_{L+1} positive), else 0.
-Truncation delta_m(const PhaseFunction& phase_function, int moment_count);
+/// Truncates to L = `moment_count` moments where the peak is a forward one (chi_L above rounding
+/// and chi_{L+1} positive); else f = 0. At least the moments below 0.4 L stay exact,
+/// f + (1 - f) chi*_l = chi_l.
+Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count);
 
 /// The first `moment_count` moments as they are, f = 0.
 Truncation no_truncation(const PhaseFunction& phase_function, int moment_count);

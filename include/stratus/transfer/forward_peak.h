@@ -1,0 +1,51 @@
+// What a truncated forward peak scatters more than once: the light that TMS leaves out.
+//
+// Truncation takes the share f of the light for unscattered; TMS gives it back to single scattering
+// alone. Light that meets the peak several times, or the peak once and the rest of the phase
+// function near forward as well, keeps nearly to its path: along a path of slant depth s with one
+// turn, its Legendre moments are exponentials. With c_l = (1 - f) chi*_l and q_l = chi_l - c_l, the
+// true layer's light less that of the truncated layer with TMS has the moments
+//
+//     F_l(s) = exp(-(1 - w f) s) {exp(w c_l s) [exp(w (q_l - f) s) - 1] - w (q_l - f) s} / s
+//
+// for each depth of the turn. Integrated over it, with G_l(s) = int_0^s F_l ds in exponential
+// integrals,
+//
+//     R += sum_l (2l+1) P_l(cos Theta) G_l(tau/mu + tau/mu0) / (4 (mu + mu0))
+//     T += sum_l (2l+1) P_l(cos Theta) [G_l(tau/mu0) - G_l(tau/mu)] / (4 (mu - mu0))
+//
+// The second-order correction of [NT88], IMS, is the first term of this in f for T.
+#pragma once
+
+#include <vector>
+
+#include <stratus/transfer/truncation.h>
+
+namespace stratus {
+
+class ForwardPeak {
+  public:
+    /// `moments` of the phase function, as far as they matter (peak_moments).
+    ForwardPeak(const std::vector<double>& moments, const Truncation& truncation, double albedo);
+
+    /// Coefficients of P_l(cos Theta) to add to R (to T) between two cosines.
+    ///
+    /// Range    optical_depth [0, inf], that of the layer itself; cosines (0, 1].
+    std::vector<double> reflection(double optical_depth, double mu_in, double mu_out) const;
+    std::vector<double> transmission(double optical_depth, double mu_in, double mu_out) const;
+
+  private:
+    std::vector<double> path_moments(double s) const;        // G_l(s), scaled by 2l + 1
+    std::vector<double> path_moments_slope(double s) const;  // F_l(s) likewise
+
+    double albedo_, kappa_;           // w, 1 - w f
+    std::vector<double> chi_, rest_;  // chi_l and c_l
+};
+
+/// Moments of a phase function until they no longer show, at most 8192.
+std::vector<double> peak_moments(const PhaseFunction& phase_function);
+
+/// sum_l coefficients[l] P_l(x).
+double sum_legendre(const std::vector<double>& coefficients, double x);
+
+}  // namespace stratus

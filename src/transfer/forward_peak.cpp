@@ -1,0 +1,143 @@
+#include <stratus/transfer/forward_peak.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <boost/math/constants/constants.hpp>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/special_functions/expint.hpp>
+
+namespace stratus {
+
+namespace {
+
+/// Ein(z) = int_0^z (1 - exp(-t))/t dt, z >= 0.
+double ein(double z) {
+    if (z < 1) {  // z - z^2/(2 2!) + z^3/(3 3!) - ...
+        double term = z, sum = z;
+        for (int k = 2; k < 20; ++k) {
+            term *= -z / k;
+            sum += term / k;
+        }
+        return sum;
+    }
+    const double tail = z < 40 ? boost::math::expint(1, z) : 0;
+    return tail + std::log(z) + boost::math::constants::euler<double>();
+}
+
+/// Ein(a s) - Ein(b s), s up to infinity.
+double ein_difference(double a, double b, double s) {
+    if (a == b) return 0;
+    return std::isinf(s) ? std::log(a / b) : ein(a * s) - ein(b * s);
+}
+
+}  // namespace
+
+ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& truncation,
+                         double albedo)
+    : albedo_(albedo),
+      kappa_(1 - albedo * truncation.fraction),
+      chi_(moments),
+      rest_(truncation.moments) {
+    for (double& c : rest_) c *= 1 - truncation.fraction;
+    chi_.resize(std::max(chi_.size(), rest_.size()), 0);
+    rest_.resize(chi_.size(), 0);
+}
+
+// G_l and F_l less their limit at large l, which belongs to the beam that goes straight on; with
+// a_l = 1 - w f - w c_l and b_l = 1 - w chi_l.
+
+std::vector<double> ForwardPeak::path_moments(double s) const {
+    const double hit = -std::expm1(-kappa_ * s) / kappa_, lost = -std::expm1(-s);
+    const double straight = ein_difference(1, kappa_, s),
+                 of_kappa = std::isinf(s) ? 0 : ein(kappa_ * s);
+    const double curvature = std::isinf(s) ? 1 : lost - s * std::exp(-s);
+    std::vector<double> G(chi_.size());
+    for (std::size_t l = 0; l < G.size(); ++l) {
+        const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
+        const double a = kappa_ - w_c, b = 1 - w_chi;
+        if (w_c == 0 && std::abs(w_chi) < 2e-4)  // Ein(s) - Ein(b s) to second order
+            G[l] = w_chi * lost + w_chi * w_chi / 2 * curvature;
+        else if (std::abs(a - b) < 1e-15)
+            G[l] = straight;
+        else if (w_c == 0 && !std::isinf(s))
+            G[l] = straight + of_kappa - ein(b * s);
+        else
+            G[l] = straight + ein_difference(a, b, s);
+        G[l] = (2 * static_cast<double>(l) + 1) * (G[l] - (w_chi - w_c) * hit);
+    }
+    return G;
+}
+
+std::vector<double> ForwardPeak::path_moments_slope(double s) const {
+    const double beam = std::exp(-kappa_ * s), straight = beam - std::exp(-s);
+    std::vector<double> F(chi_.size());
+    for (std::size_t l = 0; l < F.size(); ++l) {
+        const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
+        const double a = kappa_ - w_c, b = 1 - w_chi, w_q = w_chi - w_c;
+        const double slope =
+            s < 1e-4 ? s * ((kappa_ * kappa_ - a * a + b * b - 1) / 2 + w_q * kappa_)
+                     : (straight + std::exp(-b * s) - std::exp(-a * s)) / s - w_q * beam;
+        F[l] = (2 * static_cast<double>(l) + 1) * slope;
+    }
+    return F;
+}
+
+std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in,
+                                            double mu_out) const {
+    std::vector<double> sum = path_moments(optical_depth / mu_in + optical_depth / mu_out);
+    for (double& coefficient : sum) coefficient /= 4 * (mu_in + mu_out);
+    return sum;
+}
+
+std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in,
+                                              double mu_out) const {
+    if (std::isinf(optical_depth)) return {};
+    const double in = optical_depth / mu_in, out = optical_depth / mu_out;
+    // The mean of F between the two slant depths, times tau / (4 mu mu0).
+    const double factor = optical_depth / (4 * mu_in * mu_out);
+    std::vector<double> sum;
+    if (std::abs(in - out) > 0.5) {
+        sum = path_moments(in);
+        const std::vector<double> less = path_moments(out);
+        for (std::size_t l = 0; l < sum.size(); ++l)
+            sum[l] = factor * (sum[l] - less[l]) / (in - out);
+        return sum;
+    }
+    using Gauss = boost::math::quadrature::gauss<double, 7>;  // F is smooth over half a unit
+    sum.assign(chi_.size(), 0);
+    for (std::size_t k = 0; k < Gauss::abscissa().size(); ++k)
+        for (const double x : {Gauss::abscissa()[k], -Gauss::abscissa()[k]}) {
+            if (x == 0 && std::signbit(x)) continue;  // the middle once
+            const std::vector<double> F = path_moments_slope((in + out) / 2 + x * (in - out) / 2);
+            for (std::size_t l = 0; l < sum.size(); ++l)
+                sum[l] += factor * Gauss::weights()[k] / 2 * F[l];
+        }
+    return sum;
+}
+
+std::vector<double> peak_moments(const PhaseFunction& phase_function) {
+    constexpr int most = 8192;
+    for (int count = 256;; count *= 2) {
+        std::vector<double> moments = phase_function.moments(count);
+        while (!moments.empty() &&
+               std::abs(moments.back()) * 2 * static_cast<double>(moments.size()) < 1e-9)
+            moments.pop_back();
+        if (count == most || static_cast<int>(moments.size()) < count) return moments;
+    }
+}
+
+double sum_legendre(const std::vector<double>& coefficients, double x) {
+    double sum = 0, next = 0;  // Clenshaw
+    for (std::size_t l = coefficients.size(); l-- > 0;) {
+        const double order = static_cast<double>(l);
+        const double now = coefficients[l] + (2 * order + 1) / (order + 1) * x * sum -
+                           (order + 1) / (order + 2) * next;
+        next = sum;
+        sum = now;
+    }
+    return sum;
+}
+
+}  // namespace stratus

@@ -7,29 +7,34 @@
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/special_functions/expint.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 
 namespace stratus {
 
 namespace {
 
-/// Ein(z) = int_0^z (1 - exp(-t))/t dt, z >= 0.
-double ein(double z) {
-    if (z < 1) {  // z - z^2/(2 2!) + z^3/(3 3!) - ...
-        double term = z, sum = z;
-        for (int k = 2; k < 20; ++k) {
-            term *= -z / k;
-            sum += term / k;
-        }
-        return sum;
+/// Ein(z) = int_0^z (1 - exp(-t))/t dt = E1(z) + log z + gamma, 0 <= z <= 1.
+double ein_series(double z) {
+    double term = z, sum = z;  // z - z^2/(2 2!) + z^3/(3 3!) - ...
+    for (int k = 2; k < 20; ++k) {
+        term *= -z / k;
+        sum += term / k;
     }
-    const double tail = z < 40 ? boost::math::expint(1, z) : 0;
-    return tail + std::log(z) + boost::math::constants::euler<double>();
+    return sum;
 }
+
+double e1(double z) { return z < 700 ? boost::math::expint(1, z) : 0; }
 
 /// Ein(a s) - Ein(b s), s up to infinity.
 double ein_difference(double a, double b, double s) {
     if (a == b) return 0;
-    return std::isinf(s) ? std::log(a / b) : ein(a * s) - ein(b * s);
+    const bool small_a = a * s < 1, small_b = b * s < 1;
+    if (!small_a && !small_b) return std::log(a / b) + (e1(a * s) - e1(b * s));
+    const auto ein = [s](double x, bool small) {
+        return small ? ein_series(x * s)
+                     : e1(x * s) + std::log(x * s) + boost::math::constants::euler<double>();
+    };
+    return ein(a, small_a) - ein(b, small_b);
 }
 
 }  // namespace
@@ -37,6 +42,7 @@ double ein_difference(double a, double b, double s) {
 ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& truncation,
                          double albedo)
     : albedo_(albedo),
+      fraction_(truncation.fraction),
       kappa_(1 - albedo * truncation.fraction),
       chi_(moments),
       rest_(truncation.moments) {
@@ -50,19 +56,18 @@ ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& t
 
 std::vector<double> ForwardPeak::path_moments(double s) const {
     const double hit = -std::expm1(-kappa_ * s) / kappa_, lost = -std::expm1(-s);
-    const double straight = ein_difference(1, kappa_, s),
-                 of_kappa = std::isinf(s) ? 0 : ein(kappa_ * s);
+    const double straight = ein_difference(1, kappa_, s);
     const double curvature = std::isinf(s) ? 1 : lost - s * std::exp(-s);
     std::vector<double> G(chi_.size());
     for (std::size_t l = 0; l < G.size(); ++l) {
         const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
         const double a = kappa_ - w_c, b = 1 - w_chi;
-        if (w_c == 0 && std::abs(w_chi) < 2e-4)  // Ein(s) - Ein(b s) to second order
+        if (w_c == 0 && std::abs(w_chi) < 1e-5)  // Ein(s) - Ein(b s) to second order
             G[l] = w_chi * lost + w_chi * w_chi / 2 * curvature;
         else if (std::abs(a - b) < 1e-15)
             G[l] = straight;
-        else if (w_c == 0 && !std::isinf(s))
-            G[l] = straight + of_kappa - ein(b * s);
+        else if (w_c == 0)
+            G[l] = ein_difference(1, b, s);
         else
             G[l] = straight + ein_difference(a, b, s);
         G[l] = (2 * static_cast<double>(l) + 1) * (G[l] - (w_chi - w_c) * hit);
@@ -115,6 +120,63 @@ std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in
                 sum[l] += factor * Gauss::weights()[k] / 2 * F[l];
         }
     return sum;
+}
+
+std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& paths) const {
+    std::vector<double> sum(chi_.size(), 0);
+    for (std::size_t l = 0; l < sum.size(); ++l) {
+        const double chi = chi_[l], f = fraction_, c = rest_[l];
+        double chi_n = chi, straight_n = f + c, f_n = f;  // to the power of n
+        for (Eigen::Index n = 2; n < paths.size(); ++n) {
+            const double order = static_cast<double>(n), f_before = f_n;
+            chi_n *= chi;
+            straight_n *= f + c;
+            f_n *= f;
+            // less its limit at large l
+            sum[l] += paths(n) / order * (chi_n - straight_n + f_n - order * f_before * (chi - c));
+        }
+        sum[l] *= 2 * static_cast<double>(l) + 1;
+    }
+    return sum;
+}
+
+std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
+                                            const Eigen::VectorXd& weights) const {
+    Eigen::VectorXd paths = weights;
+    for (Eigen::Index n = 2; n < paths.size(); ++n)
+        paths(n) *= turned_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
+    return sum_orders(paths);
+}
+
+std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
+                                              const Eigen::VectorXd& weights) const {
+    Eigen::VectorXd paths = weights;
+    for (Eigen::Index n = 2; n < paths.size(); ++n)
+        paths(n) *= crossed_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
+    return sum_orders(paths);
+}
+
+double turned_path(int n, double optical_depth, double mu_in, double mu_out) {
+    const double s = optical_depth / mu_in + optical_depth / mu_out;
+    const double share = std::isinf(s) ? 1 : boost::math::gamma_p(n, s);
+    return share / (4 * (mu_in + mu_out));
+}
+
+double crossed_path(int n, double optical_depth, double mu_in, double mu_out) {
+    if (std::isinf(optical_depth)) return 0;
+    const double in = optical_depth / mu_in, out = optical_depth / mu_out;
+    const double factor = optical_depth / (4 * mu_in * mu_out);
+    if (std::abs(in - out) > 0.5) {  // by the side where nothing cancels
+        const double difference = std::min(in, out) > n
+                                      ? boost::math::gamma_q(n, out) - boost::math::gamma_q(n, in)
+                                      : boost::math::gamma_p(n, in) - boost::math::gamma_p(n, out);
+        return factor * difference / (in - out);
+    }
+    const auto density = [n](double s) { return boost::math::gamma_p_derivative(n, s); };
+    const double middle = (in + out) / 2, half = (in - out) / 2;
+    return factor / 2 * boost::math::quadrature::gauss<double, 7>::integrate([&](double x) {
+               return density(middle + half * x);
+           });
 }
 
 std::vector<double> peak_moments(const PhaseFunction& phase_function) {

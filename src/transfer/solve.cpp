@@ -13,6 +13,7 @@
 
 #include "classic.h"
 #include "lane_ladder.h"
+#include "ordered_layer.h"
 
 namespace stratus {
 
@@ -35,13 +36,29 @@ constexpr double conservative_depth = 1048576;  // 2^20
 /// rest is for g near 1.
 constexpr int most_doublings_to_infinity = 120;
 
+/// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: what truncation makes of single
+/// scattering, order by order, per unit of phase function.
+double sum_paths(double (*path)(int, double, double, double), const LayerSolution& layer,
+                 Eigen::Index lowest, double in, double out) {
+    const double f = layer.truncation.fraction;
+    const Eigen::Index highest = f > 0 ? layer.order_weights.size() - 1 : 1;
+    double sum = 0;
+    for (Eigen::Index n = lowest; n <= highest; ++n)
+        if (layer.order_weights(n) != 0)
+            sum += layer.order_weights(n) * std::pow(f, static_cast<double>(n - 1)) *
+                   path(static_cast<int>(n), layer.optical_depth, in, out);
+    return sum;
+}
+
 /// One ladder of depths for several albedos: what all modes share, and where their results go.
 class LadderRun {
   public:
+    /// `order_weights` of each albedo, none: all orders.
     LadderRun(const PhaseFunction& phase_function, const std::vector<double>& albedos,
-              const DepthLadder& ladder, const std::vector<double>& mu,
-              const SolverOptions& options)
+              const std::vector<VectorXd>& order_weights, const DepthLadder& ladder,
+              const std::vector<double>& mu, const SolverOptions& options)
         : albedos_(albedos),
+          order_weights_(order_weights),
           ladder_(ladder),
           options_(options),
           truncation_(options.truncate ? truncate_peak(phase_function, 2 * options.nodes)
@@ -109,6 +126,7 @@ class LadderRun {
     LayerSolution blank(const PhaseFunction& phase_function, std::size_t a, int depth) const {
         LayerSolution solution;
         solution.albedo = albedos_[a];
+        if (!order_weights_.empty()) solution.order_weights = order_weights_[a];
         solution.optical_depth =
             depth == ladder_.octaves ? infinity : std::ldexp(ladder_.first, depth);
         solution.mu = directions_.mu.tail(directions_.size() - first_asked_);
@@ -124,12 +142,21 @@ class LadderRun {
         const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
         const auto count = solution.mu.size();
         SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
+        const VectorXd& weights = solution.order_weights;
+        const auto reflection = [&](double in, double out) {
+            if (weights.size() == 0) return single_reflection(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(turned_path, solution, 1, in, out);
+        };
+        const auto transmission = [&](double in, double out) {
+            if (weights.size() == 0) return single_transmission(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(crossed_path, solution, 1, in, out);
+        };
         for (Eigen::Index j = 0; j < count; ++j)
             for (Eigen::Index i = 0; i <= j; ++i) {
                 factors.reflection(i, j) = factors.reflection(j, i) =
-                    single_reflection(1, w, tau, solution.mu(i), solution.mu(j));
+                    reflection(solution.mu(i), solution.mu(j));
                 factors.transmission(i, j) = factors.transmission(j, i) =
-                    single_transmission(1, w, tau, solution.mu(i), solution.mu(j));
+                    transmission(solution.mu(i), solution.mu(j));
             }
         return factors;
     }
@@ -140,6 +167,11 @@ class LadderRun {
     }
 
     void run_pack(const std::vector<std::pair<int, std::size_t>>& pairs) {
+        if (!order_weights_.empty()) {
+            for (std::size_t i = 0; i < pairs.size(); ++i)
+                if (pairs[i].second == 0) run_orders(pairs[i].first);
+            return;
+        }
         if (options_.scheme == Scheme::classic) {
             for (const auto& [mode, a] : pairs) run_classic(mode, a);
             return;
@@ -195,6 +227,31 @@ class LadderRun {
         record(mode, a, ladder_.octaves, layer.matrices(), kernels);
     }
 
+    void run_orders(int mode) {
+        const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
+        const double first = ladder_.octaves ? ladder_.first : directions_.mu.minCoeff();
+        const int doublings = count_doublings(directions_, first);
+        OrderedLayer layer(directions_, kernels, truncation_.fraction,
+                           static_cast<int>(order_weights_[0].size()) - 1,
+                           std::ldexp(first, -doublings));
+        const auto record_all = [&](int depth) {
+            for (std::size_t a = 0; a < albedos_.size(); ++a)
+                record(mode, a, depth, layer.matrices(order_weights_[a]), kernels);
+        };
+        for (int k = 0; k < doublings; ++k) layer.double_depth();
+        for (int depth = 0; depth < ladder_.octaves; ++depth) {
+            if (depth > 0) layer.double_depth();
+            record_all(depth);
+        }
+        if (!ladder_.to_infinity) return;
+        for (int k = 0; !layer.is_opaque(); ++k) {
+            if (k == most_doublings_to_infinity)
+                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+            layer.double_depth();
+        }
+        record_all(ladder_.octaves);
+    }
+
     /// Takes single scattering out of a mode and keeps the rest; fluxes from mode 0.
     void record(int mode, std::size_t a, int depth, const ModeMatrices& layer,
                 const PhaseKernels& kernels) {
@@ -235,7 +292,6 @@ class LadderRun {
         const auto count = solution.mu.size();
         const VectorXd s = directions_.s.head(N);
         const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
-        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
         // The weights of uniform illumination sum to 1 from three nodes on, not with fewer.
         const double uniform = s.squaredNorm();
         solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s) / uniform;
@@ -251,17 +307,35 @@ class LadderRun {
             return;
         }
         const VectorXd beam =  // not Eigen's exp, which stops at 2e-308
-            directions_.mu.unaryExpr([tau](double mu) { return direct_transmittance(tau, mu); });
-        solution.total_transmittance = (s.dot(layer.transmission.topLeftCorner(N, N) * s) +
-                                        s.cwiseProduct(s).dot(beam.head(N))) /
-                                       uniform;
+            directions_.mu.unaryExpr(
+                [&](double mu) { return direct_transmittance(solution.optical_depth, mu); });
+        // What truncation took for beam and is not: exp(-tau*/mu) - exp(-tau/mu).
+        const VectorXd truncated =
+            directions_.mu.unaryExpr([&](double mu) { return truncated_beam(solution, mu); });
+        const double straight = solution.order_weights.size() ? solution.order_weights(0) : 1;
+        solution.total_transmittance =
+            (s.dot(layer.transmission.topLeftCorner(N, N) * s) +
+             s.cwiseProduct(s).dot(straight * beam.head(N) + truncated.head(N))) /
+            uniform;
         solution.diffuse_transmittance =
             unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
-        // What truncation took for beam and is not: exp(-tau*/mu) - exp(-tau/mu).
-        const double scattered = truncation_.fraction * solution.albedo * solution.optical_depth;
-        for (Eigen::Index i = 0; i < count; ++i)
-            solution.diffuse_transmittance(i) +=
-                beam.tail(count)(i) * -std::expm1(-scattered / solution.mu(i));
+        solution.diffuse_transmittance += truncated.tail(count);
+    }
+
+    /// exp(-tau*/mu) - exp(-tau/mu), as far as its orders are in.
+    double truncated_beam(const LayerSolution& solution, double mu) const {
+        const double tau = solution.optical_depth;
+        const double scattered = truncation_.fraction * solution.albedo * tau;
+        const VectorXd& weights = solution.order_weights;
+        if (weights.size() == 0)
+            return direct_transmittance(truncation_.optical_depth(tau, solution.albedo), mu) *
+                   -std::expm1(-scattered / mu);
+        double sum = 0, term = direct_transmittance(tau, mu);
+        for (Eigen::Index n = 1; n < weights.size(); ++n) {
+            term *= truncation_.fraction * tau / mu / static_cast<double>(n);
+            sum += weights(n) * term;
+        }
+        return sum;
     }
 
     /// True when modes first .. first + count - 1 add nothing anywhere, so that all higher ones are
@@ -288,6 +362,7 @@ class LadderRun {
     }
 
     const std::vector<double>& albedos_;
+    const std::vector<VectorXd>& order_weights_;
     const DepthLadder& ladder_;
     const SolverOptions& options_;
     const Truncation truncation_;
@@ -322,9 +397,34 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
             options.nodes);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
+    require(options.orders >= 0 && options.orders <= 1000, "solve", "orders", "in [0, 1000]",
+            options.orders);
+    require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
+            "harmonic where orders are counted", "classic");
     if (options.instruction_set)
         require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
                 "one that this processor has", options.instruction_set);
+}
+
+/// 1, w, w^2, ...
+VectorXd powers(double albedo, int highest) {
+    VectorXd weights(highest + 1);
+    for (int n = 0; n <= highest; ++n) weights(n) = std::pow(albedo, n);
+    return weights;
+}
+
+/// Makes a layer of the thinnest depth thinner still: light scatters at most once, in proportion to
+/// the depth.
+void thin_out(LayerSolution& solution, double optical_depth) {
+    const double share = optical_depth / thinnest_depth;
+    solution.optical_depth = optical_depth;
+    solution.plane_albedo *= share;
+    solution.diffuse_transmittance *= share;
+    solution.spherical_albedo *= share;
+    for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
+        solution.reflection_modes[m].setZero();
+        solution.transmission_modes[m].setZero();
+    }
 }
 
 }  // namespace
@@ -335,7 +435,33 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const std::vector<double>& mu,
                                                      const SolverOptions& options) {
     check(albedos, ladder, options);
-    return LadderRun(phase_function, albedos, ladder, mu, options).run();
+    std::vector<VectorXd> weights;
+    for (std::size_t a = 0; options.orders > 0 && a < albedos.size(); ++a)
+        weights.push_back(powers(albedos[a], options.orders));
+    return LadderRun(phase_function, albedos, weights, ladder, mu, options).run();
+}
+
+std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
+                                        double optical_depth, const std::vector<double>& mu,
+                                        const SolverOptions& options) {
+    require(options.orders >= 1, "solve_orders", "orders", "in [1, 1000]", options.orders);
+    require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
+    const bool infinite = std::isinf(optical_depth);
+    const DepthLadder ladder{std::max(optical_depth, thinnest_depth), infinite ? 0 : 1, infinite};
+    const std::vector<double> albedos(static_cast<std::size_t>(options.orders), albedo);
+    check(albedos, infinite ? DepthLadder{1, 0, true} : ladder, options);
+    std::vector<VectorXd> weights;
+    for (int n = 1; n <= options.orders; ++n) {
+        weights.push_back(VectorXd::Zero(options.orders + 1));
+        weights.back()(n) = powers(albedo, options.orders)(n);
+    }
+    std::vector<LayerSolution> orders;
+    for (const auto& of_order :
+         LadderRun(phase_function, albedos, weights, ladder, mu, options).run())
+        orders.push_back(of_order[0]);
+    if (optical_depth < thinnest_depth)
+        for (LayerSolution& order : orders) thin_out(order, optical_depth);
+    return orders;
 }
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
@@ -344,7 +470,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     if (std::isinf(optical_depth))
         return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
-    if (albedo == 1 && optical_depth > last) {
+    if (albedo == 1 && options.orders == 0 && optical_depth > last) {
         // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
         LayerSolution solution = solve_layer(phase_function, albedo, last, mu, options);
         const double kept = 1 / (1 + 0.75 * (1 - phase_function.asymmetry()) *
@@ -363,25 +489,17 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     if (optical_depth >= thinnest_depth)
         return solve_ladder(phase_function, {albedo}, {optical_depth, 1, false}, mu, options)[0][0];
 
-    // Thinner still, 0 included: light scatters at most once, in proportion to the depth.
     LayerSolution solution =
         solve_ladder(phase_function, {albedo}, {thinnest_depth, 1, false}, mu, options)[0][0];
-    const double share = optical_depth / thinnest_depth;
-    solution.optical_depth = optical_depth;
-    solution.plane_albedo *= share;
-    solution.diffuse_transmittance *= share;
-    solution.spherical_albedo *= share;
-    for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
-        solution.reflection_modes[m].setZero();
-        solution.transmission_modes[m].setZero();
-    }
+    thin_out(solution, optical_depth);
     return solution;
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
     const double cosine = cos_scattering_angle_reflected({mu(in), mu(out), azimuth});
     const double phase = phase_function(cosine);
-    const double single = single_reflection(phase, albedo, optical_depth, mu(in), mu(out));
+    const double once = order_weights.size() ? order_weights(1) : albedo;
+    const double single = single_reflection(phase, once, optical_depth, mu(in), mu(out));
     const double multiple = sum_modes(reflection_modes, in, out, azimuth) +
                             reflection_correction(in, out)(phase, cosine);
     return {single + multiple, single, multiple};
@@ -390,32 +508,37 @@ SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
     const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
     const double phase = phase_function(cosine);
-    const double single = single_transmission(phase, albedo, optical_depth, mu(in), mu(out));
+    const double once = order_weights.size() ? order_weights(1) : albedo;
+    const double single = single_transmission(phase, once, optical_depth, mu(in), mu(out));
     const double multiple = sum_modes(transmission_modes, in, out, azimuth) +
                             transmission_correction(in, out)(phase, cosine);
     return {single + multiple, single, multiple};
 }
 
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
-    PeakCorrection correction;
-    if (truncation.fraction == 0) return correction;
-    correction.single =
-        single_reflection(1, truncation.single_scattering_albedo(albedo),
-                          truncation.optical_depth(optical_depth, albedo), mu(in), mu(out)) -
-        single_reflection(1, albedo, optical_depth, mu(in), mu(out));
-    if (peak) correction.legendre = peak->reflection(optical_depth, mu(in), mu(out));
-    return correction;
+    if (truncation.fraction == 0) return {};
+    const double x = mu(in), y = mu(out);
+    if (order_weights.size())
+        return {
+            sum_paths(turned_path, *this, 2, x, y),
+            peak ? peak->reflection(optical_depth, x, y, order_weights) : std::vector<double>{}};
+    return {single_reflection(1, truncation.single_scattering_albedo(albedo),
+                              truncation.optical_depth(optical_depth, albedo), x, y) -
+                single_reflection(1, albedo, optical_depth, x, y),
+            peak ? peak->reflection(optical_depth, x, y) : std::vector<double>{}};
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
-    PeakCorrection correction;
-    if (truncation.fraction == 0) return correction;
-    correction.single =
-        single_transmission(1, truncation.single_scattering_albedo(albedo),
-                            truncation.optical_depth(optical_depth, albedo), mu(in), mu(out)) -
-        single_transmission(1, albedo, optical_depth, mu(in), mu(out));
-    if (peak) correction.legendre = peak->transmission(optical_depth, mu(in), mu(out));
-    return correction;
+    if (truncation.fraction == 0) return {};
+    const double x = mu(in), y = mu(out);
+    if (order_weights.size())
+        return {
+            sum_paths(crossed_path, *this, 2, x, y),
+            peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
+    return {single_transmission(1, truncation.single_scattering_albedo(albedo),
+                                truncation.optical_depth(optical_depth, albedo), x, y) -
+                single_transmission(1, albedo, optical_depth, x, y),
+            peak ? peak->transmission(optical_depth, x, y) : std::vector<double>{}};
 }
 
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,

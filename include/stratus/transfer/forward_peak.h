@@ -19,6 +19,8 @@
 
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <stratus/transfer/truncation.h>
 
 namespace stratus {
@@ -34,13 +36,28 @@ class ForwardPeak {
     std::vector<double> reflection(double optical_depth, double mu_in, double mu_out) const;
     std::vector<double> transmission(double optical_depth, double mu_in, double mu_out) const;
 
+    /// The same of single orders, sum_n weights[n] times order n of the expansion in w: with P the
+    /// regularised gamma function, order n of G_l(s) is
+    /// [chi_l^n - (f + c_l)^n - n f^(n-1) (q_l - f)] P(n, s) / n.
+    std::vector<double> reflection(double optical_depth, double mu_in, double mu_out,
+                                   const Eigen::VectorXd& weights) const;
+    std::vector<double> transmission(double optical_depth, double mu_in, double mu_out,
+                                     const Eigen::VectorXd& weights) const;
+
   private:
+    std::vector<double> sum_orders(const Eigen::VectorXd& paths) const;
     std::vector<double> path_moments(double s) const;        // G_l(s), scaled by 2l + 1
     std::vector<double> path_moments_slope(double s) const;  // F_l(s) likewise
 
-    double albedo_, kappa_;           // w, 1 - w f
-    std::vector<double> chi_, rest_;  // chi_l and c_l
+    double albedo_, fraction_, kappa_;  // w, f, 1 - w f
+    std::vector<double> chi_, rest_;    // chi_l and c_l
 };
+
+/// R (T) per unit of albedo^n of light that meets something that scatters n times on its way in and
+/// out, once to turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)), and [P(n, tau/mu0) - P(n, tau/mu)] /
+/// (4 (mu - mu0)). n = 1 is single scattering of phase value 1.
+double turned_path(int n, double optical_depth, double mu_in, double mu_out);
+double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
 
 /// Moments of a phase function until they no longer show, at most 8192.
 std::vector<double> peak_moments(const PhaseFunction& phase_function);

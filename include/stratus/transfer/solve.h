@@ -27,6 +27,7 @@ enum class Scheme {
 struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
+    int orders = 0;  // [0, 1000]; light scattered more often than that is left out; 0: all
     Scheme scheme = Scheme::harmonic;
     bool truncate = true;           // of a forward peak, with what it scatters put back
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
@@ -58,6 +59,9 @@ class LayerSolution {
     double albedo = 0;
     double optical_depth = 0;
     Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
+
+    // weight of order n in everything here, w^n or 0; empty: all orders
+    Eigen::VectorXd order_weights;
 
     // Orders n >= 2 of mode m between mu(i) and mu(j), of the problem after truncation.
     std::vector<Eigen::MatrixXd> reflection_modes;
@@ -92,6 +96,15 @@ class LayerSolution {
 /// depth. Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {});
+
+/// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered
+/// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
+///
+/// Range    options.orders [1, 1000], with the harmonic scheme; the rest as for solve_layer.
+/// Accuracy every order to rounding, however weak (ordered_layer.h).
+std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
+                                        double optical_depth, const std::vector<double>& mu,
+                                        const SolverOptions& options);
 
 /// Depths that one run of doubling passes through: first, 2 first, 4 first, ... (`octaves` of
 /// them), then infinity.

@@ -1,0 +1,179 @@
+// Neumann orders one by one.
+#include <stratus/transfer/solve.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const std::vector<double> cosines{1e-4, 0.02, 0.3, 0.8, 1};
+const std::vector<double> azimuths{0, 1.1, 3.14};
+
+SolverOptions with(int nodes, int orders) {
+    SolverOptions options;
+    options.nodes = nodes;
+    options.orders = orders;
+    return options;
+}
+
+struct Case {
+    const char* phase;
+    int nodes;
+    double albedo, optical_depth;
+    int orders;  // enough: w^n times the falling of the orders is below 1e-12
+};
+
+class NeumannOrders : public testing::TestWithParam<Case> {};
+
+TEST_P(NeumannOrders, SumToTheLayer) {
+    const Case& of = GetParam();
+    const PhaseFunction phase_function = parse_phase_function(of.phase);
+    const LayerSolution expected =
+        solve_layer(phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, 0));
+    const std::vector<LayerSolution> orders = solve_orders(
+        phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, of.orders));
+    ASSERT_EQ(orders.size(), static_cast<std::size_t>(of.orders));
+    for (int i = 0; i < static_cast<int>(cosines.size()); ++i) {
+        double plane_albedo = 0, transmittance = 0;
+        for (const LayerSolution& order : orders) {
+            plane_albedo += order.plane_albedo(i);
+            transmittance += order.diffuse_transmittance(i);
+        }
+        EXPECT_NEAR(plane_albedo, expected.plane_albedo(i), 1e-10);
+        EXPECT_NEAR(transmittance, expected.diffuse_transmittance(i), 1e-10);
+        for (int j = i; j < static_cast<int>(cosines.size()); ++j)
+            for (const double azimuth : azimuths) {
+                double R = 0, T = 0;
+                for (const LayerSolution& order : orders) {
+                    R += order.reflection(i, j, azimuth).total;
+                    T += order.transmission(i, j, azimuth).total;
+                }
+                const double all_R = expected.reflection(i, j, azimuth).total;
+                const double all_T = expected.transmission(i, j, azimuth).total;
+                // matrices carry R and T times 2 sqrt(mu mu0): rounding beside the beam
+                const double rounding = 1e-16 / std::sqrt(expected.mu(i) * expected.mu(j));
+                EXPECT_NEAR(R, all_R, 1e-10 * all_R + rounding) << i << ' ' << j << ' ' << azimuth;
+                EXPECT_NEAR(T, all_T, 1e-10 * all_T + rounding) << i << ' ' << j << ' ' << azimuth;
+            }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Layer, NeumannOrders,
+                         testing::Values(Case{"isotropic", 16, 0.9, 1, 60},
+                                         Case{"isotropic", 16, 0.3, infinity, 30},
+                                         Case{"isotropic", 8, 1, 0.5, 50},
+                                         Case{"rayleigh", 16, 1, 1e-6, 4},
+                                         Case{"henyey_greenstein:g=0.5", 20, 0.1, 2, 16},
+                                         // truncated, sharply and smoothly
+                                         Case{"henyey_greenstein:g=0.75", 20, 0.1, 1, 16},
+                                         Case{"henyey_greenstein:g=0.95", 12, 0.1, 1, 16},
+                                         Case{"henyey_greenstein:g=0.95", 12, 0.1, infinity, 16}));
+
+TEST(NeumannOrders, BeginWithTheClosedForm) {
+    for (const char* text : {"rayleigh", "henyey_greenstein:g=0.95"}) {
+        const PhaseFunction phase_function = parse_phase_function(text);
+        const LayerSolution first = solve_orders(phase_function, 0.9, 0.7, cosines, with(12, 1))[0];
+        for (int i = 0; i < 5; ++i)
+            for (const double azimuth : azimuths) {
+                const Geometry at{cosines[static_cast<std::size_t>(i)], 0.3, azimuth};
+                const double R = single_reflection(
+                    phase_function(cos_scattering_angle_reflected(at)), 0.9, 0.7, at.mu_in, 0.3);
+                const double T = single_transmission(
+                    phase_function(cos_scattering_angle_transmitted(at)), 0.9, 0.7, at.mu_in, 0.3);
+                // what the modes leave when single scattering is taken out of them is rounding
+                EXPECT_NEAR(first.reflection(i, 2, azimuth).total, R, 1e-13 * (R + 1));
+                EXPECT_NEAR(first.transmission(i, 2, azimuth).total, T, 1e-13 * (T + 1));
+            }
+    }
+}
+
+TEST(NeumannOrders, HaveTheSecondOfTheSemiInfiniteIsotropicLayer) {
+    // R = (w/4) H H0 / (mu + mu0) with H = 1 + w (mu/2) log(1 + 1/mu) + O(w^2)  [C60]
+    const LayerSolution second = solve_orders(PhaseFunction::isotropic(), 0.5, infinity,
+                                              {0.02, 0.3, 0.8, 1}, with(24, 2))[1];
+    const auto h = [](double mu) { return mu / 2 * std::log1p(1 / mu); };
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const double x = second.mu(i), y = second.mu(j);
+            EXPECT_NEAR(second.reflection(i, j, 0).total, 0.25 / 4 * (h(x) + h(y)) / (x + y),
+                        1e-10);
+            EXPECT_EQ(second.reflection(i, j, 0).single, 0);
+        }
+}
+
+TEST(NeumannOrders, AreTheSameForEveryAlbedo) {
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.8);
+    const auto strong = solve_orders(phase_function, 1, 3, cosines, with(12, 5));
+    const auto weak = solve_orders(phase_function, 1e-3, 3, cosines, with(12, 5));
+    for (std::size_t n = 0; n < 5; ++n) {
+        const double expected = strong[n].reflection(2, 3, 1).total;
+        EXPECT_NEAR(weak[n].reflection(2, 3, 1).total * std::pow(1e3, static_cast<double>(n + 1)),
+                    expected, 1e-12 * expected);
+    }
+}
+
+TEST(NeumannOrders, KeepTheirAccuracyHoweverWeak) {
+    // In a thin layer every order is some tau log(1/tau) times the one before; by adding two halves
+    // of it, the same.
+    const auto orders = solve_orders(PhaseFunction::isotropic(), 1, 1e-9, {0.3, 0.8}, with(8, 8));
+    for (std::size_t n = 1; n < orders.size(); ++n) {
+        const double ratio = orders[n].plane_albedo(0) / orders[n - 1].plane_albedo(0);
+        EXPECT_GT(ratio, 1e-9);
+        EXPECT_LT(ratio, 1e-7);
+    }
+}
+
+TEST(SolveLayer, StopsAtTheOrderAskedFor) {
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.9);
+    for (const double tau : {0.0, 1e-290, 0.5, infinity}) {
+        const LayerSolution stopped = solve_layer(phase_function, 0.9, tau, cosines, with(10, 3));
+        const auto orders = solve_orders(phase_function, 0.9, tau, cosines, with(10, 3));
+        for (const double azimuth : azimuths) {
+            double R = 0, T = 0;
+            for (const LayerSolution& order : orders) {
+                R += order.reflection(1, 3, azimuth).total;
+                T += order.transmission(1, 3, azimuth).total;
+            }
+            EXPECT_NEAR(stopped.reflection(1, 3, azimuth).total, R, 1e-14 * R);
+            EXPECT_NEAR(stopped.transmission(1, 3, azimuth).total, T, 1e-14 * T);
+        }
+        EXPECT_LT(stopped.spherical_albedo + stopped.total_transmittance, 1 + 1e-15);
+    }
+}
+
+TEST(SolveLayer, LosesWhatIsScatteredOftener) {
+    // At w = 1 nothing is absorbed: what is missing is light of higher orders.
+    double missing = 1;
+    for (int n = 1; n <= 5; ++n) {
+        const LayerSolution layer =
+            solve_layer(PhaseFunction::isotropic(), 1, 0.5, {}, with(16, n));
+        const double now = 1 - layer.spherical_albedo - layer.total_transmittance;
+        EXPECT_GT(now, 0);
+        EXPECT_LT(now, 0.6 * missing) << n;
+        missing = now;
+    }
+}
+
+TEST(SolveLayer, RefusesOrdersOutsideTheirRange) {
+    SolverOptions options = with(8, 1001);
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {}, options); }, {"orders", "1001"});
+    options.orders = 0;
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_orders(PhaseFunction::isotropic(), 1, 1, {}, options); }, {"orders", "0"});
+    options.orders = 2;
+    options.scheme = Scheme::classic;
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {}, options); }, {"scheme", "classic"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -145,10 +145,11 @@ void compare_cell(const Table& table, const TableView& view, const SolverOptions
 }
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
-/// where it has not.
+/// where it has not, or not all orders.
 double energy_defect(const Table& table) {
     const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
-    if (table.albedo.values.back() != 1 || table.plane_albedo.empty()) return -1;
+    if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.highest_order > 0)
+        return -1;
     double worst = 0;
     const auto mus = static_cast<std::size_t>(table.mu_in.values.size());
     for (int d = 0; d < tau.size(); ++d) {
@@ -227,6 +228,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     result.reference_nodes = std::min(512, nodes + std::max(8, nodes / 2));
     SolverOptions solver;
     solver.nodes = result.reference_nodes;
+    solver.orders = table.highest_order;
     solver.mode_tolerance = 1e-3 * table.tolerance;
 
     const TableView view = table.view();

@@ -44,7 +44,9 @@ const std::map<std::string, std::string>& conventions() {
          "straight is "
          "exp(-optical_depth / mu_in), kept apart"},
         {"convention_multiple",
-         "reflection_multiple and transmission_multiple hold orders n >= 2 of the Neumann series; "
+         "reflection_multiple and transmission_multiple hold orders n >= 2 of the Neumann series, "
+         "to "
+         "highest_order if that is not 0; "
          "single scattering is "
          "added in closed form"},
         {"convention_azimuth",
@@ -108,6 +110,8 @@ class TableSolver {
         solver_.nodes = d.nodes;
         solver_.modes = d.modes;
         solver_.scheme = d.scheme;
+        solver_.orders = recipe.orders;
+        table_.highest_order = recipe.orders;
         table_.diffusion_exponent =
             compute_diffusion_exponents(recipe.phase_function, table_.albedo.values);
         tabulate_geometry();

@@ -43,10 +43,15 @@ class Section {
         return met;
     }
 
-    int count(const char* key, int least, int most) const {
-        const auto met = value<std::int64_t>(key, "a whole number");
-        const std::string allowed =
-            "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
+    bool is(const char* key, const char* text) const {
+        return table_.get(key)->value_exact<std::string>() == text;
+    }
+
+    /// `besides`: what is allowed but for numbers, as the start of the sentence that refuses.
+    int count(const char* key, int least, int most, const std::string& besides = "") const {
+        const std::string allowed = besides + "a whole number in [" + std::to_string(least) + ", " +
+                                    std::to_string(most) + "]";
+        const auto met = value<std::int64_t>(key, allowed.c_str());
         require(met >= least && met <= most, "recipe", prefix_ + key, allowed, met);
         return static_cast<int>(met);
     }
@@ -177,8 +182,8 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
                 "an empty list");
     }
     if (section.has("orders")) {
-        const std::string orders = section.text("orders");
-        require(orders == "all", "recipe", "orders", "\"all\"", orders);
+        const bool all = section.is("orders", "all");
+        if (!all) recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
     }
     if (recipe.optical_depth.min == infinity && recipe.transmission)
         throw std::invalid_argument(
@@ -186,6 +191,8 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
             "transmitted, got transmission");
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
+    require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
+            "discretisation.scheme", "\"harmonic\" where orders are counted", "classic");
     const double deepest = recipe.discretisation.deepest_optical_depth;
     if (deepest > 0)
         require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min,
@@ -220,7 +227,8 @@ std::string resolved_text(const Recipe& recipe) {
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"
-        << "orders = \"all\"\n[discretisation]\n"
+        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"")
+        << "\n[discretisation]\n"
         << "nodes = " << d.nodes << "\nmodes = " << d.modes << "\nmu_samples = " << d.mu_samples
         << "\nazimuth_samples = " << d.azimuth_samples;
     if (d.optical_depth_samples_per_octave)

@@ -146,6 +146,7 @@ class Resolver {
 
     Recipe resolve() {
         solver_.scheme = recipe_.discretisation.scheme;
+        solver_.orders = recipe_.orders;
         solver_.mode_tolerance = 1e-3 * recipe_.tolerance;
         choose_depth_range();
         void (Resolver::*const choices[])() = {

@@ -90,16 +90,12 @@ bool LaneLadder::is_converged() const {
 
 void LaneLadder::extract() { methods_.extract(layer_); }
 
-namespace {
-
 Eigen::MatrixXd lane_matrix(const LaneLayer& layer, const Pack* K, int lane) {
     Eigen::MatrixXd matrix(layer.directions, layer.directions);
     for (int i = 0; i < layer.directions; ++i)
         for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
     return matrix;
 }
-
-}  // namespace
 
 ModeMatrices LaneLadder::matrices(int lane) const {
     return {lane_matrix(layer_, layer_.reflection.K, lane),

@@ -37,6 +37,8 @@ class LaneLadder {
     ModeMatrices matrices(int lane) const;
     PhaseKernels kernels(int lane) const;
 
+    const LaneLayer& layer() const { return layer_; }
+
   private:
     const Directions& directions_;
     const LaneMethods& methods_;
@@ -48,6 +50,9 @@ class LaneLadder {
     int tasks_;
     bool conservative_[lane_count];  // mode 0 at w = 1
 };
+
+/// One lane of a kernel.
+Eigen::MatrixXd lane_matrix(const LaneLayer& layer, const Pack* K, int lane);
 
 /// Doublings from a thin start, exact to rounding, to `optical_depth`.
 int count_doublings(const Directions& directions, double optical_depth);

@@ -13,7 +13,7 @@
 
 #include "classic.h"
 #include "lane_ladder.h"
-#include "ordered_layer.h"
+#include "ordered_ladder.h"
 
 namespace stratus {
 
@@ -91,18 +91,29 @@ class LadderRun {
         const auto lanes = static_cast<std::size_t>(lane_count);
         // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
         // before stopping.
-        const int group = std::max(2, static_cast<int>(lanes / std::min(lanes, albedos_.size())));
+        // Orders are worked out for all albedos at once.
+        const int group =
+            order_weights_.empty()
+                ? std::max(2, static_cast<int>(lanes / std::min(lanes, albedos_.size())))
+                : lane_count;
         bool first_group = true;
         for (int mode = 0; mode < most; mode += group) {
-            std::vector<std::pair<int, std::size_t>> pairs;
-            for (int m = mode; m < std::min(mode + group, most); ++m)
-                for (std::size_t a = 0; a < albedos_.size(); ++a) pairs.emplace_back(m, a);
             for (auto& of_albedo : results_)
                 for (LayerSolution& solution : of_albedo) {
                     solution.reflection_modes.resize(
                         static_cast<std::size_t>(std::min(mode + group, most)));
                     solution.transmission_modes.resize(solution.reflection_modes.size());
                 }
+            std::vector<int> modes;
+            std::vector<std::pair<int, std::size_t>> pairs;
+            for (int m = mode; m < std::min(mode + group, most); ++m) {
+                modes.push_back(m);
+                for (std::size_t a = 0; a < albedos_.size(); ++a) pairs.emplace_back(m, a);
+            }
+            if (!order_weights_.empty()) {
+                run_orders(modes);
+                pairs.clear();
+            }
             for (std::size_t i = 0; i < pairs.size(); i += lanes)
                 run_pack({pairs.begin() + static_cast<std::ptrdiff_t>(i),
                           pairs.begin() +
@@ -161,17 +172,16 @@ class LadderRun {
         return factors;
     }
 
+    const LaneMethods& methods() const {
+        return options_.instruction_set ? *lane_methods(options_.instruction_set) : lane_methods();
+    }
+
     double first_depth(std::size_t a) const {
         return truncation_.optical_depth(
             ladder_.octaves ? ladder_.first : directions_.mu.minCoeff(), albedos_[a]);
     }
 
     void run_pack(const std::vector<std::pair<int, std::size_t>>& pairs) {
-        if (!order_weights_.empty()) {
-            for (std::size_t i = 0; i < pairs.size(); ++i)
-                if (pairs[i].second == 0) run_orders(pairs[i].first);
-            return;
-        }
         if (options_.scheme == Scheme::classic) {
             for (const auto& [mode, a] : pairs) run_classic(mode, a);
             return;
@@ -184,9 +194,7 @@ class LadderRun {
             tasks.push_back({mode, truncation_.albedo(albedos_[a]),
                              truncation_.co_albedo(albedos_[a]),
                              std::ldexp(first_depth(a), -doublings)});
-        LaneLadder ladder(
-            directions_, truncation_.moments, tasks,
-            options_.instruction_set ? *lane_methods(options_.instruction_set) : lane_methods());
+        LaneLadder ladder(directions_, truncation_.moments, tasks, methods());
         std::vector<PhaseKernels> kernels;
         for (std::size_t lane = 0; lane < pairs.size(); ++lane)
             kernels.push_back(ladder.kernels(static_cast<int>(lane)));
@@ -227,27 +235,31 @@ class LadderRun {
         record(mode, a, ladder_.octaves, layer.matrices(), kernels);
     }
 
-    void run_orders(int mode) {
-        const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
+    /// Up to eight modes, all albedos.
+    void run_orders(const std::vector<int>& modes) {
         const double first = ladder_.octaves ? ladder_.first : directions_.mu.minCoeff();
         const int doublings = count_doublings(directions_, first);
-        OrderedLayer layer(directions_, kernels, truncation_.fraction,
-                           static_cast<int>(order_weights_[0].size()) - 1,
-                           std::ldexp(first, -doublings));
+        OrderedLadder ladder(directions_, truncation_.moments, truncation_.fraction, modes,
+                             static_cast<int>(order_weights_[0].size()) - 1,
+                             std::ldexp(first, -doublings), methods());
         const auto record_all = [&](int depth) {
-            for (std::size_t a = 0; a < albedos_.size(); ++a)
-                record(mode, a, depth, layer.matrices(order_weights_[a]), kernels);
+            for (std::size_t lane = 0; lane < modes.size(); ++lane) {
+                const int at = static_cast<int>(lane);
+                const PhaseKernels kernels = ladder.kernels(at);
+                for (std::size_t a = 0; a < albedos_.size(); ++a)
+                    record(modes[lane], a, depth, ladder.matrices(at, order_weights_[a]), kernels);
+            }
         };
-        for (int k = 0; k < doublings; ++k) layer.double_depth();
+        for (int k = 0; k < doublings; ++k) ladder.double_depth();
         for (int depth = 0; depth < ladder_.octaves; ++depth) {
-            if (depth > 0) layer.double_depth();
+            if (depth > 0) ladder.double_depth();
             record_all(depth);
         }
         if (!ladder_.to_infinity) return;
-        for (int k = 0; !layer.is_opaque(); ++k) {
+        for (int k = 0; !ladder.is_opaque(); ++k) {
             if (k == most_doublings_to_infinity)
                 throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
-            layer.double_depth();
+            ladder.double_depth();
         }
         record_all(ladder_.octaves);
     }
@@ -397,7 +409,7 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
             options.nodes);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
-    require(options.orders >= 0 && options.orders <= 1000, "solve", "orders", "in [0, 1000]",
+    require(options.orders >= 0 && options.orders <= 200, "solve", "orders", "in [0, 200]",
             options.orders);
     require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
             "harmonic where orders are counted", "classic");
@@ -444,7 +456,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options) {
-    require(options.orders >= 1, "solve_orders", "orders", "in [1, 1000]", options.orders);
+    require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
     require(optical_depth >= 0, "solve_orders", "optical_depth", "in [0, inf]", optical_depth);
     const bool infinite = std::isinf(optical_depth);
     const DepthLadder ladder{std::max(optical_depth, thinnest_depth), infinite ? 0 : 1, infinite};

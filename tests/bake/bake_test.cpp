@@ -61,6 +61,28 @@ TEST(Bake, StoresBothSidesAndAllFluxes) {
     EXPECT_EQ(table.highest_order, 0);
 }
 
+TEST(Bake, StopsTheSeriesWhereTheRecipeDoes) {
+    Recipe recipe = explicit_recipe();
+    recipe.orders = 3;
+    recipe.discretisation.azimuth_samples = 12;
+    recipe.discretisation.mu_samples = 24;
+    Table table = bake(recipe);
+    EXPECT_EQ(table.highest_order, 3);
+    const Verification verification = verify(table);
+    EXPECT_TRUE(verification.meets(2e-2)) << verification.samples.back().error;
+    EXPECT_EQ(verification.energy_defect, -1);  // w = 1 does not close without the higher orders
+
+    // Against the orders one by one: lookups differ from those of all orders by what is left out.
+    SolverOptions options;
+    options.orders = 3;
+    double expected = 0;
+    for (const LayerSolution& order :
+         solve_orders(recipe.phase_function, 1, 2, {0.4, 0.9}, options))
+        expected += order.reflection(0, 1, 1).total;
+    const Scattered found = reflection(table.view(), 1, 2, {0.4, 0.9, 1});
+    EXPECT_NEAR(found.total(), expected, 1e-2 * expected);
+}
+
 TEST(Bake, ObeysAnExplicitDiscretisation) {
     const Table table = bake(explicit_recipe());
     EXPECT_EQ(table.albedo.values.size(), 3u);

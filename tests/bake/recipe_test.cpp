@@ -141,7 +141,6 @@ TEST(Recipe, RefusesValuesOfAnotherType) {
                           {"recipe", "albedo.max", "a number"});
     expect_recipe_refusal(recipe_with("sides = 'reflection'\n"), {"recipe", "sides", "a list"});
     expect_recipe_refusal(recipe_with("sides = [1]\n"), {"recipe", "sides", "a list"});
-    expect_recipe_refusal(recipe_with("orders = 2\n"), {"recipe", "orders", "a string"});
     expect_recipe_refusal(recipe_with("discretisation = 8\n"), {"recipe", "discretisation"});
     expect_recipe_refusal(recipe_with("[discretisation]\nnodes = 'eight'\n"),
                           {"recipe", "discretisation.nodes", "a whole number"});
@@ -183,9 +182,20 @@ TEST(Recipe, RefusesSidesThatThereAreNot) {
     expect_recipe_refusal(recipe_with("sides = []\n"), {"recipe", "sides", "an empty list"});
 }
 
-TEST(Recipe, RefusesOrdersOtherThanAll) {
-    expect_recipe_refusal(recipe_with("orders = 'first'\n"),
-                          {"recipe", "orders", "\"all\"", "first"});
+TEST(Recipe, TakesAllOrdersOrAsManyAsAreNamed) {
+    EXPECT_EQ(parse_recipe(recipe_with("orders = 'all'\n")).orders, 0);
+    EXPECT_EQ(parse_recipe(recipe_with("orders = 3\n")).orders, 3);
+    EXPECT_NE(resolved_text(parse_recipe(recipe_with("orders = 3\n"))).find("orders = 3\n"),
+              std::string::npos);
+}
+
+TEST(Recipe, RefusesOtherOrders) {
+    const std::vector<const char*> allowed{"recipe", "orders",
+                                           "\"all\" or a whole number in [2, 100]"};
+    for (const char* orders : {"'first'", "1", "101", "2.5", "[2]"})
+        expect_recipe_refusal(recipe_with(std::string("orders = ") + orders + "\n"), allowed);
+    expect_recipe_refusal(recipe_with("orders = 2\n[discretisation]\nscheme = 'classic'\n"),
+                          {"recipe", "discretisation.scheme", "orders", "classic"});
 }
 
 TEST(Recipe, RefusesDiscretisationsOutOfRange) {

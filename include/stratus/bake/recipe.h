@@ -36,6 +36,7 @@ struct Recipe {
     double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
+    int orders = 0;                // light scattered more often is left out, [2, 100]; 0: all
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;

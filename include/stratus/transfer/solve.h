@@ -27,7 +27,7 @@ enum class Scheme {
 struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
-    int orders = 0;  // [0, 1000]; light scattered more often than that is left out; 0: all
+    int orders = 0;  // [0, 200]; light scattered more often than that is left out; 0: all
     Scheme scheme = Scheme::harmonic;
     bool truncate = true;           // of a forward peak, with what it scatters put back
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
@@ -100,7 +100,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 /// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered
 /// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
 ///
-/// Range    options.orders [1, 1000], with the harmonic scheme; the rest as for solve_layer.
+/// Range    options.orders [1, 200], with the harmonic scheme; the rest as for solve_layer.
 /// Accuracy every order to rounding, however weak (ordered_layer.h).
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
                                         double optical_depth, const std::vector<double>& mu,

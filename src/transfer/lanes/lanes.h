@@ -68,6 +68,13 @@ struct LanePhase {
                      // (2l + 1) chi_l
 };
 
+/// Two factors of a product F G, each diag + K, kernels row by row; null: nothing. The diagonals
+/// are the same in every lane. F is symmetric.
+struct LaneFactors {
+    const double *F_diagonal, *G_diagonal;
+    const Pack *F, *G;
+};
+
 /// The steps of the method for one instruction set.
 struct LaneMethods {
     const char* instruction_set;
@@ -76,6 +83,8 @@ struct LaneMethods {
     void (*use_gap)(LaneLayer& layer);
     void (*double_depth)(LaneLayer& layer);
     void (*extract)(LaneLayer& layer);
+    /// out += factor times the kernel of F G; sizes as the layer has them.
+    void (*add_product)(const LaneLayer& layer, double factor, const LaneFactors& of, Pack* out);
 };
 
 /// The widest instruction set that this processor has and this build contains: "avx512", "avx2" or

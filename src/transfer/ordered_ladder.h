@@ -1,0 +1,75 @@
+// Neumann orders one by one: the light scattered exactly n times, up to eight azimuthal modes at
+// once.
+//
+// Every matrix of a layer is a power series in the albedo, R = sum_n w^n R_n, and doubling is done
+// on the series: products become Cauchy products, and no matrix is ever inverted, for light that is
+// not scattered only crosses the layer. From the start on all terms of doubling are positive where
+// the kernels are, so every order comes out to rounding, however weak. One run serves all albedos;
+// it costs n^2 / 2 products where the sum of all orders costs one.
+//
+// The orders are those of the layer itself, truncated peaks included: of those w* and tau* are
+// series in w as well.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include <stratus/transfer/layer.h>
+
+#include "lane_ladder.h"
+
+namespace stratus {
+
+class OrderedLadder {
+  public:
+    /// Layers no deeper than the smallest cosine, orders 1 to `highest_order` of 1 to 8 `modes`;
+    /// `truncated` is the share f taken from the peak.
+    OrderedLadder(const Directions& directions, const std::vector<double>& moments,
+                  double truncated, const std::vector<int>& modes, int highest_order,
+                  double thin_depth, const LaneMethods& methods);
+
+    void double_depth();
+
+    /// True once no light comes through, so that this depth may stand for infinity.
+    bool is_opaque() const;
+
+    /// sum_n weights(n) R_n, and the same for T.
+    ModeMatrices matrices(int lane, const Eigen::VectorXd& weights) const;
+    PhaseKernels kernels(int lane) const { return start_.kernels(lane); }
+
+  private:
+    struct Free {
+        void operator()(double* memory) const { std::free(memory); }
+    };
+    using Kernel = std::unique_ptr<double, Free>;  // Packs, as in LaneLayer
+
+    /// sum_k w^k (diag(d_k) + K_k), over all directions; a part that is nothing is empty, and K_0
+    /// always is.
+    struct Series {
+        std::vector<Eigen::VectorXd> d;
+        std::vector<Kernel> K;
+    };
+
+    Series nothing() const;
+    void add_product(Series& sum, double factor, const Series& F, std::size_t i, const Series& G,
+                     std::size_t j) const;
+    void add(Series& sum, double factor, const Series& F) const;
+    Series sum(double x, const Series& F, double y, const Series& G) const;
+    Series product(const Series& F, const Series& G) const;
+    Series inverse(const Series& F) const;
+    Series parallel_sum(const Series& P, const Series& Q) const;
+    Series scattered(double depth, const Pack* kernel) const;
+    Pack* kernel(Series& of, std::size_t order) const;
+    void set_beam();
+
+    const Directions& directions_;
+    const LaneMethods& methods_;
+    double truncated_;
+    std::size_t highest_order_;
+    double optical_depth_;
+    LaneLadder start_;                  // for its phase kernels
+    Series reflection_, transmission_;  // T with the beam on its diagonal
+};
+
+}  // namespace stratus

@@ -19,6 +19,11 @@ Axis albedo_axis(Range range, int samples);
 /// below where max is met.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
+/// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the
+/// diffusion exponents, or 1 where the series stops, for light scattered a few times only goes as
+/// deep as the beam.
+std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
+
 /// 1.42 / (1 - g), the scale that diffusion.h asks for.
 double extrapolation_length(const PhaseFunction& phase_function);
 

@@ -112,8 +112,7 @@ class TableSolver {
         solver_.scheme = d.scheme;
         solver_.orders = recipe.orders;
         table_.highest_order = recipe.orders;
-        table_.diffusion_exponent =
-            compute_diffusion_exponents(recipe.phase_function, table_.albedo.values);
+        table_.diffusion_exponent = decay_exponents(recipe, table_.albedo.values);
         tabulate_geometry();
     }
 

@@ -138,7 +138,7 @@ class Resolver {
             albedos_.push_back(std::clamp(1 - s * s, recipe.albedo.min, recipe.albedo.max));
             if (recipe.albedo.min == recipe.albedo.max) break;
         }
-        exponents_ = compute_diffusion_exponents(recipe.phase_function, albedos_);
+        exponents_ = decay_exponents(recipe, albedos_);
         for (double mu : floor_cosines()) mu_.push_back(mu);
         for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
             mu_.push_back(x * x);
@@ -583,8 +583,7 @@ class Resolver {
         mu.insert(mu.end(), {0.0049, 0.03});
         const Angles few_angles = angles(mu);
         const Cells cells = solve(albedos, ladder, few_angles, solver_);
-        const std::vector<double> exponents =
-            compute_diffusion_exponents(recipe_.phase_function, albedos);
+        const std::vector<double> exponents = decay_exponents(recipe_, albedos);
         samples = choose(
             "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
                 const int intervals = candidate - 1, stride = fine / intervals;

@@ -54,8 +54,8 @@ void OrderedLadder::add_product(Series& sum, double factor, const Series& F, std
         if (!into.size()) into = VectorXd::Zero(d.size());
         into += factor * d.cwiseProduct(e);
     }
-    const LaneFactors of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr, F.K[i].get(),
-                         G.K[j].get()};
+    const LaneFactors of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr,
+                         packs(F.K[i].get()), packs(G.K[j].get())};
     if ((of.F && (of.G || of.G_diagonal)) || (of.F_diagonal && of.G))
         methods_.add_product(start_.layer(), factor, of, kernel(sum, i + j));
 }

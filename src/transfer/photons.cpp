@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -36,17 +37,11 @@ class Random {
     std::mt19937_64 engine_;
 };
 
-/// How far a scattering turns a photon, in v = (1 - cos Theta)/2, the share of the sphere within
-/// Theta; and the weight phi/density that makes up for what the sampled density lacks of phi.
-struct Turn {
-    double v;
-    double weight;
-};
-
-/// Draws angles from |phi| on a grid of Theta joined by straight lines in v.
+/// Draws how far a scattering turns a photon, in v = (1 - cos Theta)/2, the share of the sphere
+/// within Theta: from |phi| on a grid of Theta, joined by straight lines in v.
 class AngleSampler {
   public:
-    explicit AngleSampler(const PhaseFunction& phase_function) : phase_function_(phase_function) {
+    explicit AngleSampler(const PhaseFunction& phase_function) {
         // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
         // far half mirrors the near one.
         std::vector<double> angles{0};
@@ -63,23 +58,30 @@ class AngleSampler {
         }
     }
 
-    Turn operator()(Random& random) const {
-        const double total = below_.back();
-        const auto found =
-            std::upper_bound(below_.begin(), below_.end() - 1, random() * total) - below_.begin();
-        const auto i = static_cast<std::size_t>(found);
+    double sample(Random& random) const {
+        const std::size_t i = bin(below_, random() * below_.back());
         // Within the bin the density is a + (b - a) x: invert a x + (b - a) x^2/2 = u (a + b)/2.
         const double a = height_[i], b = height_[i + 1], u = random();
         const double x = u * (a + b) / (a + std::sqrt(a * a + u * (b - a) * (b + a)));
-        const double v = v_[i] + x * (v_[i + 1] - v_[i]);
-        return {v, phase_function_(1 - 2 * v) * total / (a + (b - a) * x)};
+        return v_[i] + x * (v_[i + 1] - v_[i]);
+    }
+
+    /// Of what is drawn, relative to an even spread over the sphere; never 0.
+    double density(double v) const {
+        const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
+        const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
+        return (height_[i] + x * (height_[i + 1] - height_[i])) / below_.back();
     }
 
   private:
+    static std::size_t bin(std::span<const double> ends, double at) {
+        return static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end() - 1, at) -
+                                        ends.begin());
+    }
+
     /// Where phi is smaller, 0 and sign changes included, it is still met (mean 1).
     static constexpr double least_height = 1e-3;
 
-    const PhaseFunction& phase_function_;
     std::vector<double> v_, height_;  // at the grid
     std::vector<double> below_;       // the density's integral up to each bin's end
 };
@@ -167,12 +169,15 @@ class PhotonRun {
           albedo_(albedo),
           optical_depth_(optical_depth),
           highest_order_(highest_order),
-          sample_turn_(phase_function) {}
+          along_share_(optical_depth < thin_depth ? 0.25 : 0),
+          along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
+          angles_(phase_function) {}
 
     Books<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
         std::vector<Exit> exits;
         for (const Geometry& of : beam.geometries)
-            exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1)});
+            exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1),
+                             beam_direction(of.mu_out, of.azimuth, -1)});
         Books<Tally> tallies;
         tallies.exits.resize(exits.size());
         Books<double> photon;
@@ -190,7 +195,7 @@ class PhotonRun {
   private:
     struct Exit {
         double mu;
-        Direction up;
+        Direction up, down;
     };
 
     /// Paths that matter less than this share of what they brought to the second collision are
@@ -198,7 +203,8 @@ class PhotonRun {
     static constexpr double roulette_share = 0.3;
     /// Share of first flights that end evenly spread over the way ahead: what deep layers transmit
     /// in few orders would otherwise hang on a few photons.
-    static constexpr double even_share = 0.25;
+    static constexpr double even_share = 0.1;
+    static constexpr double thin_depth = 0.1;  // below, see `scatter`
     static constexpr int most_collisions = 100'000'000;
 
     void follow(double mu_in, const std::vector<Exit>& exits, Random& random,
@@ -214,23 +220,36 @@ class PhotonRun {
                 weight = std::copysign(least_weight, weight);
             }
             if (weight == 0) return;
-            const double flight = fly(slant, order == 1 ? even_share : 0, random, weight);
-            depth = std::clamp(depth - direction.z * flight, 0.0, optical_depth_);
+            const double length = fly(slant, order == 1 ? even_share : 0, random, weight);
+            depth = std::clamp(depth - direction.z * length, 0.0, optical_depth_);
 
             photon.absorbed += weight * (1 - albedo_);
             weight *= albedo_;
-            book_exits(order, weight, depth, direction, exits, photon);
-
-            const Turn turn = sample_turn_(random);
-            weight *= turn.weight;
-            direction = turned(direction, turn.v, 2 * pi * random());
-            const double mu = std::max(std::abs(direction.z), 1e-300);  // 0/0 is no distance
-            const Side ahead = direction.z > 0 ? lit : far;
-            slant = (ahead == lit ? depth : optical_depth_ - depth) / mu;
-            photon.flux[ahead] += weight * std::exp(-slant);
+            if (order == 1) book_collision(weight, depth, direction, exits, photon);
+            direction = scatter(direction, random, weight);
+            const Flight flight = flight_from(depth, direction);
+            slant = flight.slant;
+            photon.flux[flight.ahead] += weight * std::exp(-slant);
             if (order == highest_order_) return;
+            book_flight(weight, flight, direction, exits, photon);
         }
         throw std::runtime_error("photons: a photon met 1e8 particles and was still inside");
+    }
+
+    /// What lies before a photon that has just been scattered.
+    struct Flight {
+        Side ahead;     // the face that it heads for
+        double mu;      // cosine to the normal
+        double before;  // vertical depth of the part of the layer ahead, and of the part behind
+        double behind;
+        double slant;  // before/mu
+    };
+
+    Flight flight_from(double depth, const Direction& direction) const {
+        const double mu = std::max(std::abs(direction.z), 1e-100);  // 0/0 is no distance
+        const double under = optical_depth_ - depth;
+        if (direction.z > 0) return {lit, mu, depth, under, depth / mu};
+        return {far, mu, under, depth, under / mu};
     }
 
     /// The length of a flight of density exp(-x) on (0, slant), or of a mixture of it and an even
@@ -243,26 +262,63 @@ class PhotonRun {
         return x;
     }
 
-    /// Next event: a collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu
-    /// to R at mu.
-    void book_exits(int order, double weight, double depth, const Direction& direction,
-                    const std::vector<Exit>& exits, Books<double>& photon) const {
+    /// The direction after a collision. In thin layers only those who fly along the layer meet it
+    /// again, so that a share of them is drawn from the density 1/max(|z|, tau) instead.
+    Direction scatter(const Direction& from, Random& random, double& weight) const {
+        const double azimuth = 2 * pi * random();
+        Direction to{};
+        if (along_share_ > 0 && random() < along_share_) {
+            const double u = random() * along_norm_;
+            const double z = optical_depth_ * (u < 1 ? u : std::exp(u - 1));
+            to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
+        } else {
+            to = turned(from, angles_.sample(random), azimuth);
+        }
+        const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
+        double density = angles_.density(v);
+        if (along_share_ > 0)
+            density += along_share_ *
+                       (1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_) - density);
+        weight *= phase_function_(1 - 2 * v) / density;
+        return to;
+    }
+
+    /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
+    void book_collision(double weight, double depth, const Direction& direction,
+                        const std::vector<Exit>& exits, Books<double>& photon) const {
         for (std::size_t e = 0; e < exits.size(); ++e) {
-            const auto& [mu, up] = exits[e];
-            auto& booked = order == 1 ? photon.exits[e].single : photon.exits[e].multiple;
-            const Direction down{up.x, up.y, -up.z};
-            booked[lit] +=
-                weight / 4 * phase_function_(dot(direction, up)) * std::exp(-depth / mu) / mu;
-            if (!std::isinf(optical_depth_))
-                booked[far] += weight / 4 * phase_function_(dot(direction, down)) *
-                               std::exp(-(optical_depth_ - depth) / mu) / mu;
+            const auto& [mu, up, down] = exits[e];
+            const double height[] = {depth, optical_depth_ - depth};
+            const double phase[] = {phase_function_(dot(direction, up)),
+                                    phase_function_(dot(direction, down))};
+            for (const Side side : {lit, far})
+                photon.exits[e].single[side] +=
+                    weight / 4 * phase[side] * std::exp(-height[side] / mu) / mu;
+        }
+    }
+
+    /// A flight is a beam onto the part of the layer ahead: all that its next collision can send
+    /// towards an exit is single scattering there, dimmed by the part behind if it turns back.
+    void book_flight(double weight, const Flight& flight, const Direction& direction,
+                     const std::vector<Exit>& exits, Books<double>& photon) const {
+        const double w = weight * albedo_;
+        for (std::size_t e = 0; e < exits.size(); ++e) {
+            const auto& [mu, up, down] = exits[e];
+            const Side back = flight.ahead == lit ? far : lit;
+            const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
+            const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
+            auto& booked = photon.exits[e].multiple;
+            booked[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
+            booked[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
+                            direct_transmittance(flight.behind, mu);
         }
     }
 
     const PhaseFunction& phase_function_;
     const double albedo_, optical_depth_;
     const int highest_order_;
-    const AngleSampler sample_turn_;
+    const double along_share_, along_norm_;
+    const AngleSampler angles_;
 };
 
 void check(double albedo, double optical_depth, const std::vector<Geometry>& geometries,

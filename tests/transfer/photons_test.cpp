@@ -63,7 +63,7 @@ class PhotonsInALayer : public testing::TestWithParam<Layer> {
     const Layer& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
     const PhotonSolution photons = solve_photons(phase_function, of.albedo, of.optical_depth,
-                                                 geometries, with_photons(20'000));
+                                                 geometries, with_photons(10'000));
 };
 
 TEST_P(PhotonsInALayer, MeetTheClosedFormOfOrderOne) {
@@ -147,7 +147,7 @@ TEST(Photons, KeepTheirAccuracyInLayersSoThinThatFewWouldCollideTwice) {
 TEST(Photons, TakeSeriesThatDipBelowZeroAndTables) {
     // Both lobes of a series cut short, and a table with a peak and a kink.
     std::vector<double> chi{1};
-    for (int l = 1; l < 30; ++l) chi.push_back(0.85 * chi.back());
+    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
     const PhaseFunction series = PhaseFunction::from_moments(chi);
     double least = 0;
     for (double c = -1; c <= 1; c += 1.0 / 512) least = std::min(least, series(c));

@@ -1,10 +1,11 @@
 // Photons followed one by one through a homogeneous layer: a witness that shares nothing with the
-// solver.
+// solver but the closed form of single scattering.
 //
-// Every photon carries a weight. Its flights are forced to end inside the layer, at each collision
-// the share that would leave towards every asked direction without colliding again is booked
-// (next-event estimation), and Russian roulette ends paths that hardly matter. One path serves all
-// geometries of its mu_in. Order 1 of R and T is the closed form; photons estimate n >= 2.
+// Every photon carries a weight and is never lost: its flights are made to end inside the layer,
+// and Russian roulette ends paths that hardly matter. Before each flight all that its collision can
+// send towards every asked direction is booked (next-event estimation), averaged over the whole
+// flight: a flight is a beam onto the part of the layer ahead, which scatters it once. One path
+// serves all geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +38,7 @@ struct Estimate {
 struct PhotonValue {
     SolvedValue value{};        // single is the closed form; single + multiple = total
     double standard_error = 0;  // of multiple, hence of total
-    Estimate single;            // the photons' own estimate of value.single
+    Estimate single;  // the photons' own estimate of value.single, from where they first collide
 };
 
 struct PhotonGeometry {
@@ -66,9 +67,11 @@ struct PhotonSolution {
 ///          without absorption; cosines (0, 1].
 /// Errors   std::invalid_argument naming argument, range and value; std::runtime_error when a
 ///          photon has not ended after 1e8 collisions.
-/// Accuracy unbiased for every phase function, negative lobes of moment series included. The
-///          standard error is honest where no rare photon carries much: not within a few widths of
-///          a forward peak of g > 0.9 and not at cosines below 0.01.
+/// Accuracy unbiased for every phase function, negative lobes of moment series included. Standard
+///          errors are honest (spread over seeds within 20 % of them from 5000 photons on) up to g
+///          = 0.75, grazing cosines and layers of 1e-6 included. They are too small where few
+///          photons carry the answer: forward peaks (g = 0.99: 1e6 photons are not enough), T of
+///          absorbing layers below 1e-5, and, for `single` alone, cosines below 0.02.
 /// Cost     photons x collisions x geometries; collisions grow like the depth at w = 1.
 /// Threads  the same bits with every `parallel_for`; a beam's numbers depend on its own mu_in only.
 PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,

@@ -42,15 +42,15 @@ double caught_within(double z) {
 /// flies up is the mirror image, k <-> K - 1 - k.
 struct Cut {
     int K;
-    MatrixXd start;             // n x K: of a beam from above, what first collides in a sublayer
-    MatrixXd escape;            // n x K: of light scattered in a sublayer, what leaves below
-    std::vector<VectorXd> hit;  // [k K + l]: at the nodes, from k to l
+    MatrixXd start;   // n x K: of a beam from above, what first collides in a sublayer
+    MatrixXd escape;  // n x K: of light scattered in a sublayer, what leaves below
+    MatrixXd hit;     // N x K^2: what flies from k to l, at column k K + l
 
     Cut(const Directions& directions, double optical_depth, int count)
         : K(count),
           start(directions.size(), K),
           escape(directions.size(), K),
-          hit(static_cast<std::size_t>(K * K), VectorXd::Zero(directions.nodes)) {
+          hit(MatrixXd::Zero(directions.nodes, Eigen::Index{K} * K)) {
         // Sublayers as thin as K^-3 at both faces, where light changes fastest with depth; a smooth
         // function of k/K, so that the error remains a series in K^-2.
         std::vector<double> edge;
@@ -69,16 +69,15 @@ struct Cut {
                 start(i, k) = -std::expm1(-z) * std::exp(-slant(0, k));
                 escape(i, k) = leaving * std::exp(-slant(k + 1, K));
                 if (i >= directions.nodes) continue;
-                at(k, k)(i) = caught_within(z);
+                hit(i, column(k, k)) = caught_within(z);
                 for (int l = k + 1; l < K; ++l)
-                    at(k, l)(i) =
+                    hit(i, column(k, l)) =
                         leaving * std::exp(-slant(k + 1, l)) * -std::expm1(-slant(l, l + 1));
             }
         }
     }
 
-    VectorXd& at(int k, int l) { return hit[static_cast<std::size_t>(k * K + l)]; }
-    const VectorXd& at(int k, int l) const { return hit[static_cast<std::size_t>(k * K + l)]; }
+    Eigen::Index column(int k, int l) const { return Eigen::Index{k} * K + l; }
 };
 
 /// The chain of light that is symmetric (sign = 1) or antisymmetric (-1) about the mid-plane:
@@ -88,14 +87,15 @@ std::vector<MatrixXd> run_chain(const Cut& cut, const Directions& directions,
                                 int orders) {
     const Eigen::Index N = directions.nodes, n = directions.size();
     const int K = cut.K;
-    const auto weight = albedo / 2 * directions.weight.head(N);
+    const VectorXd weight = albedo / 2 * directions.weight.head(N);
     const MatrixXd same = kernels.same.leftCols(N), other = sign * kernels.other.leftCols(N);
     MatrixXd Q(N * K, N * K), B(N * K, n), E(n, N * K);
     for (int k = 0; k < K; ++k) {
         // [EH78]: P into the same hemisphere stays at l, P into the other one is mirrored.
         MatrixXd ahead = MatrixXd::Zero(n, N), back = MatrixXd::Zero(n, N);
         for (int l = 0; l < K; ++l) {
-            const VectorXd &to = cut.at(k, l), &to_mirror = cut.at(k, K - 1 - l);
+            const VectorXd to = cut.hit.col(cut.column(k, l));
+            const VectorXd to_mirror = cut.hit.col(cut.column(k, K - 1 - l));
             Q.block(l * N, k * N, N, N) =
                 weight.asDiagonal() *
                 (same.topRows(N) * to.asDiagonal() + other.topRows(N) * to_mirror.asDiagonal());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/transfer/markov.h>
 #include <stratus/transfer/photons.h>
 #include <stratus/transfer/solve.h>
 
@@ -60,14 +61,18 @@ void PrintTo(const Layer& of, std::ostream* out) {
 
 class PhotonsInALayer : public testing::TestWithParam<Layer> {
   protected:
+    PhotonSolution solve(const PhotonOptions& options) const {
+        return solve_photons(phase_function, of.albedo, of.optical_depth, geometries, options);
+    }
+
     const Layer& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
-    const PhotonSolution photons = solve_photons(phase_function, of.albedo, of.optical_depth,
-                                                 geometries, with_photons(10'000));
 };
 
 TEST_P(PhotonsInALayer, MeetTheClosedFormOfOrderOne) {
-    for (const PhotonGeometry& at : photons.geometries) {
+    PhotonOptions options = with_photons(20'000);
+    options.highest_order = 1;
+    for (const PhotonGeometry& at : solve(options).geometries) {
         expect_meets(at.reflection.single, at.reflection.value.single, "R1");
         expect_meets(at.transmission.single, at.transmission.value.single, "T1");
         EXPECT_GT(at.reflection.single.standard_error, 0);
@@ -75,6 +80,7 @@ TEST_P(PhotonsInALayer, MeetTheClosedFormOfOrderOne) {
 }
 
 TEST_P(PhotonsInALayer, MeetTheSolver) {
+    const PhotonSolution photons = solve(with_photons(10'000));
     const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth, cosines);
     for (const PhotonGeometry& at : photons.geometries) {
         const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
@@ -101,6 +107,7 @@ TEST_P(PhotonsInALayer, MeetTheSolver) {
 }
 
 TEST_P(PhotonsInALayer, AreReflectedTransmittedOrAbsorbed) {
+    const PhotonSolution photons = solve(with_photons(3000));
     std::vector<PhotonFluxes> all = photons.plane;
     all.push_back(photons.uniform);
     for (const PhotonFluxes& fluxes : all) {
@@ -199,6 +206,25 @@ TEST(Photons, StopAfterTheOrderAskedFor) {
     // and an infinite layer without absorption ends, too
     EXPECT_GT(solve_photons({}, 1, infinity, {at}, options).geometries[0].reflection.value.multiple,
               whole.value.multiple);
+}
+
+TEST(Photons, MeetTheMarkovChainOrderByOrder) {
+    const PhaseFunction phase_function = PhaseFunction::rayleigh();
+    MarkovOptions chain_options;  // 16 nodes and 32 sublayers leave 1e-5
+    chain_options.orders = 4;
+    const MarkovSolution chain = solve_markov(phase_function, 0.9, 1, cosines, chain_options);
+    double R = 0, T = 0;
+    for (int n = 1; n <= 4; ++n) {
+        PhotonOptions options = with_photons(100'000);
+        options.highest_order = n;
+        const PhotonGeometry at =
+            solve_photons(phase_function, 0.9, 1, {{0.5, 0.9, 1}}, options).geometries[0];
+        R += chain.reflection_of_order(n, 1, 2, 1);
+        T += chain.transmission_of_order(n, 1, 2, 1);
+        expect_meets({at.reflection.value.total, at.reflection.standard_error}, R, "R");
+        expect_meets({at.transmission.value.total, at.transmission.standard_error}, T, "T");
+        EXPECT_LT(at.reflection.standard_error, 2e-3 * R);
+    }
 }
 
 TEST(Photons, AddNothingToLayersThatScatterNothing) {

@@ -37,11 +37,11 @@ struct MarkovOrder {
     std::vector<Eigen::MatrixXd> reflection_modes, transmission_modes;
 };
 
-class MarkovSolution {
-  public:
+struct MarkovSolution {
     LayerSolution layer;             // R, T and fluxes up to the highest order; no truncation
     std::vector<MarkovOrder> order;  // order[n - 2] for n = 2 .. orders; none when all are asked
     double flux_error = 0;           // of every flux in `layer`
+    Eigen::MatrixXd reflection_error, transmission_error;  // between layer.mu, at any azimuth
 
     /// R between layer.mu(in) and layer.mu(out) at an azimuth in radians.
     MarkovValue reflection(int in, int out, double azimuth) const;
@@ -52,8 +52,6 @@ class MarkovSolution {
     double reflection_of_order(int n, int in, int out, double azimuth) const;
     /// Order n of T likewise.
     double transmission_of_order(int n, int in, int out, double azimuth) const;
-
-    Eigen::MatrixXd reflection_error, transmission_error;  // at any azimuth
 };
 
 /// Solves one layer at the cosines `mu` (none: at the Gauss nodes) by the chain.
@@ -65,8 +63,7 @@ class MarkovSolution {
 /// Accuracy K = 32: 1e-5 of R and T at depth 1, 2e-4 at depth 8 (cosines from 0.02), eight times
 ///          better with each doubling of K. The stated error is some 3 to 50 times what is left of
 ///          the error in K; what the nodes themselves leave (quadrature.h) comes on top.
-/// Cost     (4/3) (2 K nodes)^3 operations a mode for the finest cut, a seventh more for the
-/// others.
+/// Cost     (4/3) (2 K nodes)^3 operations a mode, and a seventh more.
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,
                             const MarkovOptions& options = {});

@@ -1,0 +1,448 @@
+#include <stratus/transfer/photons.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include <boost/math/special_functions/expint.hpp>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+
+namespace stratus {
+
+namespace {
+
+/// The engine's numbers are the same in every standard library; its distributions' would not be.
+class Random {
+  public:
+    Random(std::uint64_t seed, std::uint64_t beam, std::uint64_t batch) {
+        std::vector<std::uint32_t> words;
+        for (const std::uint64_t part : {seed, beam, batch})
+            for (const int shift : {0, 32})
+                words.push_back(static_cast<std::uint32_t>(part >> shift));
+        std::seed_seq sequence(words.begin(), words.end());
+        engine_.seed(sequence);
+    }
+
+    /// In [0, 1).
+    double operator()() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+
+  private:
+    std::mt19937_64 engine_;
+};
+
+/// Draws how far a scattering turns a photon, in v = (1 - cos Theta)/2, the share of the sphere
+/// within Theta: from |phi| on a grid of Theta, joined by straight lines in v.
+class AngleSampler {
+  public:
+    explicit AngleSampler(const PhaseFunction& phase_function) {
+        // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
+        // far half mirrors the near one.
+        std::vector<double> angles{0};
+        for (double angle = 1e-5; angle < pi / 2; angle += std::min(0.02 * angle, pi / 1024))
+            angles.push_back(angle);
+        for (std::size_t i = angles.size(); i-- > 0;) angles.push_back(pi - angles[i]);
+        for (const double angle : angles) {
+            v_.push_back(std::pow(std::sin(angle / 2), 2));
+            height_.push_back(std::max(least_height, std::abs(phase_function(std::cos(angle)))));
+            if (v_.size() == 1) continue;
+            const std::size_t i = v_.size() - 2;
+            below_.push_back((below_.empty() ? 0 : below_.back()) +
+                             (v_[i + 1] - v_[i]) * (height_[i] + height_[i + 1]) / 2);
+        }
+    }
+
+    double sample(Random& random) const {
+        const std::size_t i = bin(below_, random() * below_.back());
+        // Within the bin the density is a + (b - a) x: invert a x + (b - a) x^2/2 = u (a + b)/2.
+        const double a = height_[i], b = height_[i + 1], u = random();
+        const double x = u * (a + b) / (a + std::sqrt(a * a + u * (b - a) * (b + a)));
+        return v_[i] + x * (v_[i + 1] - v_[i]);
+    }
+
+    /// Of what is drawn, relative to an even spread over the sphere; never 0.
+    double density(double v) const {
+        const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
+        const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
+        return (height_[i] + x * (height_[i + 1] - height_[i])) / below_.back();
+    }
+
+  private:
+    static std::size_t bin(std::span<const double> ends, double at) {
+        return static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end() - 1, at) -
+                                        ends.begin());
+    }
+
+    /// Where phi is smaller, 0 and sign changes included, it is still met (mean 1).
+    static constexpr double least_height = 1e-3;
+
+    std::vector<double> v_, height_;  // at the grid
+    std::vector<double> below_;       // the density's integral up to each bin's end
+};
+
+/// A unit vector; z points up, out of the lit side.
+struct Direction {
+    double x, y, z;
+};
+
+double dot(const Direction& a, const Direction& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+Direction beam_direction(double mu, double azimuth, double up) {
+    const double sine = std::sqrt((1 - mu) * (1 + mu));
+    return {sine * std::cos(azimuth), sine * std::sin(azimuth), up * mu};
+}
+
+Direction turned(const Direction& from, double v, double azimuth) {
+    const double cosine = 1 - 2 * v, sine = 2 * std::sqrt(v * (1 - v));
+    const double a = sine * std::cos(azimuth), b = sine * std::sin(azimuth);
+    const double flat = std::sqrt(from.x * from.x + from.y * from.y);
+    const double ex = flat > 0 ? -from.y / flat : 1, ey = flat > 0 ? from.x / flat : 0;  // across
+    Direction to{cosine * from.x + a * ex - b * from.z * ey,
+                 cosine * from.y + a * ey + b * from.z * ex,
+                 cosine * from.z + b * (from.x * ey - from.y * ex)};
+    const double length = std::sqrt(dot(to, to));  // rounding must not add up along a path
+    return {to.x / length, to.y / length, to.z / length};
+}
+
+/// Running sums of one quantity over photons.
+struct Tally {
+    double sum = 0, squares = 0;
+
+    void add(double value) {
+        sum += value;
+        squares += value * value;
+    }
+    void add(const Tally& other) {
+        sum += other.sum;
+        squares += other.squares;
+    }
+    Estimate estimate(std::uint64_t photons) const {
+        const auto n = static_cast<double>(photons);
+        const double mean = sum / n;
+        return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1))};
+    }
+};
+
+enum Side { lit, far };
+
+/// What one photon adds, or the tallies of many: R and T of order 1 and of orders n >= 2 at every
+/// exit, then fluxes.
+template <class Number>
+struct Books {
+    struct Exit {
+        std::array<Number, 2> single{}, multiple{};  // by side
+    };
+    std::vector<Exit> exits;
+    std::array<Number, 2> flux{};
+    Number absorbed{};
+
+    template <class Other>
+    void add(const Books<Other>& other) {
+        for (std::size_t e = 0; e < exits.size(); ++e)
+            for (const Side side : {lit, far}) {
+                exits[e].single[side].add(other.exits[e].single[side]);
+                exits[e].multiple[side].add(other.exits[e].multiple[side]);
+            }
+        for (const Side side : {lit, far}) flux[side].add(other.flux[side]);
+        absorbed.add(other.absorbed);
+    }
+};
+
+/// All photons of one mu_in (0: uniform light) and the directions in which they are looked for.
+struct Beam {
+    double mu_in = 0;
+    std::vector<Geometry> geometries;
+    std::vector<std::size_t> asked_at;  // of each geometry in the list asked for
+};
+
+class PhotonRun {
+  public:
+    PhotonRun(const PhaseFunction& phase_function, double albedo, double optical_depth,
+              int highest_order)
+        : phase_function_(phase_function),
+          albedo_(albedo),
+          optical_depth_(optical_depth),
+          highest_order_(highest_order),
+          along_share_(optical_depth < thin_depth ? 0.25 : 0),
+          along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
+          angles_(phase_function) {}
+
+    Books<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
+        std::vector<Exit> exits;
+        for (const Geometry& of : beam.geometries)
+            exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1),
+                             beam_direction(of.mu_out, of.azimuth, -1)});
+        Books<Tally> tallies;
+        tallies.exits.resize(exits.size());
+        Books<double> photon;
+        for (std::uint64_t i = 0; i < photons; ++i) {
+            photon = {std::move(photon.exits), {}, {}};
+            photon.exits.assign(exits.size(), {});
+            // Uniform light falls on the layer as 2 mu dmu.
+            const double mu_in = beam.mu_in > 0 ? beam.mu_in : std::sqrt(1 - random());
+            follow(mu_in, exits, random, photon);
+            tallies.add(photon);
+        }
+        return tallies;
+    }
+
+  private:
+    struct Exit {
+        double mu;
+        Direction up, down;
+    };
+
+    /// Paths that matter less than this share of what they brought to the second collision are
+    /// ended by roulette.
+    static constexpr double roulette_share = 0.3;
+    /// Share of first flights that end evenly spread over the way ahead: what deep layers transmit
+    /// in few orders would otherwise hang on a few photons.
+    static constexpr double even_share = 0.1;
+    static constexpr double thin_depth = 0.1;  // below, see `scatter`
+    static constexpr int most_collisions = 100'000'000;
+
+    void follow(double mu_in, const std::vector<Exit>& exits, Random& random,
+                Books<double>& photon) const {
+        Direction direction = beam_direction(mu_in, 0, -1);
+        double depth = 0, weight = 1, least_weight = 0;
+        double slant = optical_depth_ / mu_in;  // optical distance to the face ahead
+        for (int order = 1; order <= most_collisions; ++order) {
+            weight *= -std::expm1(-slant);  // the flight is made to end inside
+            if (order == 2) least_weight = roulette_share * std::abs(weight);
+            if (order > 2 && std::abs(weight) < least_weight) {
+                if (random() * least_weight >= std::abs(weight)) return;
+                weight = std::copysign(least_weight, weight);
+            }
+            if (weight == 0) return;
+            const double length = fly(slant, order == 1 ? even_share : 0, random, weight);
+            depth = std::clamp(depth - direction.z * length, 0.0, optical_depth_);
+
+            photon.absorbed += weight * (1 - albedo_);
+            weight *= albedo_;
+            if (order == 1) book_collision(weight, depth, direction, exits, photon);
+            direction = scatter(direction, random, weight);
+            const Flight flight = flight_from(depth, direction);
+            slant = flight.slant;
+            photon.flux[flight.ahead] += weight * std::exp(-slant);
+            if (order == highest_order_) return;
+            book_flight(weight, flight, direction, exits, photon);
+        }
+        throw std::runtime_error("photons: a photon met 1e8 particles and was still inside");
+    }
+
+    /// What lies before a photon that has just been scattered.
+    struct Flight {
+        Side ahead;     // the face that it heads for
+        double mu;      // cosine to the normal
+        double before;  // vertical depth of the part of the layer ahead, and of the part behind
+        double behind;
+        double slant;  // before/mu
+    };
+
+    Flight flight_from(double depth, const Direction& direction) const {
+        const double mu = std::max(std::abs(direction.z), 1e-100);  // 0/0 is no distance
+        const double under = optical_depth_ - depth;
+        if (direction.z > 0) return {lit, mu, depth, under, depth / mu};
+        return {far, mu, under, depth, under / mu};
+    }
+
+    /// The length of a flight of density exp(-x) on (0, slant), or of a mixture of it and an even
+    /// density, with the weight that makes up for that.
+    static double fly(double slant, double even, Random& random, double& weight) {
+        const double hit = -std::expm1(-slant);
+        if (even == 0 || std::isinf(slant)) return -std::log1p(-random() * hit);
+        const double x = random() < even ? random() * slant : -std::log1p(-random() * hit);
+        weight /= 1 - even + even * std::exp(x) * hit / slant;
+        return x;
+    }
+
+    /// The direction after a collision. In thin layers only those who fly along the layer meet it
+    /// again, so that a share of them is drawn from the density 1/max(|z|, tau) instead.
+    Direction scatter(const Direction& from, Random& random, double& weight) const {
+        const double azimuth = 2 * pi * random();
+        Direction to{};
+        if (along_share_ > 0 && random() < along_share_) {
+            const double u = random() * along_norm_;
+            const double z = optical_depth_ * (u < 1 ? u : std::exp(u - 1));
+            to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
+        } else {
+            to = turned(from, angles_.sample(random), azimuth);
+        }
+        const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
+        double density = angles_.density(v);
+        if (along_share_ > 0)
+            density += along_share_ *
+                       (1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_) - density);
+        weight *= phase_function_(1 - 2 * v) / density;
+        return to;
+    }
+
+    /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
+    void book_collision(double weight, double depth, const Direction& direction,
+                        const std::vector<Exit>& exits, Books<double>& photon) const {
+        for (std::size_t e = 0; e < exits.size(); ++e) {
+            const auto& [mu, up, down] = exits[e];
+            const double height[] = {depth, optical_depth_ - depth};
+            const double phase[] = {phase_function_(dot(direction, up)),
+                                    phase_function_(dot(direction, down))};
+            for (const Side side : {lit, far})
+                photon.exits[e].single[side] +=
+                    weight / 4 * phase[side] * std::exp(-height[side] / mu) / mu;
+        }
+    }
+
+    /// A flight is a beam onto the part of the layer ahead: all that its next collision can send
+    /// towards an exit is single scattering there, dimmed by the part behind if it turns back.
+    void book_flight(double weight, const Flight& flight, const Direction& direction,
+                     const std::vector<Exit>& exits, Books<double>& photon) const {
+        const double w = weight * albedo_;
+        for (std::size_t e = 0; e < exits.size(); ++e) {
+            const auto& [mu, up, down] = exits[e];
+            const Side back = flight.ahead == lit ? far : lit;
+            const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
+            const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
+            auto& booked = photon.exits[e].multiple;
+            booked[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
+            booked[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
+                            direct_transmittance(flight.behind, mu);
+        }
+    }
+
+    const PhaseFunction& phase_function_;
+    const double albedo_, optical_depth_;
+    const int highest_order_;
+    const double along_share_, along_norm_;
+    const AngleSampler angles_;
+};
+
+void check(double albedo, double optical_depth, const std::vector<Geometry>& geometries,
+           const PhotonOptions& options) {
+    const char* const door = "photons";
+    require(albedo >= 0 && albedo <= 1, door, "albedo", "in [0, 1]", albedo);
+    require(optical_depth >= 0, door, "optical_depth", "in [0, inf]", optical_depth);
+    require(options.highest_order >= 0, door, "highest_order", ">= 0", options.highest_order);
+    require(options.photons >= 2, door, "photons", ">= 2", options.photons);
+    if (albedo == 1 && options.highest_order == 0)
+        require(!std::isinf(optical_depth), door, "optical_depth",
+                "finite at albedo 1 (paths in an infinite layer have no mean length)",
+                optical_depth);
+    for (const Geometry& of : geometries) {
+        require(of.mu_in > 0 && of.mu_in <= 1, door, "mu_in", "in (0, 1]", of.mu_in);
+        require(of.mu_out > 0 && of.mu_out <= 1, door, "mu_out", "in (0, 1]", of.mu_out);
+        require(std::isfinite(of.azimuth), door, "azimuth", "finite", of.azimuth);
+    }
+}
+
+/// One beam for each distinct mu_in, then uniform light.
+std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
+    std::vector<Beam> beams;
+    for (std::size_t i = 0; i < geometries.size(); ++i) {
+        auto beam = std::find_if(beams.begin(), beams.end(), [&](const Beam& each) {
+            return each.mu_in == geometries[i].mu_in;
+        });
+        if (beam == beams.end()) beam = beams.insert(beam, {geometries[i].mu_in, {}, {}});
+        beam->geometries.push_back(geometries[i]);
+        beam->asked_at.push_back(i);
+    }
+    beams.emplace_back();
+    return beams;
+}
+
+/// Tallies of every beam; the batches of a beam are added up in their order, whichever ended first.
+std::vector<Books<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam>& beams,
+                                    const PhotonOptions& options) {
+    constexpr std::uint64_t least_batch = 1024, most_batches = 256;
+    const std::uint64_t batches =
+        std::clamp(options.photons / least_batch, std::uint64_t{1}, most_batches);
+    std::vector<Books<Tally>> slots(beams.size() * batches);
+    const auto work = [&](int at) {
+        const Beam& beam = beams[static_cast<std::size_t>(at) / batches];
+        const std::uint64_t batch = static_cast<std::size_t>(at) % batches;
+        Random random(options.seed, std::bit_cast<std::uint64_t>(beam.mu_in), batch);
+        const std::uint64_t photons =
+            options.photons / batches + (batch < options.photons % batches ? 1 : 0);
+        slots[static_cast<std::size_t>(at)] = run.run(beam, photons, random);
+    };
+    const auto count = static_cast<int>(slots.size());
+    if (options.parallel_for)
+        options.parallel_for(count, work);
+    else
+        for (int i = 0; i < count; ++i) work(i);
+    std::vector<Books<Tally>> totals;
+    for (std::size_t b = 0; b < beams.size(); ++b) {
+        totals.push_back(std::move(slots[b * batches]));
+        for (std::size_t i = 1; i < batches; ++i) totals[b].add(slots[b * batches + i]);
+    }
+    return totals;
+}
+
+/// What leaves without a collision, and the closed forms of order 1; photons add to it.
+PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, double tau,
+                           const std::vector<Geometry>& geometries,
+                           const std::vector<Beam>& beams) {
+    PhotonSolution solution;
+    for (const Geometry& of : geometries) {
+        const double R = single_reflection(phase_function(cos_scattering_angle_reflected(of)),
+                                           albedo, tau, of.mu_in, of.mu_out);
+        const double T = single_transmission(phase_function(cos_scattering_angle_transmitted(of)),
+                                             albedo, tau, of.mu_in, of.mu_out);
+        solution.geometries.push_back({of, {{R, R, 0}, 0, {}}, {{T, T, 0}, 0, {}}});
+    }
+    for (const Beam& beam : beams) {
+        PhotonFluxes fluxes;
+        // Of uniform light 2 int exp(-tau/mu) mu dmu = 2 E_3(tau) passes straight.
+        fluxes.direct_transmittance = beam.mu_in > 0    ? direct_transmittance(tau, beam.mu_in)
+                                      : std::isinf(tau) ? 0
+                                                        : 2 * boost::math::expint(3, tau);
+        // Without scattering, all the light that does not pass is absorbed.
+        if (albedo == 0) fluxes.absorptance.value = 1 - fluxes.direct_transmittance;
+        if (beam.mu_in == 0) {
+            solution.uniform = fluxes;
+            continue;
+        }
+        solution.mu_in.push_back(beam.mu_in);
+        solution.plane.push_back(fluxes);
+    }
+    return solution;
+}
+
+}  // namespace
+
+PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
+                             double optical_depth, const std::vector<Geometry>& geometries,
+                             const PhotonOptions& options) {
+    check(albedo, optical_depth, geometries, options);
+    const std::vector<Beam> beams = sort_by_beam(geometries);
+    PhotonSolution solution = unscattered(phase_function, albedo, optical_depth, geometries, beams);
+    if (optical_depth == 0 || albedo == 0) return solution;
+
+    const PhotonRun run(phase_function, albedo, optical_depth, options.highest_order);
+    const std::vector<Books<Tally>> totals = run_beams(run, beams, options);
+    for (std::size_t b = 0; b < beams.size(); ++b) {
+        const auto estimate = [&](const Tally& of) { return of.estimate(options.photons); };
+        PhotonFluxes& fluxes = beams[b].mu_in > 0 ? solution.plane[b] : solution.uniform;
+        fluxes.albedo = estimate(totals[b].flux[lit]);
+        fluxes.transmittance = estimate(totals[b].flux[far]);
+        fluxes.absorptance = estimate(totals[b].absorbed);
+        for (std::size_t e = 0; e < beams[b].geometries.size(); ++e) {
+            PhotonGeometry& at = solution.geometries[beams[b].asked_at[e]];
+            for (const Side side : {lit, far}) {
+                PhotonValue& of = side == lit ? at.reflection : at.transmission;
+                const Estimate multiple = estimate(totals[b].exits[e].multiple[side]);
+                of.value.multiple = multiple.value;
+                of.value.total = of.value.single + multiple.value;
+                of.standard_error = multiple.standard_error;
+                of.single = estimate(totals[b].exits[e].single[side]);
+            }
+        }
+    }
+    return solution;
+}
+
+}  // namespace stratus

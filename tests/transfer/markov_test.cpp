@@ -1,0 +1,319 @@
+// The Markov chain meets the solver within the errors that it states.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <boost/math/quadrature/tanh_sinh.hpp>
+#include <boost/math/special_functions/expint.hpp>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/markov.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+const std::vector<double> cosines{0.1, 0.3, 0.5, 0.8, 1.0};
+const std::vector<double> azimuths{0, 1, pi};
+
+MarkovOptions with(int nodes, int sublayers, int orders = 0) {
+    MarkovOptions options;
+    options.nodes = nodes;
+    options.sublayers = sublayers;
+    options.orders = orders;
+    return options;
+}
+
+// ---- against the solver ------------------------------------------------------------------------
+
+struct Layer {
+    const char* name;
+    const char* phase_function;
+    int nodes;
+    double albedo;
+    double optical_depth;
+};
+
+void PrintTo(const Layer& of, std::ostream* out) {
+    *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
+}
+
+class MarkovChain : public testing::TestWithParam<Layer> {};
+
+TEST_P(MarkovChain, MeetsTheSolverWithinTheErrorThatItStates) {
+    const Layer& of = GetParam();
+    const PhaseFunction phase_function = parse_phase_function(of.phase_function);
+    SolverOptions same;  // as the chain: its nodes, no truncation
+    same.nodes = of.nodes;
+    same.truncate = false;
+    const LayerSolution layer =
+        solve_layer(phase_function, of.albedo, of.optical_depth, cosines, same);
+    const MarkovSolution chain =
+        solve_markov(phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, 32));
+    for (int in = 0; in < 5; ++in)
+        for (int out = 0; out < 5; ++out)
+            for (const double azimuth : azimuths) {
+                const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
+                    // 1e-10: modes left out
+                    EXPECT_NEAR(value.value.total, expected.total,
+                                value.error + 1e-10 * expected.total)
+                        << in << ' ' << out << ' ' << azimuth;
+                    EXPECT_EQ(value.value.single, expected.single);
+                    EXPECT_LT(value.error, 0.05 * expected.total + 1e-6) << "error says nothing";
+                };
+                meets(chain.reflection(in, out, azimuth), layer.reflection(in, out, azimuth));
+                meets(chain.transmission(in, out, azimuth), layer.transmission(in, out, azimuth));
+            }
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_NEAR(chain.layer.plane_albedo(i), layer.plane_albedo(i), chain.flux_error);
+        EXPECT_NEAR(chain.layer.diffuse_transmittance(i), layer.diffuse_transmittance(i),
+                    chain.flux_error);
+    }
+    EXPECT_NEAR(chain.layer.spherical_albedo, layer.spherical_albedo, chain.flux_error);
+    EXPECT_NEAR(chain.layer.total_transmittance, layer.total_transmittance, chain.flux_error);
+    EXPECT_LT(chain.flux_error, 1e-2 * of.optical_depth);  // and says something
+}
+
+std::vector<Layer> layers() {
+    std::vector<Layer> all;
+    for (const auto& [name, text, nodes] :
+         {std::tuple{"isotropic", "isotropic", 8},
+          {"rayleigh", "rayleigh", 8},
+          {"forward", "henyey_greenstein:g=0.5", 8},
+          {"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 8}})
+        for (const double albedo : {0.3, 0.99, 1.0})
+            for (const double optical_depth : {0.1, 1.0, 8.0})
+                all.push_back({name, text, nodes, albedo, optical_depth});
+    return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(layers()), [](const auto& row) {
+    return row.param.name + std::to_string(row.index);
+});
+
+TEST(MarkovChainAlone, MeetsTheConvergedSolverToAPartInAHundredThousand) {
+    // The nodes of either leave 1e-9; of K = 32, 4e-6 is left, most of it at mu = mu0 = 0.1.
+    const LayerSolution layer = solve_layer({}, 0.99, 1, cosines);
+    const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, with(24, 32));
+    for (int in = 0; in < 5; ++in)
+        for (int out = 0; out < 5; ++out) {
+            const double R = layer.reflection(in, out, 0).total;
+            const double T = layer.transmission(in, out, 0).total;
+            EXPECT_NEAR(chain.reflection(in, out, 0).value.total, R, 1e-5 * R);
+            EXPECT_NEAR(chain.transmission(in, out, 0).value.total, T, 1e-5 * T);
+        }
+}
+
+// ---- the chain by itself -----------------------------------------------------------------------
+
+TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
+    const PhaseFunction phase_function = PhaseFunction::rayleigh();
+    // Orders fall off faster than w^n: 300 of them leave 1e-14.
+    const MarkovSolution all = solve_markov(phase_function, 0.9, 2, cosines, with(6, 4));
+    const MarkovSolution one_by_one =
+        solve_markov(phase_function, 0.9, 2, cosines, with(6, 4, 300));
+    ASSERT_EQ(one_by_one.order.size(), 299u);
+    for (int in = 0; in < 5; ++in)
+        for (const double azimuth : azimuths) {
+            double R = 0, T = 0;
+            for (int n = 300; n > 0; --n) {
+                R += one_by_one.reflection_of_order(n, in, 2, azimuth);
+                T += one_by_one.transmission_of_order(n, in, 2, azimuth);
+            }
+            for (const MarkovSolution* of : {&all, &one_by_one}) {
+                EXPECT_NEAR(of->reflection(in, 2, azimuth).value.total / R, 1, 1e-12);
+                EXPECT_NEAR(of->transmission(in, 2, azimuth).value.total / T, 1, 1e-12);
+            }
+        }
+}
+
+TEST(MarkovChainAlone, GrowsOrderNAsAlbedoToTheN) {
+    const MarkovSolution whole = solve_markov({}, 1, 1, cosines, with(6, 8, 5));
+    const MarkovSolution half = solve_markov({}, 0.5, 1, cosines, with(6, 8, 5));
+    for (int n = 1; n <= 5; ++n)
+        EXPECT_NEAR(half.reflection_of_order(n, 1, 3, 0) * std::pow(2, n) /
+                        whole.reflection_of_order(n, 1, 3, 0),
+                    1, 1e-13);
+}
+
+/// Order 2 of an isotropic layer from its source function: light of depth t' that scatters again at
+/// t arrives with E_1(|t - t'|)/2, and both beams are exponentials, so that one integral over
+/// v = |t - t'| remains:
+///
+///     R_2 = w^2/(8 mu mu0) int E_1(v) (exp(-v/mu) + exp(-v/mu0)) c(1/mu + 1/mu0, tau - v) dv
+///     T_2 = w^2/(8 mu mu0) int E_1(v) (exp(-(tau - v)/mu) c(1/mu0 - 1/mu, tau - v)
+///                                    + exp(-v/mu0 - tau/mu) c(1/mu0 - 1/mu, tau - v)) dv
+///
+/// with c(a, L) = int_0^L exp(-a s) ds.
+SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool reflected) {
+    const auto c = [](double a, double length) {
+        return a == 0 ? length : -std::expm1(-a * length) / a;
+    };
+    const double a = reflected ? 1 / mu + 1 / mu0 : 1 / mu0 - 1 / mu;
+    boost::math::quadrature::tanh_sinh<double> integrate;
+    const double integral = integrate.integrate(
+        [&](double v) {
+            if (v == 0) return 0.0;  // E_1 is infinite there and its weight 0
+            const double pair = reflected
+                                    ? std::exp(-v / mu) + std::exp(-v / mu0)
+                                    : std::exp(-(tau - v) / mu) + std::exp(-v / mu0 - tau / mu);
+            return boost::math::expint(1, v) * pair * c(a, tau - v);
+        },
+        0.0, tau);
+    const double value = albedo * albedo / (8 * mu * mu0) * integral;
+    return {value, 0, value};
+}
+
+TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
+    for (const double tau : {0.1, 1.0, 4.0}) {
+        const MarkovSolution chain = solve_markov({}, 0.8, tau, cosines, with(24, 32, 2));
+        for (int in = 0; in < 5; ++in)
+            for (int out = 0; out < 5; ++out) {
+                const double mu0 = cosines[static_cast<std::size_t>(in)];
+                const double mu = cosines[static_cast<std::size_t>(out)];
+                const double R = second_order(0.8, tau, mu0, mu, true).multiple;
+                const double T = second_order(0.8, tau, mu0, mu, false).multiple;
+                // 1e-8: what 24 nodes leave
+                EXPECT_NEAR(chain.reflection_of_order(2, in, out, 0), R,
+                            chain.reflection(in, out, 0).error + 1e-8 * R)
+                    << tau << ' ' << mu0 << ' ' << mu;
+                EXPECT_NEAR(chain.transmission_of_order(2, in, out, 0), T,
+                            chain.transmission(in, out, 0).error + 1e-8 * T)
+                    << tau << ' ' << mu0 << ' ' << mu;
+                EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);  // and says something
+            }
+    }
+}
+
+TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
+    SolverOptions same;
+    same.nodes = 8;
+    same.truncate = false;
+    const LayerSolution layer = solve_layer({}, 0.99, 1, cosines, same);
+    const auto errors = [&](int sublayers, bool extrapolate) {
+        MarkovOptions options = with(8, sublayers);
+        options.extrapolate = extrapolate;
+        const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, options);
+        double sum = 0;
+        for (int in = 1; in < 5; ++in)
+            sum += std::abs(chain.reflection(in, 2, 0).value.total -
+                            layer.reflection(in, 2, 0).total) +
+                   std::abs(chain.transmission(in, 2, 0).value.total -
+                            layer.transmission(in, 2, 0).total);
+        return sum;
+    };
+    EXPECT_NEAR(std::log2(errors(16, false) / errors(32, false)), 2, 0.1);
+    // Extrapolated it is at least the third, thirty times better at K = 32.
+    EXPECT_GT(std::log2(errors(16, true) / errors(32, true)), 2.8);
+    EXPECT_LT(errors(32, true), errors(32, false) / 30);
+}
+
+TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
+    const MarkovSolution chain =
+        solve_markov(PhaseFunction::rayleigh(), 1, 1, cosines, with(8, 16));
+    for (int in = 0; in < 5; ++in)
+        for (int out = 0; out < in; ++out) {
+            const double R = chain.reflection(in, out, 1).value.total;
+            const double T = chain.transmission(in, out, 1).value.total;
+            EXPECT_NEAR(chain.reflection(out, in, 1).value.total, R, 1e-11 * R);
+            EXPECT_NEAR(chain.transmission(out, in, 1).value.total, T, 1e-11 * T);
+        }
+    EXPECT_NEAR(chain.layer.spherical_albedo + chain.layer.total_transmittance, 1,
+                2 * chain.flux_error);
+    EXPECT_LT(chain.flux_error, 1e-3);
+}
+
+TEST(MarkovChainAlone, AddsNothingToLayersThatScatterNothing) {
+    const MarkovSolution empty = solve_markov({}, 1, 0, cosines);
+    EXPECT_EQ(empty.reflection(0, 1, 0).value.total, 0);
+    EXPECT_EQ(empty.transmission(0, 0, 0).value.total, 0);
+    EXPECT_EQ(empty.layer.spherical_albedo, 0);
+    EXPECT_NEAR(empty.layer.total_transmittance, 1, 1e-15);
+    const MarkovSolution black = solve_markov({}, 0, 1, cosines);
+    EXPECT_EQ(black.reflection(0, 1, 0).value.total, 0);
+    EXPECT_EQ(black.layer.plane_albedo(2), 0);
+    // 16 nodes integrate the beam to 1e-9
+    EXPECT_NEAR(black.layer.total_transmittance, 2 * boost::math::expint(3, 1.0), 1e-8);
+}
+
+TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
+    SolverOptions same;
+    same.nodes = 8;
+    same.truncate = false;
+    for (const double tau : {1e-140, 1e-12, 1e-9, 1e-3}) {
+        const LayerSolution layer = solve_layer({}, 1, tau, {0.5}, same);
+        const MarkovSolution chain = solve_markov({}, 1, tau, {0.5}, with(8, 16));
+        EXPECT_NEAR(chain.layer.plane_albedo(0) / layer.plane_albedo(0), 1, 1e-6) << tau;
+        const SolvedValue R = layer.reflection(0, 0, 0);
+        EXPECT_NEAR(chain.reflection(0, 0, 0).value.total / R.total, 1, 1e-6) << tau;
+        const double multiple = chain.reflection(0, 0, 0).value.multiple / R.total;
+        if (tau < 1e-100) {
+            EXPECT_GT(multiple, tau);  // tau log(1/tau), not rounding
+            EXPECT_LT(multiple, 1e4 * tau);
+        } else {  // which the solver finds by subtraction: 5 digits are left of it at 1e-12
+            EXPECT_NEAR(multiple * R.total / R.multiple, 1, 1e-4) << tau;
+        }
+    }
+}
+
+TEST(MarkovChainAlone, StopsAfterOrderOneWhenToldTo) {
+    const MarkovSolution once = solve_markov({}, 1, 1, cosines, with(8, 16, 1));
+    EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
+    EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
+    EXPECT_EQ(once.reflection(1, 2, 0).error, 0);
+    EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
+}
+
+TEST(MarkovChainAlone, SolvesAtTheNodesWhenNoCosineIsAskedFor) {
+    const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, with(8, 16));
+    ASSERT_EQ(chain.layer.mu.size(), 8);
+    const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, with(8, 16));
+    EXPECT_NEAR(chain.reflection(5, 5, 0).value.total / asked.reflection(0, 0, 0).value.total, 1,
+                1e-13);
+    EXPECT_NEAR(chain.layer.plane_albedo(5), asked.layer.plane_albedo(0), 1e-13);
+}
+
+// ---- refusals ----------------------------------------------------------------------------------
+
+void expect_markov_refuses(double albedo, double optical_depth, const std::vector<double>& mu,
+                           const MarkovOptions& options,
+                           const std::vector<const char*>& fragments) {
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_markov({}, albedo, optical_depth, mu, options); }, fragments);
+}
+
+TEST(MarkovChainAlone, RefusesWhatIsOutOfRange) {
+    expect_markov_refuses(1.5, 1, {1}, {}, {"markov: albedo must be in [0, 1], got 1.5"});
+    expect_markov_refuses(not_a_number, 1, {1}, {}, {"albedo", "nan"});
+    expect_markov_refuses(0.5, -1, {1}, {}, {"markov", "optical_depth", "[0, inf)", "-1"});
+    expect_markov_refuses(0.5, not_a_number, {1}, {}, {"optical_depth", "nan"});
+    expect_markov_refuses(0.5, infinity, {1}, {}, {"optical_depth", "without end", "got inf"});
+    expect_markov_refuses(0.5, 1, {0}, {}, {"mu", "[1e-100, 1]", "got 0"});
+    expect_markov_refuses(0.5, 1, {1}, with(0, 32), {"markov", "nodes", "[1, 512]", "got 0"});
+    expect_markov_refuses(0.5, 1, {1}, with(513, 4), {"markov", "nodes", "[1, 512]", "513"});
+    expect_markov_refuses(0.5, 1, {1}, with(8, 2), {"markov", "sublayers", "even", "got 2"});
+    expect_markov_refuses(0.5, 1, {1}, with(8, 15), {"markov", "sublayers", "even", "got 15"});
+    expect_markov_refuses(0.5, 1, {1}, with(8, 16, -1), {"markov", "orders", ">= 0", "-1"});
+    MarkovOptions options;
+    options.modes = -1;
+    expect_markov_refuses(0.5, 1, {1}, options, {"markov", "modes", ">= 0", "-1"});
+}
+
+TEST(MarkovChainAlone, RefusesMatricesThatWouldNotFit) {
+    expect_markov_refuses(0.5, 1, {1}, with(64, 66),
+                          {"markov", "2 sublayers x nodes", "at most 8192", "got 8448"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,365 @@
+// Photons meet the solver and the closed forms within their own standard errors.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/markov.h>
+#include <stratus/transfer/photons.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+const std::vector<double> cosines{0.15, 0.5, 0.9, 1.0};
+const std::vector<Geometry> geometries{
+    {0.5, 0.9, 0}, {0.5, 0.5, 2}, {0.5, 0.15, 1}, {0.15, 0.5, pi}, {0.5, 1.0, 0}};
+
+int index_of(double mu) {
+    for (std::size_t i = 0; i < cosines.size(); ++i)
+        if (cosines[i] == mu) return static_cast<int>(i);
+    return -1;
+}
+
+PhotonOptions with_photons(std::uint64_t photons, std::uint64_t seed = 1) {
+    PhotonOptions options;
+    options.photons = photons;
+    options.seed = seed;
+    return options;
+}
+
+/// Within 4 standard errors: once in 16000 numbers by chance; a few hundred are met here. What is
+/// certain (a standard error of 0) must be met to rounding.
+void expect_meets(const Estimate& estimate, double expected, const std::string& what) {
+    EXPECT_NEAR(estimate.value, expected, 4 * estimate.standard_error + 1e-14)
+        << what << ", standard error " << estimate.standard_error;
+}
+
+// ---- against the solver ------------------------------------------------------------------------
+
+struct Layer {
+    const char* name;
+    const char* phase_function;
+    double albedo;
+    double optical_depth;
+};
+
+void PrintTo(const Layer& of, std::ostream* out) {
+    *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
+}
+
+class PhotonsInALayer : public testing::TestWithParam<Layer> {
+  protected:
+    PhotonSolution solve(const PhotonOptions& options) const {
+        return solve_photons(phase_function, of.albedo, of.optical_depth, geometries, options);
+    }
+
+    const Layer& of = GetParam();
+    const PhaseFunction phase_function = parse_phase_function(of.phase_function);
+};
+
+TEST_P(PhotonsInALayer, MeetTheClosedFormOfOrderOne) {
+    PhotonOptions options = with_photons(20'000);
+    options.highest_order = 1;
+    for (const PhotonGeometry& at : solve(options).geometries) {
+        expect_meets(at.reflection.single, at.reflection.value.single, "R1");
+        expect_meets(at.transmission.single, at.transmission.value.single, "T1");
+        EXPECT_GT(at.reflection.single.standard_error, 0);
+    }
+}
+
+TEST_P(PhotonsInALayer, MeetTheSolver) {
+    const PhotonSolution photons = solve(with_photons(10'000));
+    const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth, cosines);
+    for (const PhotonGeometry& at : photons.geometries) {
+        const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
+        const auto meets = [](const PhotonValue& value, const SolvedValue& expected,
+                              const std::string& what) {
+            expect_meets({value.value.total, value.standard_error}, expected.total, what);
+            EXPECT_EQ(value.value.single, expected.single);
+            EXPECT_EQ(value.value.total, value.value.single + value.value.multiple);
+        };
+        meets(at.reflection, layer.reflection(in, out, at.geometry.azimuth), "R");
+        meets(at.transmission, layer.transmission(in, out, at.geometry.azimuth), "T");
+        EXPECT_GT(at.reflection.standard_error, 0);
+    }
+    for (std::size_t b = 0; b < photons.mu_in.size(); ++b) {
+        const int in = index_of(photons.mu_in[b]);
+        expect_meets(photons.plane[b].albedo, layer.plane_albedo(in), "plane albedo");
+        expect_meets(photons.plane[b].transmittance, layer.diffuse_transmittance(in),
+                     "diffuse transmittance");
+    }
+    Estimate through = photons.uniform.transmittance;
+    through.value += photons.uniform.direct_transmittance;
+    expect_meets(photons.uniform.albedo, layer.spherical_albedo, "spherical albedo");
+    expect_meets(through, layer.total_transmittance, "total transmittance");
+}
+
+TEST_P(PhotonsInALayer, AreReflectedTransmittedOrAbsorbed) {
+    const PhotonSolution photons = solve(with_photons(3000));
+    std::vector<PhotonFluxes> all = photons.plane;
+    all.push_back(photons.uniform);
+    for (const PhotonFluxes& fluxes : all) {
+        // The error of a sum is at most the sum of errors.
+        Estimate sum{fluxes.direct_transmittance, 0};
+        for (const Estimate& part : {fluxes.albedo, fluxes.transmittance, fluxes.absorptance}) {
+            sum.value += part.value;
+            sum.standard_error += part.standard_error;
+        }
+        expect_meets(sum, 1, "energy");
+    }
+}
+
+std::vector<Layer> layers() {
+    std::vector<Layer> all;
+    for (const auto& [name, text] :
+         {std::pair{"isotropic", "isotropic"},
+          {"rayleigh", "rayleigh"},
+          {"forward", "henyey_greenstein:g=0.75"},
+          {"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5"}})
+        for (const double albedo : {0.5, 0.99, 1.0})
+            for (const double optical_depth : {0.05, 1.0, 8.0, infinity})
+                if (albedo < 1 || optical_depth < infinity)
+                    all.push_back({name, text, albedo, optical_depth});
+    return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Layer, PhotonsInALayer, testing::ValuesIn(layers()), [](const auto& row) {
+    return row.param.name + std::to_string(row.index);
+});
+
+// ---- what else photons must do -----------------------------------------------------------------
+
+TEST(Photons, KeepTheirAccuracyInLayersSoThinThatFewWouldCollideTwice) {
+    // At tau = 1e-6 one photon in 1e11 would collide twice by itself.
+    const Geometry at{0.5, 0.9, 1};
+    const PhotonValue R =
+        solve_photons({}, 1, 1e-6, {at}, with_photons(20'000)).geometries[0].reflection;
+    const SolvedValue expected = solve_layer({}, 1, 1e-6, {0.5, 0.9}).reflection(0, 1, 1);
+    expect_meets({R.value.multiple, R.standard_error}, expected.multiple, "orders n >= 2");
+    EXPECT_LT(R.standard_error, 0.2 * expected.multiple);
+}
+
+TEST(Photons, TakeSeriesThatDipBelowZeroAndTables) {
+    // Both lobes of a series cut short, and a table with a peak and a kink.
+    std::vector<double> chi{1};
+    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
+    const PhaseFunction series = PhaseFunction::from_moments(chi);
+    double least = 0;
+    for (double c = -1; c <= 1; c += 1.0 / 512) least = std::min(least, series(c));
+    ASSERT_LT(least, 0);
+    const PhaseFunction table =
+        PhaseFunction::tabulated({0, 2, 60, 150, 179, 180}, {3, 1, 0.2, 1, 40, 50});
+    for (const PhaseFunction& phase_function : {series, table}) {
+        SolverOptions options;
+        options.nodes = 96;
+        const LayerSolution layer = solve_layer(phase_function, 0.95, 2, cosines, options);
+        const PhotonSolution photons =
+            solve_photons(phase_function, 0.95, 2, geometries, with_photons(50'000));
+        for (const PhotonGeometry& at : photons.geometries) {
+            const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
+            const double azimuth = at.geometry.azimuth;
+            expect_meets({at.reflection.value.total, at.reflection.standard_error},
+                         layer.reflection(in, out, azimuth).total, "R");
+            expect_meets({at.transmission.value.total, at.transmission.standard_error},
+                         layer.transmission(in, out, azimuth).total, "T");
+        }
+    }
+}
+
+TEST(Photons, FollowAVeryNarrowPeakWithoutLosingEnergy) {
+    const PhotonSolution photons = solve_photons(PhaseFunction::henyey_greenstein(0.99), 1, 8,
+                                                 {{0.5, 1, 0}}, with_photons(20'000));
+    SolverOptions options;
+    options.nodes = 64;
+    options.modes = 1;
+    const LayerSolution layer =
+        solve_layer(PhaseFunction::henyey_greenstein(0.99), 1, 8, {0.5}, options);
+    expect_meets(photons.plane[0].albedo, layer.plane_albedo(0), "plane albedo");
+    expect_meets(photons.uniform.albedo, layer.spherical_albedo, "spherical albedo");
+}
+
+TEST(Photons, StopAfterTheOrderAskedFor) {
+    PhotonOptions options = with_photons(20'000);
+    options.highest_order = 1;
+    const Geometry at{0.5, 0.9, 1};
+    PhotonValue R = solve_photons({}, 0.9, 1, {at}, options).geometries[0].reflection;
+    EXPECT_EQ(R.value.multiple, 0);
+    EXPECT_EQ(R.standard_error, 0);
+    EXPECT_GT(R.single.value, 0);
+    // Order n grows like w^n: what albedo 1 adds in order 2, albedo 1/2 adds a quarter of.
+    options.highest_order = 2;
+    const PhotonValue whole = solve_photons({}, 1, 1, {at}, options).geometries[0].reflection;
+    const PhotonValue half = solve_photons({}, 0.5, 1, {at}, options).geometries[0].reflection;
+    EXPECT_NEAR(half.value.multiple, whole.value.multiple / 4, 1e-15);
+    // and an infinite layer without absorption ends, too
+    EXPECT_GT(solve_photons({}, 1, infinity, {at}, options).geometries[0].reflection.value.multiple,
+              whole.value.multiple);
+}
+
+TEST(Photons, MeetTheMarkovChainOrderByOrder) {
+    const PhaseFunction phase_function = PhaseFunction::rayleigh();
+    MarkovOptions chain_options;  // 16 nodes and 32 sublayers leave 1e-5
+    chain_options.orders = 4;
+    const MarkovSolution chain = solve_markov(phase_function, 0.9, 1, cosines, chain_options);
+    double R = 0, T = 0;
+    for (int n = 1; n <= 4; ++n) {
+        PhotonOptions options = with_photons(100'000);
+        options.highest_order = n;
+        const PhotonGeometry at =
+            solve_photons(phase_function, 0.9, 1, {{0.5, 0.9, 1}}, options).geometries[0];
+        R += chain.reflection_of_order(n, 1, 2, 1);
+        T += chain.transmission_of_order(n, 1, 2, 1);
+        expect_meets({at.reflection.value.total, at.reflection.standard_error}, R, "R");
+        expect_meets({at.transmission.value.total, at.transmission.standard_error}, T, "T");
+        EXPECT_LT(at.reflection.standard_error, 2e-3 * R);
+    }
+}
+
+TEST(Photons, AddNothingToLayersThatScatterNothing) {
+    const Geometry at{0.5, 0.9, 1};
+    const PhotonSolution empty = solve_photons({}, 1, 0, {at});
+    EXPECT_EQ(empty.geometries[0].reflection.value.total, 0);
+    EXPECT_EQ(empty.geometries[0].transmission.value.total, 0);
+    EXPECT_EQ(empty.plane[0].direct_transmittance, 1);
+    EXPECT_EQ(empty.plane[0].absorptance.value, 0);
+    EXPECT_EQ(empty.uniform.direct_transmittance, 1);
+    const PhotonSolution black = solve_photons({}, 0, 2, {at});
+    EXPECT_EQ(black.geometries[0].reflection.value.total, 0);
+    EXPECT_EQ(black.plane[0].direct_transmittance, std::exp(-4.0));
+    EXPECT_EQ(black.plane[0].absorptance.value, 1 - std::exp(-4.0));
+    EXPECT_EQ(black.plane[0].absorptance.standard_error, 0);
+}
+
+/// Every number that chance has touched.
+std::vector<double> numbers(const PhotonSolution& of) {
+    std::vector<double> all;
+    const auto append = [&](const Estimate& estimate) {
+        all.push_back(estimate.value);
+        all.push_back(estimate.standard_error);
+    };
+    for (const PhotonGeometry& at : of.geometries)
+        for (const PhotonValue& value : {at.reflection, at.transmission}) {
+            append({value.value.total, value.standard_error});
+            append(value.single);
+        }
+    std::vector<PhotonFluxes> fluxes = of.plane;
+    fluxes.push_back(of.uniform);
+    for (const PhotonFluxes& each : fluxes) {
+        append(each.albedo);
+        append(each.transmittance);
+        append(each.absorptance);
+    }
+    return all;
+}
+
+TEST(Photons, GiveTheSameBitsInAnyOrderOnAnyThreads) {
+    const auto solve = [](const ParallelFor& parallel_for) {
+        PhotonOptions options = with_photons(10'001);  // batches of unequal size
+        options.parallel_for = parallel_for;
+        return numbers(solve_photons(PhaseFunction::rayleigh(), 0.9, 1, geometries, options));
+    };
+    const std::vector<double> serial = solve({});
+    EXPECT_EQ(serial, solve([](int count, const std::function<void(int)>& body) {
+                  for (int i = count; i-- > 0;) body(i);
+              }));
+    for (const int threads : {2, 5})
+        EXPECT_EQ(serial, solve([threads](int count, const std::function<void(int)>& body) {
+                      std::vector<std::thread> all;
+                      for (int t = 0; t < threads; ++t)
+                          all.emplace_back([&, t] {
+                              for (int i = t; i < count; i += threads) body(i);
+                          });
+                      for (std::thread& each : all) each.join();
+                  }));
+}
+
+TEST(Photons, GiveABeamTheSameNumbersWhateverElseIsAskedFor) {
+    const PhotonSolution all = solve_photons({}, 0.9, 1, geometries, with_photons(3000));
+    const PhotonSolution one = solve_photons({}, 0.9, 1, {geometries[3]}, with_photons(3000));
+    EXPECT_EQ(one.geometries[0].reflection.value.total, all.geometries[3].reflection.value.total);
+}
+
+TEST(Photons, DifferFromSeedToSeed) {
+    const auto of_seed = [](std::uint64_t seed) {
+        return solve_photons({}, 0.9, 1, geometries, with_photons(2000, seed))
+            .geometries[0]
+            .reflection.value.total;
+    };
+    EXPECT_NE(of_seed(1), of_seed(2));
+    EXPECT_NE(of_seed(1), of_seed(1 + (std::uint64_t{1} << 32)));
+}
+
+TEST(Photons, StateStandardErrorsThatTheySpreadBy) {
+    // (estimate - exact) / (standard error) over 400 seeds: mean 0 with an error of 0.05, variance
+    // 1 with one of 0.07; four of those are allowed.
+    constexpr int seeds = 400;
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.5);
+    const Geometry at{0.5, 0.9, 1};
+    const LayerSolution layer = solve_layer(phase_function, 0.9, 1, {0.5, 0.9});
+    const double exact[] = {layer.reflection(0, 1, 1).total,   layer.reflection(0, 1, 1).single,
+                            layer.transmission(0, 1, 1).total, layer.plane_albedo(0),
+                            layer.diffuse_transmittance(0),    layer.spherical_albedo};
+    double sum[6] = {}, squares[6] = {};
+    for (int seed = 0; seed < seeds; ++seed) {
+        const PhotonSolution photons =
+            solve_photons(phase_function, 0.9, 1, {at}, with_photons(2000, 100u + seed));
+        const auto& [geometry, R, T] = photons.geometries[0];
+        const Estimate met[] = {{R.value.total, R.standard_error}, R.single,
+                                {T.value.total, T.standard_error}, photons.plane[0].albedo,
+                                photons.plane[0].transmittance,    photons.uniform.albedo};
+        for (int i = 0; i < 6; ++i) {
+            const double pull = (met[i].value - exact[i]) / met[i].standard_error;
+            sum[i] += pull;
+            squares[i] += pull * pull;
+        }
+    }
+    for (int i = 0; i < 6; ++i) {
+        EXPECT_NEAR(sum[i] / seeds, 0, 0.2) << i;
+        EXPECT_NEAR(squares[i] / seeds, 1, 0.28) << i;
+    }
+}
+
+// ---- refusals ----------------------------------------------------------------------------------
+
+void expect_photons_refuse(double albedo, double optical_depth, const Geometry& at,
+                           const PhotonOptions& options,
+                           const std::vector<const char*>& fragments) {
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_photons({}, albedo, optical_depth, {at}, options); }, fragments);
+}
+
+TEST(Photons, RefuseWhatIsOutOfRange) {
+    const Geometry at{0.5, 0.5, 0};
+    expect_photons_refuse(1.5, 1, at, {}, {"photons: albedo must be in [0, 1], got 1.5"});
+    expect_photons_refuse(-0.5, 1, at, {}, {"photons", "albedo", "[0, 1]", "-0.5"});
+    expect_photons_refuse(not_a_number, 1, at, {}, {"albedo", "nan"});
+    expect_photons_refuse(0.5, -1, at, {}, {"photons", "optical_depth", "[0, inf]", "-1"});
+    expect_photons_refuse(0.5, not_a_number, at, {}, {"optical_depth", "nan"});
+    expect_photons_refuse(0.5, 1, {0, 0.5, 0}, {}, {"photons", "mu_in", "(0, 1]", "got 0"});
+    expect_photons_refuse(0.5, 1, {0.5, 1.25, 0}, {}, {"photons", "mu_out", "(0, 1]", "1.25"});
+    expect_photons_refuse(0.5, 1, {0.5, 0.5, infinity}, {}, {"photons", "azimuth", "finite"});
+    expect_photons_refuse(0.5, 1, at, with_photons(1), {"photons: photons must be >= 2, got 1"});
+    PhotonOptions options;
+    options.highest_order = -1;
+    expect_photons_refuse(0.5, 1, at, options, {"photons", "highest_order", ">= 0", "-1"});
+}
+
+TEST(Photons, RefuseAnInfiniteLayerWithoutAbsorption) {
+    expect_photons_refuse(1, infinity, {0.5, 0.5, 0}, {},
+                          {"photons", "optical_depth", "finite at albedo 1", "got inf"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -31,9 +32,11 @@ constexpr double thinnest_depth = 1e-280;
 /// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
 constexpr double conservative_depth = 1048576;  // 2^20
 
-/// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
-/// rest is for g near 1.
+/// Doublings after which any layer as deep as 1 has reached the limit of infinite depth: 2^-56 is
+/// rounding, the rest is for g near 1.
 constexpr int most_doublings_to_infinity = 120;
+
+int doublings_to_one(double optical_depth) { return std::max(0, -std::ilogb(optical_depth)); }
 
 /// One ladder of depths for several albedos: what all modes share, and where their results go.
 class LadderRun {
@@ -163,9 +166,11 @@ class LadderRun {
             record_lanes(depth);
         }
         if (!ladder_.to_infinity) return;
+        const int most = most_doublings_to_infinity + doublings_to_one(deepest);
         for (int k = 0; !ladder.is_converged(); ++k) {
-            if (k == most_doublings_to_infinity)
-                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+            if (k == most)
+                throw std::runtime_error("solve: infinite depth not reached after " +
+                                         std::to_string(most) + " doublings");
             ladder.double_depth();
         }
         record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
@@ -173,18 +178,28 @@ class LadderRun {
 
     void run_classic(int mode, std::size_t a) {
         const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
-        const int doublings = count_classic_doublings(directions_, first_depth(a));
+        const int doublings =
+            count_classic_doublings(directions_, first_depth(a), options_.start_depth);
         ClassicLayer layer(directions_, kernels, truncation_.albedo(albedos_[a]),
-                           std::ldexp(first_depth(a), -doublings));
-        for (int k = 0; k < doublings; ++k) layer.double_depth();
+                           std::ldexp(first_depth(a), -doublings), options_.start);
+        auto double_depth = [&] {
+            layer.double_depth();
+            if (layer.is_finite()) return;
+            std::ostringstream line;
+            line << "solve: classic doubling broke down in mode " << mode << " at optical depth "
+                 << layer.optical_depth();
+            throw std::runtime_error(line.str());
+        };
+        for (int k = 0; k < doublings; ++k) double_depth();
         for (int depth = 0; depth < ladder_.octaves; ++depth) {
-            if (depth > 0) layer.double_depth();
+            if (depth > 0) double_depth();
             record(mode, a, depth, layer.matrices(), kernels);
         }
         if (!ladder_.to_infinity) return;
         // Conservative layers approach their limit as 1/tau: 2^60 is as far as rounding lets any of
         // them go.
-        for (int k = 0; k < 60; ++k) layer.double_depth();
+        const int doublings_left = 60 + doublings_to_one(first_depth(a));
+        for (int k = 0; k < doublings_left; ++k) double_depth();
         record(mode, a, ladder_.octaves, layer.matrices(), kernels);
     }
 
@@ -314,6 +329,8 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
             options.nodes);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
+    require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
+            "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
     if (options.instruction_set)
         require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
                 "one that this processor has", options.instruction_set);

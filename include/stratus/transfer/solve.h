@@ -19,14 +19,23 @@ namespace stratus {
 
 enum class Scheme {
     harmonic,  // doubling as an arithmetic-harmonic mean (lanes/doubling.cpp)
-    classic,   // textbook doubling: diamond start, LU of I - R R (classic.cpp)
+    classic,   // textbook doubling: LU of I - R R (classic.cpp)
+};
+
+/// The thin layer that textbook doubling starts from.
+enum class ClassicStart {
+    single,   // single scattering in closed form: error of the first order in its depth
+    diamond,  // of the second order [W76]
 };
 
 struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
     Scheme scheme = Scheme::harmonic;
-    bool truncate = true;           // delta-M with the single-scattering correction
+    ClassicStart start = ClassicStart::diamond;  // classic only
+    double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
+                             // the smallest cosine
+    bool truncate = true;    // delta-M with the single-scattering correction
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
     const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };

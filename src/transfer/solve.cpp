@@ -354,10 +354,14 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
         return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && optical_depth > last) {
-        // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
-        LayerSolution solution = solve_layer(phase_function, albedo, last, mu, options);
-        const double kept = 1 / (1 + 0.75 * (1 - phase_function.asymmetry()) *
-                                         solution.total_transmittance * (optical_depth - last));
+        // 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of
+        // it, and R takes up what T loses.
+        std::vector<LayerSolution> octave =
+            solve_ladder(phase_function, {albedo}, {last / 2, 2, false}, mu, options)[0];
+        LayerSolution& solution = octave[1];
+        const double T = solution.total_transmittance;
+        const double growth = (1 / T - 1 / octave[0].total_transmittance) / (last / 2);
+        const double kept = 1 / (1 + growth * T * (optical_depth - last));
         solution.optical_depth = optical_depth;
         for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
             solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];
@@ -407,6 +411,27 @@ SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
                             truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
     const double orders = sum_modes(transmission_modes, in, out, azimuth);
     return {corrected + orders, single, orders + (corrected - single)};
+}
+
+double LayerSolution::most_negative() const {
+    constexpr int azimuths = 65;
+    constexpr double rounding = 1e-15;
+    const double pi = std::acos(-1.0);
+    double share = 0;
+    for (const bool reflected : {true, false}) {
+        double lowest = 0, highest = 0;
+        for (int i = 0; i < mu.size(); ++i)
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k < azimuths; ++k) {
+                    const double azimuth = k * pi / (azimuths - 1);
+                    const double value =
+                        (reflected ? reflection(j, i, azimuth) : transmission(j, i, azimuth)).total;
+                    if (value < -rounding) lowest = std::min(lowest, (mu(i) + mu(j)) * value);
+                    highest = std::max(highest, (mu(i) + mu(j)) * value);
+                }
+        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
+    }
+    return share;
 }
 
 namespace {

@@ -70,6 +70,12 @@ class LayerSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
+    /// How far below 0 R and T fall between any of mu at any azimuth, as a share of their largest
+    /// value (both times mu + mu0, which takes out their growth at grazing angles); 0 when nowhere.
+    ///
+    /// Only a truncated phase series that is itself negative brings them there: more nodes help.
+    double most_negative() const;
+
     // What truncation adds to single scattering, per unit of phase function, between all pairs of
     // mu: TMS less the closed form of the layer itself. 0 without truncation.
     Eigen::MatrixXd reflection_correction() const;

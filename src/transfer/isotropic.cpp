@@ -83,7 +83,7 @@ struct Radau {
 
     Radau() {
         // Zeros of P_s - P_{s-1}: eigenvalues of the Legendre recurrence, its last diagonal entry
-        // changed so that 1 is one of them. [Golub 1973]
+        // changed so that 1 is one of them. [G73]
         StageMatrix recurrence = StageMatrix::Zero();
         for (int k = 1; k < stages; ++k)
             recurrence(k, k - 1) = recurrence(k - 1, k) = k / std::sqrt(4.0 * k * k - 1);
@@ -181,7 +181,9 @@ class Descent {
 
 /// Newton's method for b at the stages: given b every direction has its own linear equations.
 Descent::Panel Descent::solve_panel(double start, double end) const {
-    constexpr int most_steps = 20;  // six are enough in practice
+    constexpr int most_steps = 20;  // 3 are the most that were seen
+    // b to rounding, but for what absorption leaves at great depth
+    constexpr double relative = 1e-14, smallest = 1e-290;
     const Index n = directions_.size();
     const double h = end - start, half = albedo_ / 2;
     Panel panel{h, start + h * radau_.point.array(), {}, {}, {}, {}, {}};
@@ -223,7 +225,7 @@ Descent::Panel Descent::solve_panel(double start, double end) const {
             residual -= half * share(i) * y;
             jacobian -= half * share(i) * h * matrix.solve(change);
         }
-        if (residual.cwiseAbs().maxCoeff() <= 1e-14 * panel.b.maxCoeff() + 1e-290) break;
+        if (residual.cwiseAbs().maxCoeff() <= relative * panel.b.maxCoeff() + smallest) break;
         panel.b -= jacobian.partialPivLu().solve(residual);
     }
     for (int k = 0; k < stages; ++k)
@@ -244,7 +246,8 @@ void Descent::carry(const Panel& panel) {
         plane_albedo_(i) += integrate(panel.width, rate.cwiseProduct(Y));
         diffuse_(i) = advance(out, panel.width, diffuse_(i), rate.cwiseProduct(X));
         for (Index j = first; i >= first && j < directions_.size(); ++j) {
-            if (directions_.mu(j) < mu) continue;  // leave along the more grazing direction
+            // each pair once, leaving along the more grazing of the two
+            if (directions_.mu(j) < mu || (directions_.mu(j) == mu && j < i)) continue;
             const Stages source =
                 albedo_ / 4 / mu / directions_.mu(j) *
                 (panel.y.col(j).cwiseProduct(X) + panel.beam.col(j).cwiseProduct(panel.x.col(i)));

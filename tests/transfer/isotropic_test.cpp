@@ -90,7 +90,7 @@ TEST_P(IsotropicLayer, IsSolvedAlikeByDoublingAndByXAndY) {
 }
 
 TEST_P(IsotropicLayer, IsTheSameWithTwiceTheNodes) {
-    for (const double tau : {1e-3, 1.0, 64.0}) {
+    for (const double tau : {1e-3, 8.0}) {
         const IsotropicSolution layer =
             solve_isotropic(GetParam(), tau, {1e-12, 1e-4, 0.02, 1}, 64);
         const IsotropicSolution finer =
@@ -118,13 +118,13 @@ TEST_P(IsotropicLayer, TransmitsWhatXAndYSay) {
 
 /// X = 1 + (w/2) mu int (X X' - Y Y')/(mu + mu') dmu' = 1 + 2 mu int R(mu, mu') dmu'.  [C60] VIII
 TEST_P(IsotropicLayer, ObeysTheIntegralEquationOfX) {
-    const int nodes = 64;
+    const int nodes = 32;
     const Directions directions = gauss_directions(nodes, NodeMap::grazing);
     std::vector<double> mu(directions.mu.begin(), directions.mu.end());
     mu.push_back(0.3);
     mu.push_back(1);
     for (const double tau : {1.0, 64.0}) {
-        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, mu, nodes);
+        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, mu);
         for (const int i : {nodes, nodes + 1})
             EXPECT_NEAR(
                 layer.X(i),
@@ -153,6 +153,15 @@ TEST(SolveIsotropic, NearsTheSemiInfiniteLayerWithDepth) {
     for (int i = 0; i < deep.mu.size(); ++i) {
         EXPECT_NEAR(deep.X(i), HFunction(0.9)(deep.mu(i)), 1e-12) << deep.mu(i);
         EXPECT_NEAR(deep.Y(i), 0, 1e-12) << deep.mu(i);  // exp(-0.525 * 64) = 3e-15
+    }
+}
+
+TEST(SolveIsotropic, AnswersEachOfSeveralEqualCosines) {
+    const IsotropicSolution layer = solve_isotropic(0.9, 2, {0.5, 1, 0.5});
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_DOUBLE_EQ(layer.transmission(i, 0), layer.transmission(i, 2)) << i;
+        EXPECT_DOUBLE_EQ(layer.transmission(0, i), layer.transmission(i, 0)) << i;
+        EXPECT_DOUBLE_EQ(layer.reflection(i, 0), layer.reflection(i, 2)) << i;
     }
 }
 

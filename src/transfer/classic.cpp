@@ -1,5 +1,6 @@
 #include "classic.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -84,26 +85,50 @@ PhaseKernels compute_phase_kernels(const Directions& directions, const std::vect
     return {even + odd, even - odd};
 }
 
-int count_classic_doublings(const Directions& directions, double optical_depth) {
-    const double thinnest = 1e-3 * directions.mu.minCoeff();
-    return optical_depth <= thinnest
-               ? 0
-               : static_cast<int>(std::ceil(std::log2(optical_depth / thinnest)));
+int count_classic_doublings(const Directions& directions, double optical_depth,
+                            double start_depth) {
+    const double thickest = start_depth > 0 ? start_depth : 1e-3 * directions.mu.minCoeff();
+    int doublings = 0;
+    while (std::ldexp(optical_depth, -doublings) > thickest) ++doublings;
+    return doublings;
 }
 
 ClassicLayer::ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
-                           double thin_depth)
+                           double thin_depth, ClassicStart start)
     : directions_(directions), optical_depth_(thin_depth) {
-    const int N = directions.nodes;
-    const double h = thin_depth / 2;
-    const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
-    const VectorXd slant = h * directions.mu.cwiseInverse();
+    if (start == ClassicStart::diamond)
+        start_diamond(kernels, albedo);
+    else
+        start_single(kernels, albedo);
+}
+
+void ClassicLayer::start_diamond(const PhaseKernels& kernels, double albedo) {
+    const int N = directions_.nodes;
+    const double h = optical_depth_ / 2;
+    const VectorXd scale = directions_.s.cwiseQuotient(directions_.mu) / std::sqrt(2.0);
+    const VectorXd slant = h * directions_.mu.cwiseInverse();
     const MatrixXd t = h * albedo / 2 * (scale.asDiagonal() * kernels.same * scale.asDiagonal());
     const MatrixXd r = h * albedo / 2 * (scale.asDiagonal() * kernels.other * scale.asDiagonal());
     const BeamMatrix sum = cayley({slant, -t - r}, N);
     const BeamMatrix difference = cayley(inverse({slant, r - t}, N), N);
     reflection_ = (sum.K + difference.K) / 2;
     transmission_ = (sum.K - difference.K) / 2;
+}
+
+void ClassicLayer::start_single(const PhaseKernels& kernels, double albedo) {
+    const auto n = directions_.size();
+    const VectorXd &mu = directions_.mu, &s = directions_.s;
+    reflection_.resize(n, n);
+    transmission_.resize(n, n);
+    for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+            reflection_(i, j) =
+                s(i) * s(j) *
+                single_reflection(kernels.other(i, j), albedo, optical_depth_, mu(i), mu(j));
+            transmission_(i, j) =
+                s(i) * s(j) *
+                single_transmission(kernels.same(i, j), albedo, optical_depth_, mu(i), mu(j));
+        }
 }
 
 void ClassicLayer::double_depth() {

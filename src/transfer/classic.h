@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <stratus/transfer/layer.h>
+#include <stratus/transfer/solve.h>
 
 namespace stratus {
 
@@ -14,25 +15,30 @@ PhaseKernels compute_phase_kernels(const Directions& directions, const std::vect
 
 /// A layer that is doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
 ///
-/// Starts from the diamond rule at `thin_depth`: R + T = (I + h B)^-1 (I - h B), R - T = (I + (h
-/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in lanes/thin_layer.cpp [W76]. The beam is
-/// part of T's matrices, on a diagonal of its own.
+/// Starts at `thin_depth` from the diamond rule, R + T = (I + h B)^-1 (I - h B), R - T = (I + (h
+/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in lanes/thin_layer.cpp [W76], or from
+/// single scattering in closed form. The beam is part of T's matrices, on a diagonal of its own.
 class ClassicLayer {
   public:
     ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
-                 double thin_depth);
+                 double thin_depth, ClassicStart start);
 
     void double_depth();
+    double optical_depth() const { return optical_depth_; }
+    bool is_finite() const { return reflection_.allFinite() && transmission_.allFinite(); }
     ModeMatrices matrices() const { return {reflection_, transmission_}; }
 
   private:
+    void start_diamond(const PhaseKernels& kernels, double albedo);
+    void start_single(const PhaseKernels& kernels, double albedo);
+
     const Directions& directions_;
     double optical_depth_;
     Eigen::MatrixXd reflection_, transmission_;
 };
 
-/// Doublings that bring the diamond start (error of order (tau / mu)^2) to 1e-3 of the smallest
-/// node's cosine.
-int count_classic_doublings(const Directions& directions, double optical_depth);
+/// Doublings from a layer no thicker than `start_depth`; 0: than 1e-3 of the smallest node's
+/// cosine, where the diamond rule (error of order (tau / mu)^2) is good to 1e-6.
+int count_classic_doublings(const Directions& directions, double optical_depth, double start_depth);
 
 }  // namespace stratus

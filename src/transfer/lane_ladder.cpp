@@ -11,7 +11,7 @@ int count_doublings(const Directions& directions, double optical_depth) {
     const double thinnest = directions.mu.minCoeff();
     return optical_depth <= thinnest
                ? 0
-               : static_cast<int>(std::ceil(std::log2(optical_depth / thinnest)));
+               : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(thinnest)));
 }
 
 LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& moments,

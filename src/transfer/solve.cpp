@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -32,8 +33,8 @@ constexpr double thinnest_depth = 1e-280;
 /// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
 constexpr double conservative_depth = 1048576;  // 2^20
 
-/// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
-/// rest is for g near 1.
+/// Doublings after which any layer as deep as 1 has reached the limit of infinite depth: 2^-56 is
+/// rounding, the rest is for g near 1.
 constexpr int most_doublings_to_infinity = 120;
 
 /// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: what truncation makes of single
@@ -49,6 +50,7 @@ double sum_paths(double (*path)(int, double, double, double), const LayerSolutio
                    path(static_cast<int>(n), layer.optical_depth, in, out);
     return sum;
 }
+int doublings_to_one(double optical_depth) { return std::max(0, -std::ilogb(optical_depth)); }
 
 /// One ladder of depths for several albedos: what all modes share, and where their results go.
 class LadderRun {
@@ -210,9 +212,11 @@ class LadderRun {
             record_lanes(depth);
         }
         if (!ladder_.to_infinity) return;
+        const int most = most_doublings_to_infinity + doublings_to_one(deepest);
         for (int k = 0; !ladder.is_converged(); ++k) {
-            if (k == most_doublings_to_infinity)
-                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+            if (k == most)
+                throw std::runtime_error("solve: infinite depth not reached after " +
+                                         std::to_string(most) + " doublings");
             ladder.double_depth();
         }
         record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
@@ -220,18 +224,28 @@ class LadderRun {
 
     void run_classic(int mode, std::size_t a) {
         const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
-        const int doublings = count_classic_doublings(directions_, first_depth(a));
+        const int doublings =
+            count_classic_doublings(directions_, first_depth(a), options_.start_depth);
         ClassicLayer layer(directions_, kernels, truncation_.albedo(albedos_[a]),
-                           std::ldexp(first_depth(a), -doublings));
-        for (int k = 0; k < doublings; ++k) layer.double_depth();
+                           std::ldexp(first_depth(a), -doublings), options_.start);
+        auto double_depth = [&] {
+            layer.double_depth();
+            if (layer.is_finite()) return;
+            std::ostringstream line;
+            line << "solve: classic doubling broke down in mode " << mode << " at optical depth "
+                 << layer.optical_depth();
+            throw std::runtime_error(line.str());
+        };
+        for (int k = 0; k < doublings; ++k) double_depth();
         for (int depth = 0; depth < ladder_.octaves; ++depth) {
-            if (depth > 0) layer.double_depth();
+            if (depth > 0) double_depth();
             record(mode, a, depth, layer.matrices(), kernels);
         }
         if (!ladder_.to_infinity) return;
         // Conservative layers approach their limit as 1/tau: 2^60 is as far as rounding lets any of
         // them go.
-        for (int k = 0; k < 60; ++k) layer.double_depth();
+        const int doublings_left = 60 + doublings_to_one(first_depth(a));
+        for (int k = 0; k < doublings_left; ++k) double_depth();
         record(mode, a, ladder_.octaves, layer.matrices(), kernels);
     }
 
@@ -413,6 +427,8 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
             options.orders);
     require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
             "harmonic where orders are counted", "classic");
+    require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
+            "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
     if (options.instruction_set)
         require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
                 "one that this processor has", options.instruction_set);
@@ -483,10 +499,14 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
         return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && options.orders == 0 && optical_depth > last) {
-        // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
-        LayerSolution solution = solve_layer(phase_function, albedo, last, mu, options);
-        const double kept = 1 / (1 + 0.75 * (1 - phase_function.asymmetry()) *
-                                         solution.total_transmittance * (optical_depth - last));
+        // 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of
+        // it, and R takes up what T loses.
+        std::vector<LayerSolution> octave =
+            solve_ladder(phase_function, {albedo}, {last / 2, 2, false}, mu, options)[0];
+        LayerSolution& solution = octave[1];
+        const double T = solution.total_transmittance;
+        const double growth = (1 / T - 1 / octave[0].total_transmittance) / (last / 2);
+        const double kept = 1 / (1 + growth * T * (optical_depth - last));
         solution.optical_depth = optical_depth;
         for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
             solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];
@@ -508,23 +528,58 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
+    return reflection_with(reflection_correction(in, out), in, out, azimuth);
+}
+
+SolvedValue LayerSolution::reflection_with(const PeakCorrection& correction, int in, int out,
+                                           double azimuth) const {
     const double cosine = cos_scattering_angle_reflected({mu(in), mu(out), azimuth});
     const double phase = phase_function(cosine);
     const double once = order_weights.size() ? order_weights(1) : albedo;
     const double single = single_reflection(phase, once, optical_depth, mu(in), mu(out));
-    const double multiple = sum_modes(reflection_modes, in, out, azimuth) +
-                            reflection_correction(in, out)(phase, cosine);
+    const double multiple =
+        sum_modes(reflection_modes, in, out, azimuth) + correction(phase, cosine);
     return {single + multiple, single, multiple};
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
+    return transmission_with(transmission_correction(in, out), in, out, azimuth);
+}
+
+SolvedValue LayerSolution::transmission_with(const PeakCorrection& correction, int in, int out,
+                                             double azimuth) const {
     const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
     const double phase = phase_function(cosine);
     const double once = order_weights.size() ? order_weights(1) : albedo;
     const double single = single_transmission(phase, once, optical_depth, mu(in), mu(out));
-    const double multiple = sum_modes(transmission_modes, in, out, azimuth) +
-                            transmission_correction(in, out)(phase, cosine);
+    const double multiple =
+        sum_modes(transmission_modes, in, out, azimuth) + correction(phase, cosine);
     return {single + multiple, single, multiple};
+}
+
+double LayerSolution::most_negative() const {
+    constexpr int azimuths = 65;
+    constexpr double rounding = 1e-15;
+    const double pi = std::acos(-1.0);
+    double share = 0;
+    for (const bool reflected : {true, false}) {
+        double lowest = 0, highest = 0;
+        for (int i = 0; i < mu.size(); ++i)
+            for (int j = 0; j <= i; ++j) {
+                const PeakCorrection correction =
+                    reflected ? reflection_correction(j, i) : transmission_correction(j, i);
+                for (int k = 0; k < azimuths; ++k) {
+                    const double azimuth = k * pi / (azimuths - 1);
+                    const double value = (reflected ? reflection_with(correction, j, i, azimuth)
+                                                    : transmission_with(correction, j, i, azimuth))
+                                             .total;
+                    if (value < -rounding) lowest = std::min(lowest, (mu(i) + mu(j)) * value);
+                    highest = std::max(highest, (mu(i) + mu(j)) * value);
+                }
+            }
+        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
+    }
+    return share;
 }
 
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {

@@ -257,6 +257,13 @@ TEST(SolveLayer, GoesOnSmoothlyBeyondTheDepthWhereDoublingStops) {
                     before.reflection(in, 1, 1).total + before.transmission(in, 1, 1).total, 1e-12);
 }
 
+TEST(SolveLayer, ReachesAnyDepthAtAnyCosine) {
+    const LayerSolution deep = solve_layer(rayleigh, 0.9, 1e250, {1e-100, 1});
+    const LayerSolution infinite = solve_layer(rayleigh, 0.9, infinity, {1e-100, 1});
+    EXPECT_NEAR(deep.spherical_albedo, infinite.spherical_albedo, 1e-14);  // rounding
+    EXPECT_NEAR(deep.plane_albedo(0), infinite.plane_albedo(0), 1e-14);
+}
+
 TEST(SolveLayer, TransmitsNothingThroughAbsorbingLayersWithoutEnd) {
     EXPECT_EQ(solve_layer(forward, 0.9, 1e15, cosines, with_nodes(16)).total_transmittance, 0);
     EXPECT_EQ(solve_layer(forward, 0.9, 1e300, cosines, with_nodes(16)).total_transmittance, 0);

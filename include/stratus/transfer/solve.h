@@ -21,7 +21,13 @@ namespace stratus {
 
 enum class Scheme {
     harmonic,  // doubling as an arithmetic-harmonic mean (lanes/doubling.cpp)
-    classic,   // textbook doubling: diamond start, LU of I - R R (classic.cpp)
+    classic,   // textbook doubling: LU of I - R R (classic.cpp)
+};
+
+/// The thin layer that textbook doubling starts from.
+enum class ClassicStart {
+    single,   // single scattering in closed form: error of the first order in its depth
+    diamond,  // of the second order [W76]
 };
 
 struct SolverOptions {
@@ -29,7 +35,10 @@ struct SolverOptions {
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
     int orders = 0;  // [0, 200]; light scattered more often than that is left out; 0: all
     Scheme scheme = Scheme::harmonic;
-    bool truncate = true;           // of a forward peak, with what it scatters put back
+    ClassicStart start = ClassicStart::diamond;  // classic only
+    double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
+                             // the smallest cosine
+    bool truncate = true;    // of a forward peak, with what it scatters put back
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
     const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };
@@ -78,6 +87,12 @@ class LayerSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
+    /// How far below 0 R and T fall between any of mu at any azimuth, as a share of their largest
+    /// value (both times mu + mu0, which takes out their growth at grazing angles); 0 when nowhere.
+    ///
+    /// Only a truncated phase series that is itself negative brings them there: more nodes help.
+    double most_negative() const;
+
     // What truncation took out of R (out of T) between mu(in) and mu(out), to be added to the
     // modes.
     PeakCorrection reflection_correction(int in, int out) const;
@@ -86,6 +101,12 @@ class LayerSolution {
     PhaseFunction phase_function;
     Truncation truncation;
     std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
+
+  private:
+    SolvedValue reflection_with(const PeakCorrection& correction, int in, int out,
+                                double azimuth) const;
+    SolvedValue transmission_with(const PeakCorrection& correction, int in, int out,
+                                  double azimuth) const;
 };
 
 /// Solves one layer at the cosines `mu`.

@@ -1,0 +1,95 @@
+// Textbook doubling: how its starts near the answer, and how it says that it broke down.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+class ClassicDoubling : public testing::TestWithParam<PhaseFunction> {};
+
+/// Largest relative difference to the harmonic scheme with the same nodes.
+double error(const PhaseFunction& phase_function, ClassicStart start, double start_depth) {
+    SolverOptions options;
+    options.nodes = 4;
+    const LayerSolution exact = solve_layer(phase_function, 0.9, 2, {0.3, 1}, options);
+    options.scheme = Scheme::classic;
+    options.start = start;
+    options.start_depth = start_depth;
+    const LayerSolution layer = solve_layer(phase_function, 0.9, 2, {0.3, 1}, options);
+    double worst = 0;
+    for (int i = 0; i < 2; ++i)
+        for (int j = 0; j < 2; ++j)
+            worst = std::max(
+                {worst,
+                 std::abs(layer.reflection(i, j, 1).total / exact.reflection(i, j, 1).total - 1),
+                 std::abs(layer.transmission(i, j, 1).total / exact.transmission(i, j, 1).total -
+                          1)});
+    return worst;
+}
+
+/// The power of the start depth that the error falls with, once it is below the smallest of four
+/// nodes' cosines, 3e-4.
+double order(const PhaseFunction& phase_function, ClassicStart start) {
+    const double coarse = error(phase_function, start, std::ldexp(1.0, -18));
+    return std::log2(coarse / error(phase_function, start, std::ldexp(1.0, -20))) / 2;
+}
+
+TEST_P(ClassicDoubling, FromSingleScatteringIsOfTheFirstOrder) {
+    EXPECT_NEAR(order(GetParam(), ClassicStart::single), 1, 0.02);
+    EXPECT_LE(error(GetParam(), ClassicStart::single, std::ldexp(1.0, -24)), 2e-6);
+}
+
+TEST_P(ClassicDoubling, FromTheDiamondRuleIsOfTheSecondOrder) {
+    EXPECT_NEAR(order(GetParam(), ClassicStart::diamond), 2, 0.05);
+    EXPECT_LE(error(GetParam(), ClassicStart::diamond, std::ldexp(1.0, -24)), 1e-10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, ClassicDoubling,
+                         testing::Values(PhaseFunction::isotropic(),
+                                         PhaseFunction::henyey_greenstein(0.5)),
+                         [](const auto& info) { return info.index ? "forward" : "isotropic"; });
+
+TEST(ClassicDoubling, BeginsAtOnceWhereTheLayerIsAsThinAsTheStart) {
+    SolverOptions options;
+    options.scheme = Scheme::classic;
+    options.start = ClassicStart::single;
+    options.start_depth = 0.5;
+    const LayerSolution at_once = solve_layer(PhaseFunction::isotropic(), 1, 0.5, {0.3}, options);
+    EXPECT_NEAR(at_once.reflection(0, 0, 0).multiple, 0, 1e-16);
+    const LayerSolution doubled = solve_layer(PhaseFunction::isotropic(), 1, 0.51, {0.3}, options);
+    EXPECT_GT(doubled.reflection(0, 0, 0).multiple, 0.01);
+}
+
+TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
+    for (const double depth : {-1.0, 9e-16, 1.25, std::numeric_limits<double>::quiet_NaN()}) {
+        SolverOptions options;
+        options.scheme = Scheme::classic;
+        options.start_depth = depth;
+        expect_refusal<std::invalid_argument>(
+            [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {1}, options); },
+            {"solve", "start_depth", "[1e-15, 1]"});
+    }
+}
+
+TEST(ClassicDoubling, SaysThatItBrokeDown) {
+    // a series of 32 moments of a peak that takes thousands: far below 0 in places, so that R
+    // amplifies light
+    SolverOptions options;
+    options.scheme = Scheme::classic;
+    options.nodes = 16;
+    options.truncate = false;
+    expect_refusal<std::runtime_error>(
+        [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9999), 0.99, 1e6, {1}, options); },
+        {"solve: classic doubling broke down in mode ", " at optical depth "});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,216 @@
+// Chandrasekhar's functions against what is known of them in closed form, and the solver against
+// them.
+#include <stratus/transfer/isotropic.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
+
+TEST(HFunction, HasThePublishedValueAtNormalDirection) {
+    EXPECT_NEAR(HFunction(1)(1), 2.907810529, 5e-10);  // the digits printed
+}
+
+TEST(HFunction, HasTheMomentsOfConservativeScattering) {
+    const HFunction H(1);  // [C60] V, 37 to 43
+    EXPECT_NEAR(H.moment(0), 2, 1e-13);
+    EXPECT_NEAR(H.moment(1), 2 / std::sqrt(3.0), 1e-13);
+}
+
+TEST(HFunction, HasTheMeanThatItsEquationImplies) {
+    for (const double w : {0.1, 0.5, 0.9, 0.999, 1.0})
+        EXPECT_NEAR(HFunction(w).moment(0), 2 / w * (1 - std::sqrt(1 - w)), 1e-13) << w;
+}
+
+TEST(HFunction, RefusesAlbedosOutOfRange) {
+    for (const double albedo : {-0.25, 1.25})
+        expect_refusal<std::invalid_argument>([&] { HFunction{albedo}; },
+                                              {"HFunction", "albedo", "[0, 1]", "25"});
+}
+
+class SemiInfiniteLayer : public testing::TestWithParam<double> {};
+
+TEST_P(SemiInfiniteLayer, ReflectsAsTheHFunctionsSay) {
+    const double w = GetParam();
+    SolverOptions options;
+    options.nodes = 24;
+    const LayerSolution layer =
+        solve_layer(PhaseFunction::isotropic(), w, infinity, cosines, options);
+    const IsotropicSolution exact = solve_isotropic(w, infinity, cosines);
+    for (int i = 0; i < layer.mu.size(); ++i) {
+        for (int j = 0; j < layer.mu.size(); ++j)  // what 24 nodes leave
+            EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-10)
+                << layer.mu(i) << ' ' << layer.mu(j);
+        EXPECT_NEAR(layer.plane_albedo(i), exact.plane_albedo(i), 1e-10) << layer.mu(i);
+    }
+    EXPECT_NEAR(layer.spherical_albedo, exact.spherical_albedo, 1e-10);
+    EXPECT_EQ(exact.total_transmittance, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAlbedo, SemiInfiniteLayer, testing::Values(0.5, 0.9, 0.999, 1.0));
+
+class IsotropicLayer : public testing::TestWithParam<double> {};
+
+TEST_P(IsotropicLayer, IsSolvedAlikeByDoublingAndByXAndY) {
+    const double w = GetParam();
+    SolverOptions options;
+    options.nodes = 48;
+    for (const double tau : {1e-12, 1e-3, 0.1, 1.0, 8.0, 64.0}) {
+        const LayerSolution layer =
+            solve_layer(PhaseFunction::isotropic(), w, tau, cosines, options);
+        const IsotropicSolution exact = solve_isotropic(w, tau, cosines);
+        for (int i = 0; i < layer.mu.size(); ++i) {
+            for (int j = 0; j < layer.mu.size(); ++j) {  // what 48 nodes leave in thin layers
+                EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-9)
+                    << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
+                EXPECT_NEAR(layer.transmission(i, j, 1).total / exact.transmission(i, j), 1, 1e-9)
+                    << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
+            }
+            EXPECT_NEAR(layer.plane_albedo(i) / exact.plane_albedo(i), 1, 2e-9) << tau;
+            EXPECT_NEAR(layer.diffuse_transmittance(i) / exact.diffuse_transmittance(i), 1, 2e-9)
+                << tau;
+        }
+        EXPECT_NEAR(layer.spherical_albedo / exact.spherical_albedo, 1, 1e-9) << tau;
+        EXPECT_NEAR(layer.total_transmittance / exact.total_transmittance, 1, 1e-10) << tau;
+    }
+}
+
+TEST_P(IsotropicLayer, IsTheSameWithTwiceTheNodes) {
+    for (const double tau : {1e-3, 8.0}) {
+        const IsotropicSolution layer =
+            solve_isotropic(GetParam(), tau, {1e-12, 1e-4, 0.02, 1}, 64);
+        const IsotropicSolution finer =
+            solve_isotropic(GetParam(), tau, {1e-12, 1e-4, 0.02, 1}, 128);
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) {
+                EXPECT_NEAR(layer.reflection(i, j) / finer.reflection(i, j), 1, 1e-11) << tau;
+                EXPECT_NEAR(layer.transmission(i, j) / finer.transmission(i, j), 1, 1e-10) << tau;
+            }
+    }
+}
+
+/// (w/4) (X Y0 - Y X0) / (mu0 - mu); the solution integrates T over depth instead.
+TEST_P(IsotropicLayer, TransmitsWhatXAndYSay) {
+    for (const double tau : {0.1, 1.0, 8.0}) {
+        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, cosines);
+        for (int i = 0; i < layer.mu.size(); ++i)
+            for (int j = 0; j < i; ++j)  // what cancels is below 1e3 times what is left
+                EXPECT_NEAR(GetParam() / 4 * (layer.X(i) * layer.Y(j) - layer.Y(i) * layer.X(j)) /
+                                (layer.mu(j) - layer.mu(i)) / layer.transmission(i, j),
+                            1, 1e-12)
+                    << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
+    }
+}
+
+/// X = 1 + (w/2) mu int (X X' - Y Y')/(mu + mu') dmu' = 1 + 2 mu int R(mu, mu') dmu'.  [C60] VIII
+TEST_P(IsotropicLayer, ObeysTheIntegralEquationOfX) {
+    const int nodes = 32;
+    const Directions directions = gauss_directions(nodes, NodeMap::grazing);
+    std::vector<double> mu(directions.mu.begin(), directions.mu.end());
+    mu.push_back(0.3);
+    mu.push_back(1);
+    for (const double tau : {1.0, 64.0}) {
+        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, mu);
+        for (const int i : {nodes, nodes + 1})
+            EXPECT_NEAR(
+                layer.X(i),
+                1 + 2 * layer.mu(i) * directions.weight.dot(layer.reflection.col(i).head(nodes)),
+                1e-11)
+                << tau << ' ' << layer.mu(i);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAlbedo, IsotropicLayer, testing::Values(0.3, 0.9, 0.99, 1.0));
+
+TEST(SolveIsotropic, ReflectsOrTransmitsAllLightWithoutAbsorption) {
+    for (const double tau : {1e-300, 1e-6, 0.1, 1.0, 8.0, 64.0}) {
+        const IsotropicSolution layer = solve_isotropic(1, tau, cosines);
+        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << tau;
+        for (int i = 0; i < layer.mu.size(); ++i)
+            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
+                            direct_transmittance(tau, layer.mu(i)),
+                        1, 1e-12)
+                << tau << ' ' << layer.mu(i);
+    }
+}
+
+TEST(SolveIsotropic, NearsTheSemiInfiniteLayerWithDepth) {
+    const IsotropicSolution deep = solve_isotropic(0.9, 64, cosines);
+    for (int i = 0; i < deep.mu.size(); ++i) {
+        EXPECT_NEAR(deep.X(i), HFunction(0.9)(deep.mu(i)), 1e-12) << deep.mu(i);
+        EXPECT_NEAR(deep.Y(i), 0, 1e-12) << deep.mu(i);  // exp(-0.525 * 64) = 3e-15
+    }
+}
+
+TEST(SolveIsotropic, AnswersEachOfSeveralEqualCosines) {
+    const IsotropicSolution layer = solve_isotropic(0.9, 2, {0.5, 1, 0.5});
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_DOUBLE_EQ(layer.transmission(i, 0), layer.transmission(i, 2)) << i;
+        EXPECT_DOUBLE_EQ(layer.transmission(0, i), layer.transmission(i, 0)) << i;
+        EXPECT_DOUBLE_EQ(layer.reflection(i, 0), layer.reflection(i, 2)) << i;
+    }
+}
+
+TEST(SolveIsotropic, IsNothingButTheBeamAtDepthZero) {
+    const IsotropicSolution layer = solve_isotropic(1, 0, cosines);
+    EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
+    EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
+    EXPECT_EQ(layer.spherical_albedo, 0);
+    EXPECT_NEAR(layer.total_transmittance, 1, 1e-15);
+    EXPECT_EQ(layer.X.minCoeff(), 1);
+    EXPECT_EQ(layer.Y.minCoeff(), 1);
+}
+
+TEST(SolveIsotropic, IsNothingButTheBeamAtAlbedoZero) {
+    const IsotropicSolution layer = solve_isotropic(0, 2, cosines);
+    EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
+    EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
+    for (int i = 0; i < layer.mu.size(); ++i)
+        EXPECT_DOUBLE_EQ(layer.Y(i), std::exp(-2 / layer.mu(i))) << layer.mu(i);
+}
+
+void expect_isotropic_refusal(double albedo, double optical_depth, double mu, int nodes,
+                              const std::vector<const char*>& fragments) {
+    expect_refusal<std::invalid_argument>(
+        [&] { solve_isotropic(albedo, optical_depth, {mu}, nodes); }, fragments);
+}
+
+TEST(SolveIsotropic, RefusesAlbedosOutOfRange) {
+    expect_isotropic_refusal(1.25, 1, 1, 8, {"solve_isotropic", "albedo", "[0, 1]", "1.25"});
+    expect_isotropic_refusal(-0.25, 1, 1, 8, {"solve_isotropic", "albedo", "[0, 1]", "-0.25"});
+}
+
+TEST(SolveIsotropic, RefusesDepthsOutOfRange) {
+    expect_isotropic_refusal(1, -0.5, 1, 8,
+                             {"solve_isotropic", "optical_depth", "[0, 1024]", "-0.5"});
+    expect_isotropic_refusal(1, 1025, 1, 8, {"solve_isotropic", "optical_depth", "or inf", "1025"});
+    expect_isotropic_refusal(1, std::nan(""), 1, 8, {"solve_isotropic", "optical_depth", "nan"});
+}
+
+TEST(SolveIsotropic, RefusesCosinesOutOfRange) {
+    expect_isotropic_refusal(1, 1, 5e-13, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "5e-13"});
+    expect_isotropic_refusal(1, 1, 1.25, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "1.25"});
+    expect_isotropic_refusal(1, infinity, 0, 8, {"solve_isotropic", "mu", "[1e-12, 1]", "got 0"});
+}
+
+TEST(SolveIsotropic, RefusesNodeCountsOutOfRange) {
+    expect_isotropic_refusal(1, 1, 1, 0, {"solve_isotropic", "nodes", "[1, 512]", "got 0"});
+    expect_isotropic_refusal(1, 1, 1, 513, {"solve_isotropic", "nodes", "[1, 512]", "got 513"});
+}
+
+}  // namespace
+}  // namespace stratus

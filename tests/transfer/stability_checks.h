@@ -1,0 +1,81 @@
+// What must hold for every layer that the solver answers for.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/solve.h>
+
+#include "stability_matrix.h"
+
+namespace stratus::test {
+
+constexpr double rounding = 1e-15;
+
+inline std::string at(const LayerSolution& layer) {
+    std::ostringstream text;
+    text << "albedo 1 - " << 1 - layer.albedo << ", depth " << layer.optical_depth;
+    return text.str();
+}
+
+/// Calls visit(side, value, single scattering of a phase function of value 1, i, j) for all R and
+/// T.
+template <class Visit>
+void for_each_value(const LayerSolution& layer, const Visit& visit) {
+    const double pi = std::acos(-1.0);
+    for (int i = 0; i < layer.mu.size(); ++i)
+        for (int j = 0; j < layer.mu.size(); ++j) {
+            const double R1 = single_reflection(1, layer.albedo, layer.optical_depth, layer.mu(i),
+                                                layer.mu(j)),
+                         T1 = single_transmission(1, layer.albedo, layer.optical_depth, layer.mu(i),
+                                                  layer.mu(j));
+            for (const double azimuth : {0.0, 1.0, pi / 2, 2.2, pi}) {
+                visit(0, layer.reflection(i, j, azimuth), R1, i, j);
+                visit(1, layer.transmission(i, j, azimuth), T1, i, j);
+            }
+        }
+}
+
+inline void expect_finite(const LayerSolution& layer) {
+    for (const auto* modes : {&layer.reflection_modes, &layer.transmission_modes})
+        for (const Eigen::MatrixXd& mode : *modes) ASSERT_TRUE(mode.allFinite()) << at(layer);
+    for_each_value(layer, [&](int, const SolvedValue& value, double, int, int) {
+        EXPECT_TRUE(std::isfinite(value.total)) << at(layer);
+    });
+}
+
+inline void expect_reciprocal(const LayerSolution& layer) {
+    for (const auto* modes : {&layer.reflection_modes, &layer.transmission_modes})
+        for (const Eigen::MatrixXd& mode : *modes)
+            for (int i = 0; i < layer.mu.size(); ++i)
+                for (int j = 0; j < i; ++j)  // times mu + mu0: of the order of 1
+                    EXPECT_NEAR((layer.mu(i) + layer.mu(j)) * (mode(i, j) - mode(j, i)), 0,
+                                1e-14 * layer.albedo + rounding)
+                        << at(layer);
+}
+
+/// Negative R or T come from a negative series alone, and never unreported.
+inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
+    double lowest[2] = {0, 0}, highest[2] = {0, 0};
+    for_each_value(layer, [&](int side, const SolvedValue& value, double, int i, int j) {
+        const double scaled = (layer.mu(i) + layer.mu(j)) * value.total;
+        lowest[side] = std::min(lowest[side], scaled + rounding);
+        highest[side] = std::max(highest[side], scaled);
+    });
+    const bool positive_series = lowest_of_series(layer.truncation.moments) >= -1e-9;
+    const double reported = layer.most_negative();
+    if (positive_series) {
+        EXPECT_GE(reported, -1e-9) << at(layer);
+    }
+    for (const int side : {0, 1})  // met at a few of the azimuths that the report looks at
+        if (lowest[side] < -1e-9 * highest[side]) {
+            EXPECT_LT(reported, -1e-10) << at(layer);
+        }
+}
+
+}  // namespace stratus::test

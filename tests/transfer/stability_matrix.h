@@ -1,0 +1,57 @@
+// The hard cases: every kind of phase function, thin to endless, black to white, few nodes to many.
+// For the stability tests and the benchmark that shows what textbook doubling makes of them.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus::test {
+
+struct NamedPhaseFunction {
+    std::string name;
+    PhaseFunction phase_function;
+};
+
+inline std::vector<NamedPhaseFunction> stability_phase_functions() {
+    return {{"isotropic", PhaseFunction::isotropic()},
+            {"rayleigh", PhaseFunction::rayleigh()},
+            {"lambert_sphere", PhaseFunction::lambert_sphere()},
+            {"saturn", parse_phase_function("0.596*henyey_greenstein:g=-0.5 + "
+                                            "0.404*henyey_greenstein:g=0.5")},
+            {"backward090", PhaseFunction::henyey_greenstein(-0.9)},
+            {"forward075", PhaseFunction::henyey_greenstein(0.75)},
+            {"forward090", PhaseFunction::henyey_greenstein(0.9)},
+            {"forward099", PhaseFunction::henyey_greenstein(0.99)},
+            {"forward09999", PhaseFunction::henyey_greenstein(0.9999)}};
+}
+
+inline const std::vector<double> stability_albedos{0, 1e-12, 0.3, 0.99, 1 - 1e-9, 1 - 1e-15, 1};
+inline const std::vector<double> stability_depths{
+    0, 1e-300, 1e-12, 1e-6, 1, 64, 1e6, 1e12, std::numeric_limits<double>::infinity()};
+inline const std::vector<double> stability_cosines{1e-6, 0.01, 0.3, 1};
+
+/// Lowest value of the phase series that the solver worked with, as a share of its largest one.
+inline double lowest_of_series(const std::vector<double>& moments) {
+    double lowest = 0, highest = 0;
+    for (int k = -1000; k <= 1000; ++k) {
+        const double x = k / 1000.0;
+        double before = 1, P = x, sum = moments[0];
+        for (std::size_t l = 1; l < moments.size(); ++l) {
+            const double m = static_cast<double>(l);
+            sum += (2 * m + 1) * moments[l] * P;
+            const double next = ((2 * m + 1) * x * P - m * before) / (m + 1);
+            before = P;
+            P = next;
+        }
+        lowest = std::min(lowest, sum);
+        highest = std::max(highest, sum);
+    }
+    return lowest / highest;
+}
+
+}  // namespace stratus::test

@@ -1,0 +1,168 @@
+// The stability matrix: nothing breaks down, whatever the phase function, albedo, depth and number
+// of nodes.
+#include "stability_checks.h"
+#include "stability_matrix.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+
+namespace stratus {
+namespace {
+
+using test::at;
+using test::for_each_value;
+using test::rounding;
+using test::stability_albedos;
+using test::stability_cosines;
+using test::stability_depths;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const int count = static_cast<int>(stability_cosines.size());
+
+struct Medium {
+    test::NamedPhaseFunction of;
+    int nodes;
+};
+
+void PrintTo(const Medium& medium, std::ostream* out) {
+    *out << medium.of.name << ", " << medium.nodes << " nodes";
+}
+
+class Stability : public testing::TestWithParam<Medium> {
+  protected:
+    LayerSolution solve(double albedo, double optical_depth, int modes = 0) const {
+        SolverOptions options;
+        options.nodes = GetParam().nodes;
+        options.modes = modes;
+        return solve_layer(GetParam().of.phase_function, albedo, optical_depth, stability_cosines,
+                           options);
+    }
+    double asymmetry() const { return GetParam().of.phase_function.asymmetry(); }
+};
+
+void expect_limits_of_single_scattering(const LayerSolution& layer) {
+    const double tau = layer.optical_depth;
+    const double backward_peak = std::max(1.0, layer.phase_function(-1));  // of light turned twice
+    for_each_value(layer, [&](int, const SolvedValue& value, double single, int i, int j) {
+        if (tau == 0) {
+            EXPECT_EQ(value.total, 0);
+        }
+        if (layer.albedo == 0) {
+            EXPECT_NEAR(value.total, 0, rounding) << at(layer);
+        }
+        if (tau <= 1e-12) {
+            // twice: tau log(tau), at most 30 tau; what truncation changes: tau/mu
+            const double twice = tau * (100 + 2 / layer.mu(i) + 2 / layer.mu(j));
+            EXPECT_NEAR(value.total, value.single,
+                        (twice + 1e-14) * (value.single + backward_peak * single))
+                << at(layer);
+        }
+        if (layer.albedo == 1e-12) {
+            EXPECT_NEAR(value.total, value.single, 1e-10 * (value.single + single) + rounding)
+                << at(layer);
+        }
+    });
+}
+
+TEST_P(Stability, HoldsForReflectionAndTransmission) {
+    for (const double w : stability_albedos)
+        for (const double tau : stability_depths) {
+            const LayerSolution layer = solve(w, tau);
+            test::expect_finite(layer);
+            test::expect_reciprocal(layer);
+            test::expect_negative_only_with_its_series(layer);
+            if (GetParam().nodes >= 8) {
+                EXPECT_GE(layer.most_negative(), -1e-5) << at(layer);
+            }
+            expect_limits_of_single_scattering(layer);
+        }
+}
+
+TEST_P(Stability, KeepsAllLightWithoutAbsorption) {
+    for (const double tau : stability_depths) {
+        const LayerSolution layer = solve(1, tau, 1);
+        EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << at(layer);
+        for (int i = 0; i < count; ++i)
+            EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
+                            direct_transmittance(tau, layer.mu(i)),
+                        1, 1e-12)
+                << at(layer) << ' ' << layer.mu(i);
+    }
+}
+
+TEST_P(Stability, ReflectsMoreWithEveryDepthAndAlbedo) {
+    std::vector<double> darker(stability_depths.size(), 0);
+    for (const double w : stability_albedos) {
+        double thinner = 0;
+        for (std::size_t d = 0; d < stability_depths.size(); ++d) {
+            const LayerSolution layer = solve(w, stability_depths[d], 1);
+            EXPECT_GE(layer.spherical_albedo, thinner - rounding) << at(layer);
+            EXPECT_GE(layer.spherical_albedo, darker[d] - rounding) << at(layer);
+            EXPECT_LE(layer.spherical_albedo + layer.total_transmittance, 1 + rounding)
+                << at(layer);
+            EXPECT_GE(layer.total_transmittance, 0) << at(layer);
+            thinner = darker[d] = layer.spherical_albedo;
+        }
+    }
+}
+
+TEST(LayerSolution, ReportsHowNegativeItIs) {
+    SolverOptions options;
+    options.nodes = 2;  // a series of four moments of a backward peak, -21 percent at its lowest
+    const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
+    const LayerSolution layer = solve_layer(backward, 0.99, 1, stability_cosines, options);
+    EXPECT_LT(layer.most_negative(), -0.1);
+    EXPECT_GT(layer.most_negative(), -0.3);
+    EXPECT_EQ(solve_layer(PhaseFunction::isotropic(), 0.99, 1, stability_cosines, options)
+                  .most_negative(),
+              0);
+}
+
+/// (4/3) k/(1-g) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law of diffusion.
+TEST_P(Stability, TransmitsDeepDownAsLightDiffuses) {
+    if (GetParam().nodes == 2) GTEST_SKIP() << "two nodes: 20 percent off";
+    const double tolerance = GetParam().nodes == 8 ? 1e-2 : 1e-3;  // what the nodes leave, and k
+    for (const double w : {1 - 1e-9, 1 - 1e-15, 1.0})
+        for (const double tau : {1e6, 1e12}) {
+            const LayerSolution layer = solve(w, tau, 1);
+            const double q = 1.4208921792 / (1 - asymmetry());
+            const double k = std::sqrt(3 * (1 - w) * (1 - w * asymmetry()));
+            const double law = 4.0 / 3 / (1 - asymmetry()) / q * transmission_scale(tau, k, q);
+            if (law < 1e-290) continue;
+            EXPECT_NEAR(layer.total_transmittance / law, 1, tolerance * std::max(1.0, k * tau))
+                << at(layer);
+        }
+}
+
+TEST_P(Stability, ReachesTheLayerWithoutEnd) {
+    for (const double w : {0.3, 0.99, 1 - 1e-9, 1 - 1e-15}) {
+        const LayerSolution deep = solve(w, 1e12), endless = solve(w, infinity);
+        EXPECT_NEAR(deep.spherical_albedo, endless.spherical_albedo, 1e-14) << at(deep);
+        for (int i = 0; i < count; ++i)
+            for (int j = 0; j < count; ++j)  // rounding of 50 doublings, times the peak
+                EXPECT_NEAR((deep.mu(i) + deep.mu(j)) * (deep.reflection(i, j, 1).total -
+                                                         endless.reflection(i, j, 1).total),
+                            0, 2e-12)
+                    << at(deep);
+    }
+}
+
+std::vector<Medium> media() {
+    std::vector<Medium> media;
+    for (const int nodes : {2, 8, 32})
+        for (const test::NamedPhaseFunction& of : test::stability_phase_functions())
+            media.push_back({of, nodes});
+    return media;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Stability, testing::ValuesIn(media()), [](const auto& info) {
+    return info.param.of.name + "_" + std::to_string(info.param.nodes) + "_nodes";
+});
+
+}  // namespace
+}  // namespace stratus

@@ -13,6 +13,9 @@ namespace stratus {
 
 namespace {
 
+/// Slant depth below which paths are followed to second order only: 1e-5 of what is added.
+constexpr double thin_path = 1e-5;
+
 /// Ein(z) = int_0^z (1 - exp(-t))/t dt = E1(z) + log z + gamma, 0 <= z <= 1.
 double ein_series(double z) {
     double term = z, sum = z;  // z - z^2/(2 2!) + z^3/(3 3!) - ...
@@ -25,9 +28,11 @@ double ein_series(double z) {
 
 double e1(double z) { return z < 700 ? boost::math::expint(1, z) : 0; }
 
-/// Ein(a s) - Ein(b s), s up to infinity.
-double ein_difference(double a, double b, double s) {
-    if (a == b) return 0;
+/// Ein(a s) - Ein(b s) given a - b, which may be much smaller than either; s up to infinity.
+double ein_difference(double a, double b, double a_less_b, double s) {
+    const double middle = (a + b) / 2;
+    if (std::abs(a_less_b) < 1e-5 * middle)  // the slope between, to 1e-11
+        return a_less_b * (middle * s < 1e-8 ? s : -std::expm1(-middle * s) / middle);
     const bool small_a = a * s < 1, small_b = b * s < 1;
     if (!small_a && !small_b) return std::log(a / b) + (e1(a * s) - e1(b * s));
     const auto ein = [s](double x, bool small) {
@@ -35,6 +40,12 @@ double ein_difference(double a, double b, double s) {
                      : e1(x * s) + std::log(x * s) + boost::math::constants::euler<double>();
     };
     return ein(a, small_a) - ein(b, small_b);
+}
+
+/// exp(-b s) - exp(-a s) given a - b.
+double exp_difference(double a, double b, double a_less_b, double s) {
+    const double x = a_less_b * s;
+    return std::abs(x) < 1 ? std::exp(-a * s) * std::expm1(x) : std::exp(-b * s) - std::exp(-a * s);
 }
 
 }  // namespace
@@ -49,44 +60,50 @@ ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& t
     for (double& c : rest_) c *= 1 - truncation.fraction;
     chi_.resize(std::max(chi_.size(), rest_.size()), 0);
     rest_.resize(chi_.size(), 0);
+    for (std::size_t l = 0; l < chi_.size(); ++l)
+        exact_.push_back(std::abs(chi_[l] - rest_[l] - fraction_) < 1e-15);
 }
 
 // G_l and F_l less their limit at large l, which belongs to the beam that goes straight on; with
 // a_l = 1 - w f - w c_l and b_l = 1 - w chi_l.
 
 std::vector<double> ForwardPeak::path_moments(double s) const {
-    const double hit = -std::expm1(-kappa_ * s) / kappa_, lost = -std::expm1(-s);
-    const double straight = ein_difference(1, kappa_, s);
-    const double curvature = std::isinf(s) ? 1 : lost - s * std::exp(-s);
+    const double w = albedo_, wf = w * fraction_;
+    const double hit = -std::expm1(-kappa_ * s) / kappa_;
+    const double straight = ein_difference(1, kappa_, wf, s);
     std::vector<double> G(chi_.size());
     for (std::size_t l = 0; l < G.size(); ++l) {
-        const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
-        const double a = kappa_ - w_c, b = 1 - w_chi;
-        if (w_c == 0 && std::abs(w_chi) < 1e-5)  // Ein(s) - Ein(b s) to second order
-            G[l] = w_chi * lost + w_chi * w_chi / 2 * curvature;
-        else if (std::abs(a - b) < 1e-15)
-            G[l] = straight;
-        else if (w_c == 0)
-            G[l] = ein_difference(1, b, s);
+        const double q = chi_[l] - rest_[l], beyond = exact_[l] ? 0 : w * (q - fraction_);
+        const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
+        if (s < thin_path)  // all that is linear in s cancels
+            G[l] = s * s / 2 * path_curvature(l);
         else
-            G[l] = straight + ein_difference(a, b, s);
-        G[l] = (2 * static_cast<double>(l) + 1) * (G[l] - (w_chi - w_c) * hit);
+            G[l] = straight + (beyond == 0 ? 0 : ein_difference(a, b, beyond, s)) - w * q * hit;
+        G[l] *= 2 * static_cast<double>(l) + 1;
     }
     return G;
 }
 
 std::vector<double> ForwardPeak::path_moments_slope(double s) const {
-    const double beam = std::exp(-kappa_ * s), straight = beam - std::exp(-s);
+    const double w = albedo_, wf = w * fraction_;
+    const double beam = std::exp(-kappa_ * s), straight = exp_difference(1, kappa_, wf, s);
     std::vector<double> F(chi_.size());
     for (std::size_t l = 0; l < F.size(); ++l) {
-        const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
-        const double a = kappa_ - w_c, b = 1 - w_chi, w_q = w_chi - w_c;
-        const double slope =
-            s < 1e-4 ? s * ((kappa_ * kappa_ - a * a + b * b - 1) / 2 + w_q * kappa_)
-                     : (straight + std::exp(-b * s) - std::exp(-a * s)) / s - w_q * beam;
-        F[l] = (2 * static_cast<double>(l) + 1) * slope;
+        const double q = chi_[l] - rest_[l], beyond = exact_[l] ? 0 : w * (q - fraction_);
+        const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
+        if (s < thin_path)
+            F[l] = s * path_curvature(l);
+        else
+            F[l] = (straight + exp_difference(a, b, beyond, s)) / s - w * q * beam;
+        F[l] *= 2 * static_cast<double>(l) + 1;
     }
     return F;
+}
+
+/// dF_l/ds at s = 0.
+double ForwardPeak::path_curvature(std::size_t l) const {
+    const double w_chi = albedo_ * chi_[l], w_c = albedo_ * rest_[l];
+    return (w_c * (2 * kappa_ - w_c) - w_chi * (2 - w_chi)) / 2 + (w_chi - w_c) * kappa_;
 }
 
 std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in,
@@ -183,9 +200,11 @@ std::vector<double> peak_moments(const PhaseFunction& phase_function) {
     constexpr int most = 8192;
     for (int count = 256;; count *= 2) {
         std::vector<double> moments = phase_function.moments(count);
-        while (!moments.empty() &&
-               std::abs(moments.back()) * 2 * static_cast<double>(moments.size()) < 1e-9)
-            moments.pop_back();
+        const auto shows = [&](double least) {
+            return std::abs(moments.back()) * 2 * static_cast<double>(moments.size()) >= least;
+        };
+        if (count == most && shows(1e-3)) return {};
+        while (!moments.empty() && !shows(1e-9)) moments.pop_back();
         if (count == most || static_cast<int>(moments.size()) < count) return moments;
     }
 }

@@ -72,7 +72,7 @@ class LadderRun {
         const std::vector<double> moments =
             truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
         for (double albedo : albedos)
-            peaks_.push_back(truncation_.narrow
+            peaks_.push_back(!moments.empty()
                                  ? std::make_shared<const ForwardPeak>(moments, truncation_, albedo)
                                  : nullptr);
         for (std::size_t a = 0; a < albedos.size(); ++a)

@@ -46,10 +46,12 @@ class ForwardPeak {
 
   private:
     std::vector<double> sum_orders(const Eigen::VectorXd& paths) const;
-    std::vector<double> path_moments(double s) const;        // G_l(s), scaled by 2l + 1
+    std::vector<double> path_moments(double s) const;  // G_l(s), scaled by 2l + 1
+    double path_curvature(std::size_t l) const;
     std::vector<double> path_moments_slope(double s) const;  // F_l(s) likewise
 
     double albedo_, fraction_, kappa_;  // w, f, 1 - w f
+    std::vector<bool> exact_;           // chi_l = f + c_l
     std::vector<double> chi_, rest_;    // chi_l and c_l
 };
 
@@ -59,7 +61,8 @@ class ForwardPeak {
 double turned_path(int n, double optical_depth, double mu_in, double mu_out);
 double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
 
-/// Moments of a phase function until they no longer show, at most 8192.
+/// Moments of a phase function until they no longer show; none where 8192 are not enough (g above
+/// 0.998): such a peak is left to TMS alone.
 std::vector<double> peak_moments(const PhaseFunction& phase_function);
 
 /// sum_l coefficients[l] P_l(x).

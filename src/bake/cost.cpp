@@ -342,7 +342,7 @@ class CostMeter {
 
     /// Several rounds over all points, so that no point's time is that of one busy moment.
     void time_solvers() {
-        constexpr int rounds = 4;
+        constexpr int rounds = 6;
         std::vector<CostPoint*> cheap_first;
         for (CostPoint& point : solvers_) cheap_first.push_back(&point);
         auto effort = [](const CostPoint* point) {
@@ -418,23 +418,31 @@ class CostMeter {
         std::shuffle(expected_.begin(), expected_.end(), random);  // no two in a row share samples
     }
 
-    /// Mean of all points, the best of several rounds.
+    /// Mean of all points; of each thousand in a row the best of several rounds, so that no other
+    /// program's turn is counted.
     double time_lookup(const TableView& table) const {
-        constexpr int rounds = 6;
-        double best = std::numeric_limits<double>::infinity();
+        constexpr int rounds = 8;
+        constexpr std::size_t in_a_row = 1000;
+        double all = 0;
         volatile double sink = 0;
-        for (int round = 0; round < rounds; ++round) {
-            const auto started = Clock::now();
-            double sum = 0;
-            for (const ErrorSample& at : expected_)
-                sum += (at.side == Side::reflection ? reflection : transmission)(
-                           table, at.albedo, at.optical_depth, at.geometry)
-                           .total();
-            sink = sum;
-            best = std::min(best, seconds_since(started));
+        for (std::size_t first = 0; first < expected_.size(); first += in_a_row) {
+            const std::size_t last = std::min(expected_.size(), first + in_a_row);
+            double best = std::numeric_limits<double>::infinity();
+            for (int round = 0; round < rounds; ++round) {
+                const auto started = Clock::now();
+                double sum = 0;
+                for (std::size_t n = first; n < last; ++n) {
+                    const ErrorSample& at = expected_[n];
+                    const auto look = at.side == Side::reflection ? reflection : transmission;
+                    sum += look(table, at.albedo, at.optical_depth, at.geometry).total();
+                }
+                sink = sum;
+                best = std::min(best, seconds_since(started));
+            }
+            all += best;
         }
         static_cast<void>(sink);
-        return 1e9 * best / static_cast<double>(expected_.size());
+        return 1e9 * all / static_cast<double>(expected_.size());
     }
 
     CostPoint make_point(const Table& table, const Discretisation& d, double seconds) {
@@ -455,12 +463,14 @@ class CostMeter {
         return point;
     }
 
-    /// The recipe's own tolerance, then round ones from coarse to fine.
+    /// The recipe's own tolerance, then round ones from the coarsest to one that is finer.
     std::vector<double> tolerances() const {
-        std::vector<double> all{recipe_.tolerance};
+        const double own = recipe_.tolerance;
+        std::vector<double> all{own};
         for (const double tolerance :
              {1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6})
-            if (std::abs(tolerance / recipe_.tolerance - 1) > 0.01) all.push_back(tolerance);
+            if (tolerance > 0.25 * own && std::abs(tolerance / own - 1) > 0.01)
+                all.push_back(tolerance);
         return all;
     }
 
@@ -520,20 +530,25 @@ class CostMeter {
         samples = std::max(std::min(axis.least, before), samples);
     }
 
-    bool is_measured(const Discretisation& d) const {
-        return std::any_of(tables_.begin(), tables_.end(), [&](const CostPoint& point) {
-            return std::all_of(std::begin(swept_axes), std::end(swept_axes),
-                               [&](const SweptAxis& axis) {
-                                   return point.discretisation.*axis.samples == d.*axis.samples;
-                               });
-        });
+    /// The table that samples its axes so; null when none has been measured.
+    const CostPoint* find_table(const Discretisation& d) const {
+        const auto found =
+            std::find_if(tables_.begin(), tables_.end(), [&](const CostPoint& point) {
+                return std::all_of(std::begin(swept_axes), std::end(swept_axes),
+                                   [&](const SweptAxis& axis) {
+                                       return point.discretisation.*axis.samples == d.*axis.samples;
+                                   });
+            });
+        return found == tables_.end() ? nullptr : &*found;
     }
 
-    /// Solved finely enough for the finest tolerance: what is left is the sampling's error. False
+    /// Solved finely enough for the finest tolerance: what is left is the sampling's error. Null
     /// when there is no time for it before that share of the seconds.
-    bool measure_table(Discretisation d, const char* varied, double share) {
+    const CostPoint* measure_table(Discretisation d, const char* varied, double share) {
+        if (const CostPoint* known = find_table(d)) return known;
         const double bytes = bytes_of(d);
-        if (bytes > largest_table || !is_time_left(share, bytes * seconds_per_byte_)) return false;
+        if (bytes > largest_table || !is_time_left(share, bytes * seconds_per_byte_))
+            return nullptr;
         show("sampling");
         d.nodes = finest_nodes_;
         d.modes = finest_modes_;
@@ -545,7 +560,7 @@ class CostMeter {
         point.varied = varied;
         seconds_per_byte_ = seconds_since(started) / bytes;
         tables_.push_back(point);
-        return true;
+        return &tables_.back();
     }
 
     /// Around what the recipe's tolerance chose: one axis at a time, then all of them together.
@@ -572,30 +587,43 @@ class CostMeter {
         });
         seconds_per_byte_ = tables_.front().bake_seconds / tables_.front().bytes;
         for (const Candidate& candidate : candidates)
-            if (!is_measured(candidate.discretisation))
-                measure_table(candidate.discretisation, candidate.varied, share_of_axes);
+            measure_table(candidate.discretisation, candidate.varied, share_of_axes);
     }
 
-    /// From every tolerance's choice, cheap ones first: one axis coarser at a time as long as the
-    /// table stays as accurate. What it ends with says which choice was too fine.
+    static bool keeps(double tolerance, const CostPoint& table) {
+        return table.error_most <= tolerance && table.error_largest <= 5 * tolerance;
+    }
+
+    /// From every tolerance's choice, cheap ones first, as coarse as leaves the table as accurate;
+    /// then as coarse as keeps the tolerance. What they end with says which choice was too fine.
     void coarsen_chosen_tables() {
         std::vector<CostPoint> chosen;
         for (const CostPoint& point : tables_)
             if (point.tolerance > 0) chosen.push_back(point);
         std::sort(chosen.begin(), chosen.end(),
                   [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
-        for (const CostPoint& from : chosen) {
-            Discretisation now = from.discretisation;
-            for (const SweptAxis& axis : swept_axes)
-                while (can_vary(axis)) {
-                    Discretisation next = now;
-                    scale(next, axis, 0.9);
-                    if (next.*axis.samples == now.*axis.samples || is_measured(next) ||
-                        !measure_table(next, axis.name, 1) ||
-                        tables_.back().error_most > from.error_most)
-                        break;
-                    now = next;
-                }
+        for (const CostPoint& from : chosen)
+            coarsen(from.discretisation,
+                    [&](const CostPoint& table) { return table.error_most <= from.error_most; });
+        for (const CostPoint& from : chosen)
+            coarsen(from.discretisation,
+                    [&](const CostPoint& table) { return keeps(from.tolerance, table); });
+    }
+
+    /// One axis after the other a little coarser, round after round, as long as that will do.
+    template <class WillDo>
+    void coarsen(Discretisation now, WillDo will_do) {
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (const SweptAxis& axis : swept_axes) {
+                Discretisation next = now;
+                if (can_vary(axis)) scale(next, axis, 0.9);
+                if (next.*axis.samples == now.*axis.samples) continue;
+                const CostPoint* const coarser = measure_table(next, axis.name, 1);
+                if (coarser == nullptr || !will_do(*coarser)) continue;
+                now = next;
+                changed = true;
+            }
         }
     }
 
@@ -615,15 +643,23 @@ class CostMeter {
     }
 
     void tell_distances() const {
-        auto tell = [&](const std::vector<CostPoint>& points, const char* what, const char* cost) {
-            for (const CostPoint& point : points)
-                if (point.tolerance > 0)
-                    say("tolerance " + short_number(point.tolerance) + ": " + what + " error " +
-                        short_number(point.error_most) + ", " + short_number(point.times_frontier) +
-                        " times the " + cost + " of the cheapest that is as accurate");
-        };
-        tell(solvers_, "solver", "time");
-        tell(tables_, "table", "bytes");
+        for (const CostPoint& point : solvers_)
+            if (point.tolerance > 0)
+                say("tolerance " + short_number(point.tolerance) + ": solver error " +
+                    short_number(point.error_most) + ", " + short_number(point.times_frontier) +
+                    " times the time of the cheapest that is as accurate");
+        for (const CostPoint& point : tables_) {
+            if (point.tolerance == 0) continue;
+            double least = std::numeric_limits<double>::infinity();
+            for (const CostPoint& other : tables_)
+                if (keeps(point.tolerance, other)) least = std::min(least, other.bytes);
+            say("tolerance " + short_number(point.tolerance) + ": table error " +
+                short_number(point.error_most) + ", " + short_number(point.times_frontier) +
+                " times the bytes of the cheapest that is as accurate, " +
+                (std::isinf(least) ? "none keeps it"
+                                   : short_number(point.bytes / least) +
+                                         " times those of the cheapest that keeps it"));
+        }
     }
 
     const Recipe& recipe_;

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -135,6 +136,9 @@ void run_cost(const CostCommand& command) {
     if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, ".svg");
     for (const std::string& written : {command.output, command.svg})
         require_different_files("cost", command.recipe, written);
+    if (!command.svg.empty() && command.svg == command.output)
+        throw std::invalid_argument("cost: --svg must be another file than --output, got " +
+                                    command.svg);
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
@@ -144,13 +148,12 @@ void run_cost(const CostCommand& command) {
     options.note = [&](const std::string& line) { progress.note("  " + line); };
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     const CostStudy study = measure_cost(recipe, options);
-    if (!command.svg.empty()) {
-        const SignalsHeld held;
-        write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-            draw_cost_plot({panel_of_solvers(study), panel_of_tables(study)}, temporary);
-        });
-    }
     write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
+    if (command.svg.empty()) return;
+    const SignalsHeld held;
+    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
+        draw_cost_plot({panel_of_solvers(study), panel_of_tables(study)}, temporary);
+    });
 }
 
 std::string help_of_columns() {

@@ -27,8 +27,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Parts of the seconds after which a stage begins nothing new.
-constexpr double share_of_solver_errors = 0.2, share_of_tolerances = 0.5,
-                 share_of_solver_times = 0.65, share_of_axes = 0.85, share_of_reference = 0.1;
+constexpr double share_of_reference = 0.1, share_of_solver_errors = 0.2,
+                 share_of_solver_times = 0.4, share_of_tolerances = 0.65, share_of_axes = 0.85;
 
 /// A solution is converged, and more nodes say nothing more, when nothing changes by more.
 constexpr double converged = 1e-9;
@@ -38,6 +38,9 @@ constexpr int random_points = 6000;
 constexpr unsigned point_seed = 7;  // neither the bake's check nor verify's default
 
 constexpr double largest_table = 1 << 30;  // bytes
+
+/// Tolerances finer than this share of the recipe's own are not measured.
+constexpr double finest_share = 0.25;
 
 /// What a solver does beside its nodes and modes.
 struct SolverVariant {
@@ -206,9 +209,9 @@ class CostMeter {
     CostStudy measure() {
         find_reference();
         sweep_solvers();
+        time_solvers(solvers_, share_of_solver_times);
         bake_tolerances();
         measure_chosen_solvers();
-        time_solvers();
         sweep_tables();
         coarsen_chosen_tables();
         judge(solvers_);
@@ -310,17 +313,23 @@ class CostMeter {
     }
 
     void sweep_solvers() {
+        // Random points are solved to a hundredth of the finest tolerance that is measured.
+        const double enough = 1e-2 * finest_share * recipe_.tolerance;
+        double least_most = 1;
         for (const int nodes : {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128}) {
             if (2 * nodes > study_.reference_nodes || !is_time_left(share_of_solver_errors)) break;
+            if (least_most > enough) point_nodes_ = nodes;
             double least = 1;
             for (SolverVariant variant : solver_variants()) {
                 show("solving");
                 variant.options.nodes = nodes;
                 const std::vector<CostPoint> points = try_solver(variant.options);
-                for (const CostPoint& point : points) least = std::min(least, point.error_largest);
+                for (const CostPoint& point : points) {
+                    least = std::min(least, point.error_largest);
+                    least_most = std::min(least_most, point.error_most);
+                }
                 solvers_.insert(solvers_.end(), points.begin(), points.end());
             }
-            table_nodes_ = nodes;
             if (least <= converged) break;
         }
     }
@@ -328,6 +337,7 @@ class CostMeter {
     void measure_chosen_solvers() {
         std::vector<CostPoint> chosen;
         for (const CostPoint& table : tables_) {
+            if (table.tolerance == 0) continue;
             SolverOptions solver;
             solver.nodes = table.discretisation.nodes;
             solver.scheme = table.discretisation.scheme;
@@ -337,45 +347,43 @@ class CostMeter {
                 chosen.push_back(point);
             }
         }
+        time_solvers(chosen, std::numeric_limits<double>::infinity());
         solvers_.insert(solvers_.begin(), chosen.begin(), chosen.end());
+        for (CostPoint& point : solvers_) point.solve_seconds = best_seconds_.at(key_of(point));
     }
 
-    /// Several rounds over all points, so that no point's time is that of one busy moment.
-    void time_solvers() {
-        constexpr int rounds = 6;
-        std::vector<CostPoint*> cheap_first;
-        for (CostPoint& point : solvers_) cheap_first.push_back(&point);
-        auto effort = [](const CostPoint* point) {
-            const Discretisation& d = point->discretisation;
+    /// Points that are alike share their time.
+    using SolverKey = std::tuple<Scheme, int, int>;
+    static SolverKey key_of(const CostPoint& point) {
+        const Discretisation& d = point.discretisation;
+        return {d.scheme, d.nodes, d.modes};
+    }
+
+    /// Several rounds over all points, so that no point's time is that of one busy moment; leaves
+    /// out those that there is no time for.
+    void time_solvers(std::vector<CostPoint>& points, double share) {
+        auto effort = [](const CostPoint& point) {
+            const Discretisation& d = point.discretisation;
             return (d.scheme == Scheme::classic ? 10.0 : 1.0) * d.modes * std::pow(d.nodes + 10, 3);
         };
-        std::stable_sort(cheap_first.begin(), cheap_first.end(),
-                         [&](const CostPoint* a, const CostPoint* b) {
-                             return std::pair(a->tolerance == 0, effort(a)) <
-                                    std::pair(b->tolerance == 0, effort(b));
-                         });
-        std::map<std::tuple<Scheme, int, int>, double> best;  // points that are alike share it
-        for (int round = 0; round < rounds; ++round)
-            for (const CostPoint* point : cheap_first) {
-                if (point->tolerance == 0 && !is_time_left(share_of_solver_times)) break;
+        std::stable_sort(points.begin(), points.end(), [&](const CostPoint& a, const CostPoint& b) {
+            return effort(a) < effort(b);
+        });
+        for (int round = 0; round < options_.rounds; ++round)
+            for (const CostPoint& point : points) {
+                if (!is_time_left(share)) break;
                 show("timing");
-                const Discretisation& d = point->discretisation;
+                const Discretisation& d = point.discretisation;
                 SolverOptions solver;
                 solver.nodes = d.nodes;
                 solver.modes = d.modes;
                 solver.scheme = d.scheme;
                 const double seconds = probes_.time_solve(solver);
-                const auto [entry, is_new] =
-                    best.try_emplace({d.scheme, d.nodes, d.modes}, seconds);
+                const auto [entry, is_new] = best_seconds_.try_emplace(key_of(point), seconds);
                 entry->second = std::min(entry->second, seconds);
             }
-        for (CostPoint& point : solvers_) {
-            const Discretisation& d = point.discretisation;
-            const auto entry = best.find({d.scheme, d.nodes, d.modes});
-            if (entry != best.end()) point.solve_seconds = entry->second;
-        }
         const auto untimed = std::erase_if(
-            solvers_, [](const CostPoint& point) { return point.solve_seconds == 0; });
+            points, [&](const CostPoint& point) { return !best_seconds_.count(key_of(point)); });
         if (untimed) say(std::to_string(untimed) + " solvers left out: no time to time them");
     }
 
@@ -391,8 +399,7 @@ class CostMeter {
     void solve_points(const Discretisation& chosen) {
         show("solving");
         const Range depth = recipe_.optical_depth;
-        Axis tau = optical_depth_axis(depth, chosen.optical_depth_samples_per_octave,
-                                      chosen.deepest_optical_depth);
+        Axis tau = optical_depth_axis(depth, 4, chosen.deepest_optical_depth);
         const AxisView sampled = tau.view();
         if (sampled.count > 1)
             tau = make_axis(AxisScale::logarithmic, depth.min, sampled.highest, sampled.count,
@@ -405,8 +412,7 @@ class CostMeter {
                                recipe_.reflection,
                                recipe_.transmission};
         SolverOptions solver;
-        solver.nodes = std::min(study_.reference_nodes,
-                                std::max(table_nodes_, chosen.nodes + chosen.nodes / 2));
+        solver.nodes = std::max(point_nodes_, chosen.nodes + 8);
         solver.mode_tolerance = 1e-4 * recipe_.tolerance;
         VerifyOptions options;
         options.samples = random_points;
@@ -421,14 +427,13 @@ class CostMeter {
     /// Mean of all points; of each thousand in a row the best of several rounds, so that no other
     /// program's turn is counted.
     double time_lookup(const TableView& table) const {
-        constexpr int rounds = 8;
         constexpr std::size_t in_a_row = 1000;
         double all = 0;
         volatile double sink = 0;
         for (std::size_t first = 0; first < expected_.size(); first += in_a_row) {
             const std::size_t last = std::min(expected_.size(), first + in_a_row);
             double best = std::numeric_limits<double>::infinity();
-            for (int round = 0; round < rounds; ++round) {
+            for (int round = 0; round < options_.rounds; ++round) {
                 const auto started = Clock::now();
                 double sum = 0;
                 for (std::size_t n = first; n < last; ++n) {
@@ -463,39 +468,38 @@ class CostMeter {
         return point;
     }
 
-    /// The recipe's own tolerance, then round ones from the coarsest to one that is finer.
+    /// Round tolerances from the coarsest to one that is finer than the recipe's own, and that.
     std::vector<double> tolerances() const {
         const double own = recipe_.tolerance;
-        std::vector<double> all{own};
+        std::vector<double> all;
         for (const double tolerance :
              {1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6})
-            if (tolerance > 0.25 * own && std::abs(tolerance / own - 1) > 0.01)
+            if (tolerance > finest_share * own && std::abs(tolerance / own - 1) > 0.01)
                 all.push_back(tolerance);
+        all.insert(std::find_if(all.begin(), all.end(), [&](double other) { return other < own; }),
+                   own);
         return all;
     }
 
     void bake_tolerances() {
-        double own = 0, last = 0;
+        double last = 0;
         for (const double tolerance : tolerances()) {
-            // A third of the tolerance costs up to five times as much.
-            const double needed = tables_.empty()                 ? 0
-                                  : tolerance > recipe_.tolerance ? own
-                                                                  : 5 * std::max(own, last);
-            if (!tables_.empty() && !is_time_left(share_of_tolerances, needed)) continue;
+            constexpr double growth = 4;  // of what a third of a tolerance takes
+            const bool must = tolerance == recipe_.tolerance;
+            if (!must && !is_time_left(share_of_tolerances, growth * last)) continue;
             show("tolerance");
             Recipe recipe = recipe_;
             recipe.tolerance = tolerance;
             const auto started = Clock::now();
             const Table table = bake(recipe, bake_options());
-            const double seconds = seconds_since(started);
-            if (tables_.empty()) own = seconds;
-            last = seconds;
+            last = seconds_since(started);
             const Discretisation d =
                 parse_recipe(table.attributes.at("resolved_recipe")).discretisation;
-            CostPoint point = make_point(table, d, seconds);
+            CostPoint point = make_point(table, d, last);
             point.varied = "tolerance";
             point.tolerance = tolerance;
             tables_.push_back(point);
+            if (must) own_ = point;
             finest_nodes_ = std::max(finest_nodes_, d.nodes);
             finest_modes_ = std::max(finest_modes_, d.modes);
         }
@@ -570,7 +574,7 @@ class CostMeter {
             const char* varied;
         };
         std::vector<Candidate> candidates;
-        const Discretisation& chosen = tables_.front().discretisation;
+        const Discretisation& chosen = own_.discretisation;
         for (const double factor : {0.5, 0.7, 0.85, 1.2, 1.4}) {
             Discretisation all = chosen;
             for (const SweptAxis& axis : swept_axes) {
@@ -585,7 +589,7 @@ class CostMeter {
         std::stable_sort(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
             return bytes_of(a.discretisation) < bytes_of(b.discretisation);
         });
-        seconds_per_byte_ = tables_.front().bake_seconds / tables_.front().bytes;
+        seconds_per_byte_ = own_.bake_seconds / own_.bytes;
         for (const Candidate& candidate : candidates)
             measure_table(candidate.discretisation, candidate.varied, share_of_axes);
     }
@@ -670,7 +674,9 @@ class CostMeter {
     CostStudy study_;
     std::vector<CostPoint> solvers_, tables_;
     std::vector<ErrorSample> expected_;  // random points; found and error unused
-    int table_nodes_ = 0;                // the most of the solver's sweep
+    CostPoint own_;                      // the table that the recipe's tolerance chose
+    std::map<SolverKey, double> best_seconds_;
+    int point_nodes_ = 0;  // that solve the random points
     int finest_nodes_ = 0, finest_modes_ = 0;
     double seconds_per_byte_ = 0;
 };
@@ -741,6 +747,7 @@ constexpr CostColumn columns[] = {
 
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.seconds > 0, "measure_cost", "seconds", "above 0", options.seconds);
+    require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
     return CostMeter(recipe, options).measure();
 }
 

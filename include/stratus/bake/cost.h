@@ -49,16 +49,17 @@ struct CostStudy {
 
 struct CostOptions {
     double seconds = 120;  // after which nothing new is begun; a sweep goes from cheap to dear
+    int rounds = 6;        // of timing; the best counts
     int threads = 0;       // 0: all; what is timed runs alone on one
     std::function<void(const std::string& line)> note;
     std::function<void(double done, const std::string& stage)> progress;
 };
 
-/// Measures a recipe's points. The recipe's own tolerance is always among them, with coarser and
-/// finer ones as far as the seconds reach; what its discretisation fixes stays fixed under every
-/// tolerance, and is varied like the rest.
+/// Measures a recipe's points. The recipe's own tolerance is always among them, with coarser ones
+/// and a finer one as far as the seconds reach; what its discretisation fixes stays fixed under
+/// every tolerance, and is varied like the rest.
 ///
-/// Errors   std::invalid_argument for seconds that are not above 0.
+/// Errors   std::invalid_argument for seconds that are not above 0 and for fewer rounds than one.
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options = {});
 
 /// A point of a trade of cost against error.

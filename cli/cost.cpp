@@ -103,12 +103,12 @@ PlotPanel make_panel(const CostStudy& study, CostPoint::Kind kind, const char* f
 }
 
 PlotPanel panel_of_solvers(const CostStudy& study) {
-    PlotPanel panel = make_panel(
-        study, CostPoint::Kind::solver, "frontier",
-        {{"harmonic doubling",
-          [](const CostPoint& p) { return p.discretisation.scheme == Scheme::harmonic; }},
-         {"classic doubling",
-          [](const CostPoint& p) { return p.discretisation.scheme == Scheme::classic; }}});
+    PlotPanel panel =
+        make_panel(study, CostPoint::Kind::solver, "frontier",
+                   {{"harmonic doubling",
+                     [](const CostPoint& p) { return p.solver.scheme == Scheme::harmonic; }},
+                    {"classic doubling",
+                     [](const CostPoint& p) { return p.solver.scheme == Scheme::classic; }}});
     panel.title = "Solver: nodes, modes and scheme";
     panel.x_title = "time of one solve, one thread (s)";
     panel.y_title = "relative error of R and T, 99.9 % within";

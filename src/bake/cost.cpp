@@ -42,16 +42,12 @@ constexpr double largest_table = 1 << 30;  // bytes
 /// Tolerances finer than this share of the recipe's own are not measured.
 constexpr double finest_share = 0.25;
 
-/// What a solver does beside its nodes and modes.
-struct SolverVariant {
-    const char* name;
-    SolverOptions options;
-};
-
-std::vector<SolverVariant> solver_variants() {
+/// Solvers that are swept, each over nodes and modes.
+std::vector<SolverOptions> solver_variants() {
     SolverOptions harmonic, classic;
+    harmonic.scheme = Scheme::harmonic;
     classic.scheme = Scheme::classic;
-    return {{"harmonic", harmonic}, {"classic", classic}};
+    return {harmonic, classic};
 }
 
 /// An axis whose sampling is swept.
@@ -245,12 +241,19 @@ class CostMeter {
         show("converging");
         SolverOptions solver;
         solver.nodes = 24;
-        reference_ = probes_.values(probes_.solve(solver));
-        for (double seconds = 0;;) {
+        while (reference_.total.empty()) {
+            try {
+                reference_ = probes_.values(probes_.solve(solver));
+            } catch (const std::runtime_error&) {  // so few nodes break the solver down
+                if (2 * solver.nodes > most_reference_nodes) throw;
+                solver.nodes *= 2;
+            }
+        }
+        for (;;) {
             solver.nodes *= 2;
             const auto started = Clock::now();
             Probes::Values finer = probes_.values(probes_.solve(solver));
-            seconds = seconds_since(started);
+            const double seconds = seconds_since(started);
             CostPoint change;
             set_errors(change, errors_of(reference_, finer));
             reference_ = std::move(finer);
@@ -280,9 +283,8 @@ class CostMeter {
             }
             CostPoint point;
             point.varied = "nodes and modes";
-            point.discretisation.nodes = solver.nodes;
-            point.discretisation.modes = modes;
-            point.discretisation.scheme = solver.scheme;
+            point.solver = solver;
+            point.solver.modes = modes;
             set_errors(point, errors_of(probes_.values(kept), reference_));
             return point;
         };
@@ -320,10 +322,10 @@ class CostMeter {
             if (2 * nodes > study_.reference_nodes || !is_time_left(share_of_solver_errors)) break;
             if (least_most > enough) point_nodes_ = nodes;
             double least = 1;
-            for (SolverVariant variant : solver_variants()) {
+            for (SolverOptions solver : solver_variants()) {
                 show("solving");
-                variant.options.nodes = nodes;
-                const std::vector<CostPoint> points = try_solver(variant.options);
+                solver.nodes = nodes;
+                const std::vector<CostPoint> points = try_solver(solver);
                 for (const CostPoint& point : points) {
                     least = std::min(least, point.error_largest);
                     least_most = std::min(least_most, point.error_most);
@@ -338,10 +340,15 @@ class CostMeter {
         std::vector<CostPoint> chosen;
         for (const CostPoint& table : tables_) {
             if (table.tolerance == 0) continue;
-            SolverOptions solver;
-            solver.nodes = table.discretisation.nodes;
-            solver.scheme = table.discretisation.scheme;
-            for (CostPoint point : try_solver(solver, table.discretisation.modes)) {
+            if (5 * table.solver.nodes > 4 * study_.reference_nodes) {
+                say("tolerance " + short_number(table.tolerance) + ": its " +
+                    std::to_string(table.solver.nodes) + " nodes are too near the converged " +
+                    std::to_string(study_.reference_nodes) + " to be judged by them");
+                continue;
+            }
+            SolverOptions every_mode = table.solver;
+            every_mode.modes = 0;
+            for (CostPoint point : try_solver(every_mode, table.solver.modes)) {
                 point.varied = table.varied;
                 point.tolerance = table.tolerance;
                 chosen.push_back(point);
@@ -355,16 +362,16 @@ class CostMeter {
     /// Points that are alike share their time.
     using SolverKey = std::tuple<Scheme, int, int>;
     static SolverKey key_of(const CostPoint& point) {
-        const Discretisation& d = point.discretisation;
-        return {d.scheme, d.nodes, d.modes};
+        return {point.solver.scheme, point.solver.nodes, point.solver.modes};
     }
 
     /// Several rounds over all points, so that no point's time is that of one busy moment; leaves
     /// out those that there is no time for.
     void time_solvers(std::vector<CostPoint>& points, double share) {
         auto effort = [](const CostPoint& point) {
-            const Discretisation& d = point.discretisation;
-            return (d.scheme == Scheme::classic ? 10.0 : 1.0) * d.modes * std::pow(d.nodes + 10, 3);
+            const SolverOptions& of = point.solver;
+            return (of.scheme == Scheme::classic ? 10.0 : 1.0) * of.modes *
+                   std::pow(of.nodes + 10, 3);
         };
         std::stable_sort(points.begin(), points.end(), [&](const CostPoint& a, const CostPoint& b) {
             return effort(a) < effort(b);
@@ -373,12 +380,7 @@ class CostMeter {
             for (const CostPoint& point : points) {
                 if (!is_time_left(share)) break;
                 show("timing");
-                const Discretisation& d = point.discretisation;
-                SolverOptions solver;
-                solver.nodes = d.nodes;
-                solver.modes = d.modes;
-                solver.scheme = d.scheme;
-                const double seconds = probes_.time_solve(solver);
+                const double seconds = probes_.time_solve(point.solver);
                 const auto [entry, is_new] = best_seconds_.try_emplace(key_of(point), seconds);
                 entry->second = std::min(entry->second, seconds);
             }
@@ -454,6 +456,9 @@ class CostMeter {
         CostPoint point;
         point.kind = CostPoint::Kind::table;
         point.discretisation = d;
+        point.solver.nodes = d.nodes;
+        point.solver.modes = d.modes;
+        point.solver.scheme = d.scheme;
         point.bake_seconds = seconds;
         point.bytes = static_cast<double>(
             (table.reflection_multiple.size() + table.transmission_multiple.size()) *
@@ -707,12 +712,12 @@ constexpr CostColumn columns[] = {
      [](const CostPoint& p) { return p.tolerance > 0 ? number(p.tolerance) : ""; }},
     {"scheme", "of the solver: harmonic or classic", Of::both,
      [](const CostPoint& p) {
-         return std::string(p.discretisation.scheme == Scheme::classic ? "classic" : "harmonic");
+         return std::string(p.solver.scheme == Scheme::classic ? "classic" : "harmonic");
      }},
     {"nodes", "Gauss nodes of the solver", Of::both,
-     [](const CostPoint& p) { return std::to_string(p.discretisation.nodes); }},
+     [](const CostPoint& p) { return std::to_string(p.solver.nodes); }},
     {"modes", "azimuthal modes of the solver", Of::both,
-     [](const CostPoint& p) { return std::to_string(p.discretisation.modes); }},
+     [](const CostPoint& p) { return std::to_string(p.solver.modes); }},
     {"mu_samples", "of mu_in and mu_out alike", Of::table,
      [](const CostPoint& p) { return std::to_string(p.discretisation.mu_samples); }},
     {"azimuth_samples", "over 0 to 180 degrees", Of::table,

@@ -105,7 +105,7 @@ std::vector<CostPoint> points_of(Kind kind) {
 TEST(Cost, ComparesWithASolutionThatDoublingItsNodesDoesNotChange) {
     EXPECT_LE(measured().study.reference_change, 1e-9);
     for (const CostPoint& point : points_of(Kind::solver))
-        EXPECT_LE(2 * point.discretisation.nodes, measured().study.reference_nodes);
+        EXPECT_LE(2 * point.solver.nodes, measured().study.reference_nodes);
 }
 
 TEST(Cost, ErrorsFallWithNodes) {
@@ -114,7 +114,7 @@ TEST(Cost, ErrorsFallWithNodes) {
         for (const int nodes : {4, 8, 12}) {
             double least = 1;  // of all numbers of modes
             for (const CostPoint& point : points_of(Kind::solver))
-                if (point.discretisation.nodes == nodes && point.discretisation.scheme == scheme)
+                if (point.solver.nodes == nodes && point.solver.scheme == scheme)
                     least = std::min(least, point.error_largest);
             EXPECT_LT(least, 0.5 * last) << nodes;
             last = least;
@@ -125,10 +125,9 @@ TEST(Cost, ErrorsFallWithNodes) {
 TEST(Cost, ErrorsFallWithModes) {
     double one = 0, three = 0;  // Rayleigh scattering has three
     for (const CostPoint& point : points_of(Kind::solver)) {
-        if (point.discretisation.nodes != 12 || point.discretisation.scheme != Scheme::harmonic)
-            continue;
-        if (point.discretisation.modes == 1) one = point.error_most;
-        if (point.discretisation.modes == 3) three = point.error_most;
+        if (point.solver.nodes != 12 || point.solver.scheme != Scheme::harmonic) continue;
+        if (point.solver.modes == 1) one = point.error_most;
+        if (point.solver.modes == 3) three = point.error_most;
     }
     EXPECT_GT(three, 0);
     EXPECT_GT(one, 10 * three);
@@ -150,7 +149,7 @@ TEST(Cost, ErrorsOfASolverBoundThoseOfALayerSolvedByItself) {
         }
     double stated = 1;
     for (const CostPoint& point : points_of(Kind::solver))
-        if (point.discretisation.nodes == 6 && point.discretisation.scheme == Scheme::harmonic)
+        if (point.solver.nodes == 6 && point.solver.scheme == Scheme::harmonic)
             stated = std::min(stated, point.error_largest);
     EXPECT_GT(most, 1e-9);
     EXPECT_LE(most, 1.01 * stated);  // modes that add less than a thousandth are left out

@@ -26,7 +26,8 @@ struct CostPoint {
     std::string
         varied;  // "tolerance", or what the sweep changed: "nodes and modes", an axis, "all"
     double tolerance = 0;           // that chose the point; 0: none did
-    Discretisation discretisation;  // of a solver: nodes, modes and scheme alone
+    SolverOptions solver;           // what is timed, or what solved the table
+    Discretisation discretisation;  // table: how it is sampled
 
     double error_median = 0, error_most = 0, error_largest = 0;  // most: 99.9 % are within
     double solve_seconds = 0;                                    // solver: one layer, one thread

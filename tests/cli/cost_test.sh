@@ -16,7 +16,7 @@ header+=,times_frontier
 
 # --- answers
 
-expect_ok cost tiny.toml -o cost.csv --svg cost.svg --seconds 4
+expect_ok cost tiny.toml -o cost.csv --svg cost.svg --seconds 1000
 expect_silent "$out"
 expect_says "$err" "converged solution: " " nodes; with half of them it is " "tolerance 0.1: solver error " \
     "tolerance 0.1: table error " "times the time of the cheapest" "times the bytes of the cheapest"

@@ -8,14 +8,11 @@
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <future>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -28,28 +25,9 @@ struct BakeCommand {
     bool quiet = false;
 };
 
-/// Refuses a file that could not be written, before the work rather than after it.
-void require_writable(const std::string& option, const std::filesystem::path& path,
-                      const std::string& ending) {
-    if (path.extension() != ending)
-        throw std::invalid_argument("bake: " + option + " must end in " + ending + ", got " +
-                                    (path.empty() ? "nothing" : path.string()));
-    if (std::filesystem::is_directory(path))
-        throw std::invalid_argument("bake: " + option + " must be a file, got the folder " +
-                                    path.string());
-    if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
-        throw std::invalid_argument("bake: " + option + " must be a file, got the device " +
-                                    path.string());
-    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder))
-        throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
-    if (access(folder.c_str(), W_OK) != 0)
-        throw std::runtime_error(path.string() + ": the folder cannot be written to");
-}
-
 void run_bake(const BakeCommand& command) {
-    require_writable("--output", command.output, ".h5");
-    if (!command.exr.empty()) require_writable("--exr", command.exr, ".exr");
+    require_writable("bake", "--output", command.output, ".h5");
+    if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
     require_different_files("bake", command.recipe, command.output);
     require_different_files("bake", command.recipe, command.exr);
     std::vector<std::string> notes;

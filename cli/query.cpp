@@ -4,6 +4,8 @@
 
 #include <stratus/io/atomic_file.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -106,6 +108,23 @@ void require_different_files(const std::string& command, const std::filesystem::
     if (std::filesystem::equivalent(input, output, absent))
         throw std::invalid_argument(command + ": output must be another file than the input, got " +
                                     output.string());
+}
+
+void require_writable(const std::string& command, const std::string& option,
+                      const std::filesystem::path& path, const std::string& ending) {
+    const auto refuse = [&](const std::string& allowed, const std::string& met) {
+        throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
+    };
+    if (!ending.empty() && path.extension() != ending)
+        refuse("end in " + ending, path.empty() ? "nothing" : path.string());
+    if (std::filesystem::is_directory(path)) refuse("be a file", "the folder " + path.string());
+    if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+        refuse("be a file", "the device " + path.string());
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder))
+        throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
+    if (access(folder.c_str(), W_OK) != 0)
+        throw std::runtime_error(path.string() + ": the folder cannot be written to");
 }
 
 std::string shortest_text(double value) {

@@ -33,6 +33,13 @@ void write_answer(const std::filesystem::path& path,
 void require_different_files(const std::string& command, const std::filesystem::path& input,
                              const std::filesystem::path& output);
 
+/// Refuses a file that could not be written, before the work rather than after it; with an
+/// `ending`, one that does not have it.
+///
+/// Errors   std::invalid_argument naming command and option; std::runtime_error for its folder.
+void require_writable(const std::string& command, const std::string& option,
+                      const std::filesystem::path& path, const std::string& ending = "");
+
 /// A query's number as it was: the shortest text that reads back as the same double.
 std::string shortest_text(double value);
 

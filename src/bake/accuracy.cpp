@@ -38,15 +38,21 @@ double largest(const LayerSolution& solution, Value value) {
     return std::max(0.01 * most, smallest_value);
 }
 
-/// A random (albedo, optical depth) of a table, evenly spread over its cells.
+PointRange range_of(const Table& table) {
+    const TableView view = table.view();
+    return {view.albedo, view.optical_depth,    view.mu_in,
+            view.mu_out, view.has_reflection(), view.has_transmission()};
+}
+
+/// A random (albedo, optical depth), evenly spread over the cells of a range.
 struct Cell {
     double albedo, optical_depth;
 };
 
-Cell random_cell(const Table& table, std::mt19937& random) {
+Cell random_cell(const PointRange& range, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
-    const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
+    const AxisView &w = range.albedo, &tau = range.optical_depth;
     Cell cell{};
     const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
     cell.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
@@ -106,40 +112,38 @@ bool Verification::meets(double tolerance) const {
 
 namespace {
 
-void compare_cell(const Table& table, const TableView& view, const SolverOptions& solver,
-                  int geometries, std::mt19937& random, std::vector<ErrorSample>& into) {
-    const Cell cell = random_cell(table, random);
+void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
+                const SolverOptions& solver, int geometries, std::mt19937& random,
+                std::vector<ErrorSample>& into) {
+    const Cell cell = random_cell(range, random);
     std::uniform_real_distribution<double> azimuth(0, pi);
     std::vector<double> mu = floor_cosines();
     std::vector<Geometry> points;
     for (int g = 0; g < geometries; ++g) {
-        points.push_back({random_cosine(view.mu_in, random), random_cosine(view.mu_out, random),
+        points.push_back({random_cosine(range.mu_in, random), random_cosine(range.mu_out, random),
                           azimuth(random)});
         mu.push_back(points.back().mu_in);
         mu.push_back(points.back().mu_out);
     }
     const LayerSolution solution =
-        solve_layer(table.phase_function, cell.albedo, cell.optical_depth, mu, solver);
-    auto add = [&](Side side, int g, double expected, double found, double floor) {
+        solve_layer(phase_function, cell.albedo, cell.optical_depth, mu, solver);
+    auto add = [&](Side side, int g, double expected, double floor) {
         const Geometry& at = points[static_cast<std::size_t>(g)];
         const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
                                                        : cos_scattering_angle_transmitted(at);
         into.push_back({side, cell.albedo, cell.optical_depth, at,
-                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, found,
-                        std::abs(found - expected) / std::max(expected, floor)});
+                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor});
     };
     const int first = static_cast<int>(floor_cosines().size());
     const double reflection_least = reflection_floor(solution);
     const double transmission_least = transmission_floor(solution);
     for (int g = 0; g < geometries; ++g) {
         const int in = first + 2 * g, out = in + 1;
-        const Geometry& at = points[static_cast<std::size_t>(g)];
-        if (view.has_reflection())
-            add(Side::reflection, g, solution.reflection(in, out, at.azimuth).total,
-                reflection(view, cell.albedo, cell.optical_depth, at).total(), reflection_least);
-        if (view.has_transmission())
-            add(Side::transmission, g, solution.transmission(in, out, at.azimuth).total,
-                transmission(view, cell.albedo, cell.optical_depth, at).total(),
+        const double phi = points[static_cast<std::size_t>(g)].azimuth;
+        if (range.reflection)
+            add(Side::reflection, g, solution.reflection(in, out, phi).total, reflection_least);
+        if (range.transmission)
+            add(Side::transmission, g, solution.transmission(in, out, phi).total,
                 transmission_least);
     }
 }
@@ -203,7 +207,7 @@ double reciprocity_defect(const Table& table, const TableView& view, std::mt1993
     std::uniform_real_distribution<double> azimuth(0, pi);
     double worst = 0;
     for (int n = 0; n < 1000; ++n) {
-        const Cell cell = random_cell(table, random);
+        const Cell cell = random_cell(range_of(table), random);
         const Geometry there{random_cosine(view.mu_in, random), random_cosine(view.mu_out, random),
                              azimuth(random)};
         const Geometry back{there.mu_out, there.mu_in, there.azimuth};
@@ -219,6 +223,33 @@ double reciprocity_defect(const Table& table, const TableView& view, std::mt1993
 
 }  // namespace
 
+std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
+                                             const PointRange& range, const SolverOptions& solver,
+                                             const VerifyOptions& options) {
+    const int cells = (options.samples + geometries_a_cell - 1) / geometries_a_cell;
+    std::vector<std::vector<ErrorSample>> of_cell(static_cast<std::size_t>(cells));
+    auto solve = [&](int cell) {
+        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(cell));
+        const int rest = options.samples - cell * geometries_a_cell;
+        solve_cell(phase_function, range, solver, std::min(rest, geometries_a_cell), random,
+                   of_cell[static_cast<std::size_t>(cell)]);
+    };
+    parallel_for(cells, options.threads, solve, [&](int done) {
+        if (options.progress) options.progress(static_cast<double>(done) / cells);
+    });
+    std::vector<ErrorSample> samples;
+    for (const auto& some : of_cell) samples.insert(samples.end(), some.begin(), some.end());
+    return samples;
+}
+
+void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+    for (ErrorSample& at : samples) {
+        const auto side = at.side == Side::reflection ? reflection : transmission;
+        at.found = side(table, at.albedo, at.optical_depth, at.geometry).total();
+        at.error = std::abs(at.found - at.expected) / std::max(at.expected, at.floor);
+    }
+}
+
 Verification verify(const Table& table, const VerifyOptions& options) {
     require(options.samples >= 1, "verify", "samples", ">= 1", options.samples);
     const auto stored = table.attributes.find("nodes");
@@ -232,19 +263,8 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.mode_tolerance = 1e-3 * table.tolerance;
 
     const TableView view = table.view();
-    const int cells = (options.samples + geometries_a_cell - 1) / geometries_a_cell;
-    std::vector<std::vector<ErrorSample>> of_cell(static_cast<std::size_t>(cells));
-    auto compare = [&](int cell) {
-        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(cell));
-        const int rest = options.samples - cell * geometries_a_cell;
-        compare_cell(table, view, solver, std::min(rest, geometries_a_cell), random,
-                     of_cell[static_cast<std::size_t>(cell)]);
-    };
-    parallel_for(cells, options.threads, compare, [&](int done) {
-        if (options.progress) options.progress(static_cast<double>(done) / cells);
-    });
-    for (const auto& samples : of_cell)
-        result.samples.insert(result.samples.end(), samples.begin(), samples.end());
+    result.samples = solve_random_points(table.phase_function, range_of(table), solver, options);
+    look_up(view, result.samples);
     error_quantile(result.samples, 1);  // sorts
     result.energy_defect = energy_defect(table);
     result.furnace_defect = furnace_defect(table, view);

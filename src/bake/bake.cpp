@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
@@ -262,7 +263,7 @@ struct Attempt {
 Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOptions& options) {
     Attempt attempt;
     Table& table = attempt.table;
-    table = TableSolver(resolved, options).solve();
+    table = solve_table(resolved, options);
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
     table.attributes["title"] = recipe.title;
@@ -271,7 +272,6 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes["nodes"] = std::to_string(resolved.discretisation.nodes);
     table.attributes["modes"] = std::to_string(resolved.discretisation.modes);
     table.attributes["program_version"] = STRATUS_VERSION;
-    prepare(table);
 
     VerifyOptions check;
     check.samples = check_samples;
@@ -297,6 +297,18 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
     return resolve_to(recipe, first_strictness, options);
+}
+
+Table solve_table(const Recipe& resolved, const BakeOptions& options) {
+    const Discretisation& d = resolved.discretisation;
+    for (const auto& [name, count] :
+         {std::pair("nodes", d.nodes), std::pair("modes", d.modes),
+          std::pair("mu_samples", d.mu_samples), std::pair("azimuth_samples", d.azimuth_samples),
+          std::pair("albedo_samples", d.albedo_samples)})
+        require(count >= 1, "solve_table", name, "resolved", count);
+    Table table = TableSolver(resolved, options).solve();
+    prepare(table);
+    return table;
 }
 
 Table bake(const Recipe& recipe, const BakeOptions& options) {

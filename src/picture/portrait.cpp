@@ -3,6 +3,8 @@
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/single_scattering.h>
 
+#include "cairo_output.h"
+
 #include <cairo.h>
 
 #include <algorithm>
@@ -147,12 +149,6 @@ constexpr Colour all_orders[] = {{1.0, 0.80, 0.30}, {0.20, 0.80, 0.70}, {0.36, 0
 
 enum class Align { left, centre, right };
 
-struct CairoDelete {
-    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-    void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, CairoDelete>;
-
 /// Of UTF-8 text: a letter's bytes after its first begin with the bits 10.
 void remove_last_letter(std::string& text) {
     while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80)
@@ -233,7 +229,7 @@ class Canvas {
 
   private:
     Surface surface_;
-    std::unique_ptr<cairo_t, CairoDelete> cairo_;
+    Context cairo_;
 };
 
 // ---- Words
@@ -654,16 +650,6 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
 }
 
 // ---- The whole
-
-cairo_status_t append_to_file(void* file, const unsigned char* bytes, unsigned int count) {
-    auto& stream = *static_cast<std::ofstream*>(file);
-    stream.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(count));
-    return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
-}
-
-[[noreturn]] void fail(const std::filesystem::path& png, const std::string& reason) {
-    throw std::runtime_error(png.string() + ": " + reason);
-}
 
 void write_png(const Canvas& canvas, const std::filesystem::path& png) {
     if (const cairo_status_t status = cairo_status(canvas.cairo()); status != CAIRO_STATUS_SUCCESS)

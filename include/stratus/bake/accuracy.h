@@ -31,6 +31,7 @@ struct ErrorSample {
     double scattering_angle;  // radians
     double expected, found;   // totals
     double error;             // relative, as above
+    double floor = 0;         // least that errors are relative to
 };
 
 /// Error not exceeded by a share of the samples; 0 for none. Sorts `samples` by error.
@@ -56,6 +57,21 @@ struct Verification {
 
     bool meets(double tolerance) const;  // 99.9 % within tolerance, all within five times it
 };
+
+/// What random points are drawn from, evenly over the cells of the axes.
+struct PointRange {
+    AxisView albedo, optical_depth, mu_in, mu_out;
+    bool reflection, transmission;
+};
+
+/// Random points of a range, solved: what they are expected to be. `found` and `error` are left to
+/// `look_up`.
+std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
+                                             const PointRange& range, const SolverOptions& solver,
+                                             const VerifyOptions& options = {});
+
+/// Fills in what a table says at solved points, and how wrong it is.
+void look_up(const TableView& table, std::vector<ErrorSample>& samples);
 
 /// Solves again at random points, half as many nodes again as the bake used, and compares lookups
 /// with that.

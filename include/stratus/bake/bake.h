@@ -22,6 +22,12 @@ struct BakeOptions {
 /// is met with as few samples as do.
 Recipe resolve(const Recipe& recipe, const BakeOptions& options = {});
 
+/// Solves all samples of a resolved recipe: a table ready for lookups that states no accuracy.
+///
+/// Errors   std::invalid_argument for a choice left open.
+/// Threads  the same bits on any number of them.
+Table solve_table(const Recipe& resolved, const BakeOptions& options = {});
+
 /// Bakes a table: resolves the recipe, solves all samples, checks the table at random points. Where
 /// the check misses the tolerance and the recipe left the sampling open, it is made finer and baked
 /// again, twice at most.

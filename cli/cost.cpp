@@ -1,0 +1,193 @@
+// `stratus cost`: what accuracy costs in time and in bytes, as CSV and as a figure.
+#include "allowed.h"
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+#include "signals_held.h"
+
+#include <stratus/bake/cost.h>
+#include <stratus/io/atomic_file.h>
+#include <stratus/picture/cost_plot.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct CostCommand {
+    std::string recipe, output, svg;
+    CostOptions options;
+    bool quiet = false;
+};
+
+std::string tolerance_text(double tolerance) {
+    const int exponent = static_cast<int>(std::floor(std::log10(tolerance) + 1e-9));
+    return shortest_text(std::round(100 * tolerance / std::pow(10, exponent)) / 100) + "e" +
+           std::to_string(exponent);
+}
+
+std::string lookup_text(const CostPoint& point) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g \u00b5s", point.lookup_ns * 1e-3);
+    return point.kind == CostPoint::Kind::table ? text : "";
+}
+
+/// Errors below what a double resolves are drawn there.
+PlotPoint plotted(const CostPoint& point, std::string label) {
+    return {point.cost(), std::max(point.error_most, 1e-16), std::move(label)};
+}
+
+/// Every tolerance's choice; those that chose alike share a mark.
+PlotSeries chosen_by_tolerance(const std::vector<const CostPoint*>& points) {
+    PlotSeries series{"chosen by tolerance (beside it)", PlotSeries::Role::chosen, {}};
+    for (const CostPoint* point : points) {
+        if (point->tolerance == 0) continue;
+        PlotPoint mark = plotted(*point, tolerance_text(point->tolerance));
+        const auto same = std::find_if(
+            series.points.begin(), series.points.end(),
+            [&](const PlotPoint& other) { return other.x == mark.x && other.y == mark.y; });
+        if (same != series.points.end()) {
+            same->label += ", " + mark.label;
+            continue;
+        }
+        if (point->kind == CostPoint::Kind::table) mark.label += " (" + lookup_text(*point) + ")";
+        series.points.push_back(std::move(mark));
+    }
+    return series;
+}
+
+PlotSeries frontier_of(const std::vector<const CostPoint*>& points, const char* name) {
+    std::vector<const CostPoint*> on_it;
+    for (const CostPoint* point : points)
+        if (point->on_frontier) on_it.push_back(point);
+    std::sort(on_it.begin(), on_it.end(),
+              [](const CostPoint* a, const CostPoint* b) { return a->cost() < b->cost(); });
+    PlotSeries series{name, PlotSeries::Role::frontier, {}};
+    double labelled = 0;  // bytes; the next label is where they have doubled
+    for (const CostPoint* point : on_it) {
+        const bool is_due = point->tolerance == 0 && point->cost() >= 2 * labelled;
+        if (is_due) labelled = point->cost();
+        series.points.push_back(plotted(*point, is_due ? lookup_text(*point) : ""));
+    }
+    return series;
+}
+
+/// What a series of a panel holds: points that no tolerance chose and that belong to it.
+struct Group {
+    const char* name;
+    bool (*holds)(const CostPoint& point);
+};
+
+PlotPanel make_panel(const CostStudy& study, CostPoint::Kind kind, const char* frontier,
+                     const std::vector<Group>& groups) {
+    std::vector<const CostPoint*> points;
+    for (const CostPoint& point : study.points)
+        if (point.kind == kind) points.push_back(&point);
+    PlotPanel panel;
+    for (const Group& group : groups) {
+        panel.series.push_back({group.name, PlotSeries::Role::measured, {}});
+        for (const CostPoint* point : points)
+            if (point->tolerance == 0 && group.holds(*point))
+                panel.series.back().points.push_back(plotted(*point, ""));
+    }
+    panel.series.push_back(frontier_of(points, frontier));
+    panel.series.push_back(chosen_by_tolerance(points));
+    return panel;
+}
+
+PlotPanel panel_of_solvers(const CostStudy& study) {
+    PlotPanel panel =
+        make_panel(study, CostPoint::Kind::solver, "frontier",
+                   {{"harmonic doubling",
+                     [](const CostPoint& p) { return p.solver.scheme == Scheme::harmonic; }},
+                    {"classic doubling",
+                     [](const CostPoint& p) { return p.solver.scheme == Scheme::classic; }}});
+    panel.title = "Solver: nodes, modes and scheme";
+    panel.x_title = "time of one solve, one thread (s)";
+    panel.y_title = "relative error of R and T, 99.9 % within";
+    return panel;
+}
+
+PlotPanel panel_of_tables(const CostStudy& study) {
+    PlotPanel panel = make_panel(
+        study, CostPoint::Kind::table, "frontier (time of a lookup)",
+        {{"all axes", [](const CostPoint& p) { return p.varied == "all"; }},
+         {"mu", [](const CostPoint& p) { return p.varied == "mu_samples"; }},
+         {"azimuth", [](const CostPoint& p) { return p.varied == "azimuth_samples"; }},
+         {"optical depth",
+          [](const CostPoint& p) { return p.varied == "optical_depth_samples_per_octave"; }},
+         {"albedo", [](const CostPoint& p) { return p.varied == "albedo_samples"; }}});
+    panel.title = "Table: sampling of its axes";
+    panel.x_title = "samples of the table in memory (bytes)";
+    panel.y_title = "relative error of lookups, 99.9 % within";
+    return panel;
+}
+
+void run_cost(const CostCommand& command) {
+    if (!command.output.empty() && command.output != "-")
+        require_writable("cost", "--output", command.output);
+    if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, ".svg");
+    for (const std::string& written : {command.output, command.svg})
+        require_different_files("cost", command.recipe, written);
+    if (!command.svg.empty() && command.svg == command.output)
+        throw std::invalid_argument("cost: --svg must be another file than --output, got " +
+                                    command.svg);
+    std::vector<std::string> notes;
+    const Recipe recipe = read_recipe(command.recipe, &notes);
+
+    Progress progress(command.quiet);
+    for (const std::string& note : notes) progress.note("note: " + note);
+    CostOptions options = command.options;
+    options.note = [&](const std::string& line) { progress.note("  " + line); };
+    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    const CostStudy study = measure_cost(recipe, options);
+    write_answer(command.output, [&](std::ostream& out) { write_cost(out, study.points); });
+    if (command.svg.empty()) return;
+    const SignalsHeld held;
+    write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
+        draw_cost_plot({panel_of_solvers(study), panel_of_tables(study)}, temporary);
+    });
+}
+
+std::string help_of_columns() {
+    std::string text =
+        "Columns of the CSV, a row a point; empty where one does not belong to it:\n";
+    for (const auto& [name, meaning] : cost_columns())
+        text += "  " + std::string(name) + ": " + meaning + "\n";
+    return text;
+}
+
+}  // namespace
+
+void add_cost(CLI::App& app) {
+    auto command = std::make_shared<CostCommand>();
+    CLI::App* cost =
+        app.add_subcommand("cost", "Measure what accuracy costs a recipe in time and bytes");
+    cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
+    cost->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
+        ->check(file_name());
+    cost->add_option("--svg", command->svg, "Figure of both frontiers to draw, .svg")
+        ->check(file_name());
+    cost->add_option("--seconds", command->options.seconds,
+                     "After which nothing new is measured, from cheap to dear")
+        ->capture_default_str()
+        ->check(number("above 0", [](double seconds) { return seconds > 0; }));
+    cost->add_option("--threads", command->options.threads,
+                     "Threads; 0: one for each processor. What is timed runs alone on one")
+        ->capture_default_str()
+        ->check(whole_number(0, 1024));
+    cost->add_flag("--quiet", command->quiet, "No progress, no notes");
+    cost->footer(help_of_columns() +
+                 "Errors are relative to the total R or T, as `stratus verify` has them.\n"
+                 "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");
+    cost->callback([command] { run_cost(*command); });
+}
+
+}  // namespace stratus

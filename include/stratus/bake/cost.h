@@ -1,0 +1,82 @@
+// What accuracy costs: time of the solver, bytes and lookup time of a table, over the error that is
+// left.
+//
+// Two kinds of points are measured for a recipe. `solver`: nodes x modes x scheme, errors at
+// representative albedos, depths and directions against a solution that doubling its nodes does not
+// change. `table`: how finely each axis is sampled, errors of lookups at random points. What
+// `tolerance` chooses is measured among them. Errors are relative as in accuracy.h.
+//
+// The frontier of a kind are the points that no other undercuts in error and in cost: seconds of
+// one solve, bytes of a table's samples.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include <stratus/bake/recipe.h>
+
+namespace stratus {
+
+struct CostPoint {
+    enum class Kind { solver, table };
+    Kind kind = Kind::solver;
+    std::string
+        varied;  // "tolerance", or what the sweep changed: "nodes and modes", an axis, "all"
+    double tolerance = 0;           // that chose the point; 0: none did
+    SolverOptions solver;           // what is timed, or what solved the table
+    Discretisation discretisation;  // table: how it is sampled
+
+    double error_median = 0, error_most = 0, error_largest = 0;  // most: 99.9 % are within
+    double solve_seconds = 0;                                    // solver: one layer, one thread
+    double bake_seconds = 0;  // table: all threads; with choosing and checking where tolerance did
+    double bytes = 0;         // table: samples of both sides in memory
+    double lookup_ns = 0;     // table: random points, one thread, mean of the sides
+
+    bool on_frontier = false;
+    double times_frontier = 1;  // cost over that of the cheapest point that is as accurate
+
+    /// What the frontier counts: solve_seconds or bytes.
+    double cost() const { return kind == Kind::solver ? solve_seconds : bytes; }
+};
+
+struct CostStudy {
+    std::vector<CostPoint> points;  // solvers, then tables; each as it was measured
+    int reference_nodes = 0;        // of the converged solution
+    double reference_change = 0;    // largest error of half as many nodes against it
+};
+
+struct CostOptions {
+    double seconds = 120;  // after which nothing new is begun; a sweep goes from cheap to dear
+    int rounds = 6;        // of timing; the best counts
+    int threads = 0;       // 0: all; what is timed runs alone on one
+    std::function<void(const std::string& line)> note;
+    std::function<void(double done, const std::string& stage)> progress;
+};
+
+/// Measures a recipe's points. The recipe's own tolerance is always among them, with coarser ones
+/// and a finer one as far as the seconds reach; what its discretisation fixes stays fixed under
+/// every tolerance, and is varied like the rest.
+///
+/// Errors   std::invalid_argument for seconds that are not above 0 and for fewer rounds than one.
+CostStudy measure_cost(const Recipe& recipe, const CostOptions& options = {});
+
+/// A point of a trade of cost against error.
+struct Trade {
+    double cost;
+    double error;
+};
+
+/// Indices of the trades that no other undercuts (as cheap and as accurate, one of them strictly),
+/// ascending in cost and so descending in error; the first of equals.
+std::vector<std::size_t> find_frontier(const std::vector<Trade>& trades);
+
+/// CSV, a row a point; what does not belong to a point's kind is left empty.
+void write_cost(std::ostream& out, const std::vector<CostPoint>& points);
+
+/// The CSV's columns and what each holds, a line each.
+const std::vector<std::pair<const char*, const char*>>& cost_columns();
+
+}  // namespace stratus

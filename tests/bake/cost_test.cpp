@@ -1,0 +1,338 @@
+#include <stratus/bake/cost.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+
+#include "refusal.h"
+#include "small_recipe.h"
+
+namespace stratus {
+namespace {
+
+using Kind = CostPoint::Kind;
+using Indices = std::vector<std::size_t>;
+
+TEST(Frontier, LeavesOutWhatIsUndercut) {
+    EXPECT_EQ(find_frontier({{1, 0.5}, {2, 0.6}, {3, 0.1}, {4, 0.2}}), (Indices{0, 2}));
+    EXPECT_EQ(find_frontier({{4, 0.2}, {3, 0.1}, {1, 0.5}}), (Indices{2, 1})) << "in any order";
+}
+
+TEST(Frontier, KeepsTheBetterOfTwoThatAreEqualInOne) {
+    EXPECT_EQ(find_frontier({{1, 0.5}, {1, 0.4}}), Indices{1}) << "as cheap";
+    EXPECT_EQ(find_frontier({{2, 0.5}, {1, 0.5}}), Indices{1}) << "as accurate";
+}
+
+TEST(Frontier, KeepsTheFirstOfEquals) {
+    EXPECT_EQ(find_frontier({{3, 0.9}, {1, 0.5}, {1, 0.5}, {2, 0.3}, {2, 0.3}}), (Indices{1, 3}));
+}
+
+TEST(Frontier, IsAllThatThereIsOfOneAndNothingOfNone) {
+    EXPECT_EQ(find_frontier({{1, 1}}), Indices{0});
+    EXPECT_TRUE(find_frontier({}).empty());
+}
+
+bool undercuts(const Trade& a, const Trade& b) {
+    return a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error);
+}
+
+TEST(Frontier, IsMonotoneAndHoldsJustWhatNoOtherUndercuts) {
+    std::mt19937 random(1);
+    std::uniform_int_distribution<int> value(1, 12);  // few values: many ties
+    for (int round = 0; round < 200; ++round) {
+        std::vector<Trade> trades;
+        for (int n = 0; n < 30; ++n)
+            trades.push_back({static_cast<double>(value(random)), 0.1 * value(random)});
+        const Indices frontier = find_frontier(trades);
+        for (std::size_t n = 1; n < frontier.size(); ++n) {
+            EXPECT_LT(trades[frontier[n - 1]].cost, trades[frontier[n]].cost);
+            EXPECT_GT(trades[frontier[n - 1]].error, trades[frontier[n]].error);
+        }
+        for (const Trade& trade : trades) {
+            const bool is_undercut =
+                std::any_of(trades.begin(), trades.end(),
+                            [&](const Trade& other) { return undercuts(other, trade); });
+            const bool is_met = std::any_of(frontier.begin(), frontier.end(), [&](std::size_t at) {
+                return trades[at].cost == trade.cost && trades[at].error == trade.error;
+            });
+            EXPECT_NE(is_undercut, is_met);
+        }
+    }
+}
+
+Recipe recipe() {
+    Recipe small = test::rayleigh_recipe();
+    small.tolerance = 0.03;
+    small.transmission = false;
+    return small;
+}
+
+struct Measured {
+    CostStudy study;
+    std::vector<std::string> notes;
+};
+
+/// Measured to the end of the sweeps. The times are in no test's interest: one round of them.
+const Measured& measured() {
+    static const Measured all = [] {
+        Measured one;
+        CostOptions options;
+        options.seconds = 1e6;
+        options.rounds = 1;
+        options.note = [&](const std::string& line) { one.notes.push_back(line); };
+        one.study = measure_cost(recipe(), options);
+        return one;
+    }();
+    return all;
+}
+
+std::vector<CostPoint> points_of(Kind kind) {
+    std::vector<CostPoint> points;
+    for (const CostPoint& point : measured().study.points)
+        if (point.kind == kind) points.push_back(point);
+    return points;
+}
+
+TEST(Cost, ComparesWithASolutionThatDoublingItsNodesDoesNotChange) {
+    EXPECT_LE(measured().study.reference_change, 1e-9);
+    for (const CostPoint& point : points_of(Kind::solver))
+        EXPECT_LE(2 * point.solver.nodes, measured().study.reference_nodes);
+}
+
+TEST(Cost, ErrorsFallWithNodes) {
+    for (const Scheme scheme : {Scheme::harmonic, Scheme::classic}) {
+        double last = 1;
+        for (const int nodes : {4, 8, 12}) {
+            double least = 1;  // of all numbers of modes
+            for (const CostPoint& point : points_of(Kind::solver))
+                if (point.solver.nodes == nodes && point.solver.scheme == scheme)
+                    least = std::min(least, point.error_largest);
+            EXPECT_LT(least, 0.5 * last) << nodes;
+            last = least;
+        }
+    }
+}
+
+TEST(Cost, ErrorsFallWithModes) {
+    double one = 0, three = 0;  // Rayleigh scattering has three
+    for (const CostPoint& point : points_of(Kind::solver)) {
+        if (point.solver.nodes != 12 || point.solver.scheme != Scheme::harmonic) continue;
+        if (point.solver.modes == 1) one = point.error_most;
+        if (point.solver.modes == 3) three = point.error_most;
+    }
+    EXPECT_GT(three, 0);
+    EXPECT_GT(one, 10 * three);
+}
+
+TEST(Cost, ErrorsOfASolverBoundThoseOfALayerSolvedByItself) {
+    const auto solve = [](int nodes) {
+        SolverOptions solver;
+        solver.nodes = nodes;
+        return solve_layer(recipe().phase_function, 1, 2, floor_cosines(), solver);
+    };
+    const LayerSolution coarse = solve(6), fine = solve(64);
+    double most = 0;
+    for (int i = 0; i < coarse.mu.size(); ++i)
+        for (int j = 0; j < coarse.mu.size(); ++j) {
+            const double expected = fine.reflection(i, j, 1.2).total;
+            most = std::max(most, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
+                                      std::max(expected, reflection_floor(fine)));
+        }
+    double stated = 1;
+    for (const CostPoint& point : points_of(Kind::solver))
+        if (point.solver.nodes == 6 && point.solver.scheme == Scheme::harmonic)
+            stated = std::min(stated, point.error_largest);
+    EXPECT_GT(most, 1e-9);
+    EXPECT_LE(most, 1.01 * stated);  // modes that add less than a thousandth are left out
+}
+
+TEST(Cost, MeasuresTheRecipesOwnToleranceAndItsNeighbours) {
+    for (const Kind kind : {Kind::solver, Kind::table}) {
+        std::vector<double> chosen;
+        for (const CostPoint& point : points_of(kind))
+            if (point.tolerance > 0) {
+                chosen.push_back(point.tolerance);
+                EXPECT_EQ(point.varied, "tolerance");
+            }
+        EXPECT_EQ(chosen, (std::vector<double>{0.1, 0.03, 0.01}));
+    }
+}
+
+/// The table that the recipe's tolerance chose.
+CostPoint own_table() {
+    for (const CostPoint& point : points_of(Kind::table))
+        if (point.tolerance == 0.03) return point;
+    throw std::runtime_error("there is none");
+}
+
+TEST(Cost, BytesAreThoseOfTheSamples) {
+    const CostPoint own = own_table();
+    Recipe resolved = recipe();
+    resolved.discretisation = own.discretisation;
+    EXPECT_EQ(own.bytes, 4.0 * static_cast<double>(solve_table(resolved).sample_count()));
+}
+
+TEST(Cost, ErrorsOfATableAreThoseThatVerifyFinds) {
+    VerifyOptions options;
+    options.samples = 6000;
+    Verification verification = verify(bake(recipe()), options);
+    const CostPoint own = own_table();
+    // two samples of 6000 of one distribution, whose tail is steep
+    EXPECT_NEAR(own.error_median / error_quantile(verification.samples, 0.5), 1, 0.1);
+    EXPECT_NEAR(own.error_most / error_quantile(verification.samples, 0.999), 1, 0.3);
+}
+
+TEST(Cost, VariesEveryAxisByItselfAndAllTogether) {
+    const std::vector<CostPoint> tables = points_of(Kind::table);
+    for (const char* const varied : {"mu_samples", "azimuth_samples", "albedo_samples",
+                                     "optical_depth_samples_per_octave", "all"}) {
+        const auto count = std::count_if(tables.begin(), tables.end(), [&](const CostPoint& point) {
+            return point.varied == varied;
+        });
+        EXPECT_GE(count, 1) << varied;
+    }
+    const auto [least, most] = std::minmax_element(
+        tables.begin(), tables.end(),
+        [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
+    EXPECT_GT(least->error_most, most->error_most);
+}
+
+TEST(Cost, MeasuresNoTableTwice) {
+    std::vector<std::vector<int>> sampled;
+    for (const CostPoint& point : points_of(Kind::table)) {
+        const Discretisation& d = point.discretisation;
+        if (point.tolerance == 0)
+            sampled.push_back({d.mu_samples, d.azimuth_samples, d.optical_depth_samples_per_octave,
+                               d.albedo_samples});
+    }
+    std::sort(sampled.begin(), sampled.end());
+    EXPECT_EQ(std::adjacent_find(sampled.begin(), sampled.end()), sampled.end());
+}
+
+TEST(Cost, TellsOfEveryPointHowFarItIsFromTheFrontier) {
+    for (const Kind kind : {Kind::solver, Kind::table}) {
+        const std::vector<CostPoint> points = points_of(kind);
+        for (const CostPoint& point : points) {
+            EXPECT_GT(point.cost(), 0);
+            double cheapest = point.cost();
+            for (const CostPoint& other : points)
+                if (other.error_most <= point.error_most)
+                    cheapest = std::min(cheapest, other.cost());
+            EXPECT_EQ(point.times_frontier, point.cost() / cheapest);
+            if (point.on_frontier) {
+                EXPECT_EQ(point.times_frontier, 1);
+            }
+        }
+    }
+    for (const char* const what : {"solver error", "table error"})
+        EXPECT_EQ(std::count_if(measured().notes.begin(), measured().notes.end(),
+                                [&](const std::string& note) {
+                                    return note.rfind("tolerance ", 0) == 0 &&
+                                           note.find(what) != std::string::npos &&
+                                           note.find(" times the ") != std::string::npos;
+                                }),
+                  3);
+}
+
+std::vector<std::string> fields_of(const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream stream(line + ",");
+    for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+    return fields;
+}
+
+TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
+    std::ostringstream csv;
+    write_cost(csv, measured().study.points);
+    std::istringstream lines(csv.str());
+    std::string line;
+    std::getline(lines, line);
+    const std::vector<std::string> header = fields_of(line);
+    ASSERT_EQ(header.size(), cost_columns().size());
+    const std::vector<std::string> of_tables{
+        "mu_samples",     "azimuth_samples", "optical_depth_samples_per_octave",
+        "albedo_samples", "bake_seconds",    "bytes",
+        "lookup_ns"};
+    std::size_t rows = 0;
+    for (; std::getline(lines, line); ++rows) {
+        const std::vector<std::string> fields = fields_of(line);
+        ASSERT_EQ(fields.size(), header.size()) << line;
+        const CostPoint& point = measured().study.points[rows];
+        for (std::size_t c = 0; c < header.size(); ++c) {
+            EXPECT_EQ(header[c], cost_columns()[c].first);
+            const bool is_tables =
+                std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
+            const bool belongs = header[c] == "tolerance" ? point.tolerance > 0
+                                 : header[c] == "solve_seconds"
+                                     ? point.kind == Kind::solver
+                                     : !is_tables || point.kind == Kind::table;
+            EXPECT_EQ(!fields[c].empty(), belongs) << header[c] << " of " << line;
+        }
+    }
+    EXPECT_EQ(rows, measured().study.points.size());
+}
+
+TEST(Cost, MeasuresTheRecipesOwnToleranceHoweverShortTheTime) {
+    CostOptions options;
+    options.seconds = 1e-6;
+    const CostStudy study = measure_cost(recipe(), options);
+    for (const Kind kind : {Kind::solver, Kind::table})
+        EXPECT_TRUE(
+            std::any_of(study.points.begin(), study.points.end(), [&](const CostPoint& point) {
+                return point.kind == kind && point.tolerance == 0.03 && point.on_frontier;
+            }));
+}
+
+TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
+    Recipe single = recipe();
+    single.albedo = {0.9, 0.9};
+    single.optical_depth = {INFINITY, INFINITY};
+    CostOptions options;
+    options.seconds = 0.5;
+    const CostStudy study = measure_cost(single, options);
+    for (const CostPoint& point : study.points) {
+        EXPECT_NE(point.varied, "albedo_samples");
+        EXPECT_NE(point.varied, "optical_depth_samples_per_octave");
+    }
+    EXPECT_GE(study.points.size(), 2u);
+}
+
+TEST(Cost, RefusesToTakeNoTime) {
+    CostOptions options;
+    options.seconds = 0;
+    expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
+                                          {"measure_cost", "seconds", "above 0", "got 0"});
+}
+
+TEST(Cost, RefusesToTimeNothing) {
+    CostOptions options;
+    options.rounds = 0;
+    expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
+                                          {"measure_cost", "rounds", ">= 1", "got 0"});
+}
+
+TEST(SolveTable, HoldsTheSamplesOfTheBake) {
+    const Table solved = solve_table(test::explicit_recipe());
+    const Table baked = bake(test::explicit_recipe());
+    EXPECT_EQ(solved.reflection_multiple, baked.reflection_multiple);
+    EXPECT_EQ(solved.transmission_multiple, baked.transmission_multiple);
+}
+
+TEST(SolveTable, RefusesAChoiceLeftOpen) {
+    Recipe open = test::explicit_recipe();
+    open.discretisation.mu_samples = 0;
+    expect_refusal<std::invalid_argument>([&] { solve_table(open); },
+                                          {"solve_table", "mu_samples", "resolved", "got 0"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,190 @@
+// What is asked for is drawn: every mark is a path of the SVG and every letter a glyph's use. How
+// good it looks is for eyes.
+#include <stratus/picture/cost_plot.h>
+
+#include "refusal.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+/// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
+/// ours.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
+
+namespace stratus {
+namespace {
+
+using Role = PlotSeries::Role;
+
+class CostPlot : public ::testing::Test {
+  protected:
+    std::string drawn(const std::vector<PlotPanel>& panels) const {
+        draw_cost_plot(panels, folder / "cost.svg");
+        return test::content(folder / "cost.svg");
+    }
+
+    test::TemporaryFolder folder;
+};
+
+/// Decades of both axes stay the same whatever a test adds between the first and the last point.
+PlotPanel panel() {
+    PlotPanel one{"Panel", "time (s)", "error", {}};
+    one.series.push_back({"first", Role::measured, {{1e-3, 0.5, ""}, {1e-2, 1e-4, ""}}});
+    return one;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++found;
+    return found;
+}
+
+std::size_t letters(const std::string& svg) { return count(svg, "<use "); }
+
+/// Without the outlines that define the letters.
+std::size_t paths(const std::string& svg) {
+    const std::size_t from = svg.find("<defs>"), to = svg.rfind("</defs>");
+    return count(svg, "<path ") - count(svg.substr(from, to - from), "<path ");
+}
+
+/// Every tag is closed, in the order of a tree.
+bool is_well_formed(const std::string& xml) {
+    std::vector<std::string> open;
+    for (std::size_t at = xml.find('<'); at != std::string::npos; at = xml.find('<', at)) {
+        const std::size_t end = xml.find('>', at);
+        if (end == std::string::npos) return false;
+        const std::string tag = xml.substr(at + 1, end - at - 1);
+        at = end;
+        if (tag.empty() || tag.find('<') != std::string::npos) return false;
+        if (tag.front() == '?' || tag.front() == '!') continue;
+        if (tag.front() == '/') {
+            if (open.empty() || open.back() != tag.substr(1)) return false;
+            open.pop_back();
+        } else if (tag.back() != '/') {
+            open.push_back(tag.substr(0, tag.find_first_of(" \n")));
+        }
+    }
+    return open.empty() && !xml.empty();
+}
+
+TEST_F(CostPlot, IsAWellFormedSvgSixteenCentimetresWide) {
+    const std::string svg = drawn({panel(), panel()});
+    EXPECT_TRUE(is_well_formed(svg));
+    const std::size_t at = svg.find("<svg ");
+    ASSERT_NE(at, std::string::npos);
+    const std::size_t width = svg.find("width=\"", at);
+    ASSERT_NE(width, std::string::npos);
+    EXPECT_NEAR(std::stod(svg.substr(width + 7)), 16 / 2.54 * 72, 0.01);  // points
+    EXPECT_EQ(svg.substr(svg.find_first_not_of("0123456789.", width + 7), 3), "pt\"");
+}
+
+TEST_F(CostPlot, HoldsEveryTitleAndName) {
+    const std::size_t before = letters(drawn({panel()}));
+    for (std::string PlotPanel::*title :
+         {&PlotPanel::title, &PlotPanel::x_title, &PlotPanel::y_title}) {
+        PlotPanel longer = panel();
+        longer.*title += "abcde";
+        EXPECT_EQ(letters(drawn({longer})), before + 5);
+    }
+    PlotPanel renamed = panel();
+    renamed.series[0].name += "abcde";
+    EXPECT_EQ(letters(drawn({renamed})), before + 5);
+}
+
+TEST_F(CostPlot, LabelsEveryDecade) {
+    PlotPanel wider = panel();  // 10^-3 .. 10^-2 becomes 10^-3 .. 10^0
+    wider.series[0].points[1].x = 0.5;
+    EXPECT_EQ(letters(drawn({wider})), letters(drawn({panel()})) + 4 + 3);  // 10-1, 100
+}
+
+TEST_F(CostPlot, DrawsEveryPointOfEverySeries) {
+    const std::size_t before = paths(drawn({panel()}));
+    PlotPanel more = panel();
+    more.series[0].points.push_back({2e-3, 0.01, ""});
+    EXPECT_EQ(paths(drawn({more})), before + 1);
+    PlotPanel second = panel();
+    const std::vector<PlotPoint> three{{2e-3, 0.01, ""}, {3e-3, 0.02, ""}, {4e-3, 0.01, ""}};
+    for (int n = 0; n < 7; ++n)  // more than there are shapes
+        second.series.push_back({"more", Role::measured, three});
+    EXPECT_EQ(paths(drawn({second})), before + 7 * (3 + 1)) << "with a mark each in the legend";
+}
+
+TEST_F(CostPlot, DrawsAFrontierAsOneLineOfSteps) {
+    PlotPanel stepped = panel();
+    stepped.series.push_back(
+        {"frontier", Role::frontier, {{1e-3, 0.5, ""}, {2e-3, 0.1, ""}, {1e-2, 1e-4, ""}}});
+    EXPECT_EQ(paths(drawn({stepped})), paths(drawn({panel()})) + 2) << "and one in the legend";
+}
+
+TEST_F(CostPlot, LabelsAllThatIsChosenAndOfTheRestWhatHasRoom) {
+    const auto labelled = [&](Role role) {
+        PlotPanel crowded = panel();
+        crowded.series.push_back({"", role, {}});
+        const std::size_t nothing = [&] {
+            PlotPanel bare = crowded;
+            for (int n = 0; n < 30; ++n)
+                bare.series[1].points.push_back({2e-3 + 1e-5 * n, 0.01, ""});
+            return letters(drawn({bare}));
+        }();
+        for (int n = 0; n < 30; ++n)
+            crowded.series[1].points.push_back({2e-3 + 1e-5 * n, 0.01, "label"});
+        return letters(drawn({crowded})) - nothing;
+    };
+    EXPECT_EQ(labelled(Role::chosen), 30 * 5u);
+    EXPECT_GT(labelled(Role::measured), 0u);
+    EXPECT_LT(labelled(Role::measured), 30 * 5u);
+}
+
+TEST_F(CostPlot, NamesNoSeriesWithoutPoints) {
+    PlotPanel with_empty = panel();
+    with_empty.series.push_back({"nothing", Role::measured, {}});
+    EXPECT_EQ(letters(drawn({with_empty})), letters(drawn({panel()})));
+}
+
+TEST_F(CostPlot, DrawsASinglePoint) {
+    PlotPanel single{"", "", "", {{"", Role::chosen, {{1, 1, ""}}}}};
+    EXPECT_TRUE(is_well_formed(drawn({single})));
+}
+
+TEST_F(CostPlot, RefusesToDrawNothing) {
+    expect_refusal<std::invalid_argument>([&] { drawn({}); },
+                                          {"draw_cost_plot", "panels", "at least one", "got none"});
+    PlotPanel empty = panel();
+    empty.series[0].points.clear();
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            drawn({panel(), empty});
+        },
+        {"draw_cost_plot", "'Panel'", "points", "got none"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
+}
+
+TEST_F(CostPlot, RefusesWhatALogarithmCannotShow) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    for (double PlotPoint::*value : {&PlotPoint::x, &PlotPoint::y})
+        for (const double bad : {0.0, -1.0, infinity, std::nan("")}) {
+            PlotPanel wrong = panel();
+            wrong.series[0].points[1].*value = bad;
+            const char* const name = value == &PlotPoint::x ? "x of 'first'" : "y of 'first'";
+            expect_refusal<std::invalid_argument>(
+                [&] { drawn({wrong}); }, {"draw_cost_plot", name, "above 0 and finite", "got "});
+        }
+    EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
+}
+
+TEST_F(CostPlot, RefusesAPathThatCannotBeWritten) {
+    expect_refusal<std::runtime_error>(
+        [&] { draw_cost_plot({panel()}, folder / "absent" / "cost.svg"); },
+        {"cost.svg", "No such file"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -4,8 +4,17 @@
 #include <cmath>
 #include <cstring>
 #include <new>
+#include <stdexcept>
 
 namespace stratus {
+
+namespace {
+
+/// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
+/// rest is for g near 1.
+constexpr int most_doublings_to_infinity = 120;
+
+}  // namespace
 
 int count_doublings(const Directions& directions, double optical_depth) {
     const double thinnest = directions.mu.minCoeff();
@@ -86,6 +95,14 @@ bool LaneLadder::is_converged() const {
                     return false;
             }
     return true;
+}
+
+void LaneLadder::double_to_infinity() {
+    for (int k = 0; !is_converged(); ++k) {
+        if (k == most_doublings_to_infinity)
+            throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+        double_depth();
+    }
 }
 
 void LaneLadder::extract() { methods_.extract(layer_); }

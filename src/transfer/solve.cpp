@@ -13,6 +13,7 @@
 
 #include "classic.h"
 #include "lane_ladder.h"
+#include "options.h"
 
 namespace stratus {
 
@@ -23,18 +24,6 @@ using Eigen::VectorXd;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// A layer this thin scatters twice less often than rounding notices, and stays above the smallest
-/// normal numbers.
-constexpr double thinnest_depth = 1e-280;
-
-/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
-/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
-constexpr double conservative_depth = 1048576;  // 2^20
-
-/// Doublings after which any layer has reached the limit of infinite depth: 2^-56 is rounding, the
-/// rest is for g near 1.
-constexpr int most_doublings_to_infinity = 120;
-
 /// One ladder of depths for several albedos: what all modes share, and where their results go.
 class LadderRun {
   public:
@@ -44,8 +33,7 @@ class LadderRun {
         : albedos_(albedos),
           ladder_(ladder),
           options_(options),
-          truncation_(options.truncate ? delta_m(phase_function, 2 * options.nodes)
-                                       : no_truncation(phase_function, 2 * options.nodes)),
+          truncation_(truncation_of(phase_function, options)),
           directions_(gauss_directions(options.nodes,
                                        choose_node_map(truncation_.moments, options.nodes), mu)),
           first_asked_(mu.empty() ? 0 : options.nodes) {
@@ -145,9 +133,7 @@ class LadderRun {
             tasks.push_back({mode, truncation_.albedo(albedos_[a]),
                              truncation_.co_albedo(albedos_[a]),
                              std::ldexp(first_depth(a), -doublings)});
-        LaneLadder ladder(
-            directions_, truncation_.moments, tasks,
-            options_.instruction_set ? *lane_methods(options_.instruction_set) : lane_methods());
+        LaneLadder ladder(directions_, truncation_.moments, tasks, methods_of(options_));
         std::vector<PhaseKernels> kernels;
         for (std::size_t lane = 0; lane < pairs.size(); ++lane)
             kernels.push_back(ladder.kernels(static_cast<int>(lane)));
@@ -163,11 +149,7 @@ class LadderRun {
             record_lanes(depth);
         }
         if (!ladder_.to_infinity) return;
-        for (int k = 0; !ladder.is_converged(); ++k) {
-            if (k == most_doublings_to_infinity)
-                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
-            ladder.double_depth();
-        }
+        ladder.double_to_infinity();
         record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
     }
 
@@ -290,18 +272,6 @@ class LadderRun {
     std::vector<std::vector<SingleFactors>> singles_;
 };
 
-double sum_modes(const std::vector<MatrixXd>& modes, int i, int j, double azimuth) {
-    const double c = std::cos(azimuth);
-    double previous = c, now = 1, sum = 0;  // cos((m - 1) phi), cos(m phi)
-    for (std::size_t m = 0; m < modes.size(); ++m) {
-        sum += (m ? 2 : 1) * now * modes[m](i, j);
-        const double next = 2 * c * now - previous;
-        previous = now;
-        now = next;
-    }
-    return sum;
-}
-
 void check(const std::vector<double>& albedos, const DepthLadder& ladder,
            const SolverOptions& options) {
     require(!albedos.empty(), "solve", "albedos", "at least one", "none");
@@ -311,12 +281,7 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     if (ladder.octaves > 0)
         require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
                 "first depth of a ladder", "in [1e-280, inf)", ladder.first);
-    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
-            options.nodes);
-    require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
-    if (options.instruction_set)
-        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
-                "one that this processor has", options.instruction_set);
+    check_options(options);
 }
 
 }  // namespace

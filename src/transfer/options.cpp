@@ -1,0 +1,25 @@
+#include "options.h"
+
+#include <stratus/runtime/argument.h>
+
+namespace stratus {
+
+void check_options(const SolverOptions& options) {
+    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
+            options.nodes);
+    require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
+    if (options.instruction_set)
+        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
+                "one that this processor has", options.instruction_set);
+}
+
+const LaneMethods& methods_of(const SolverOptions& options) {
+    return options.instruction_set ? *lane_methods(options.instruction_set) : lane_methods();
+}
+
+Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options) {
+    return options.truncate ? delta_m(phase_function, 2 * options.nodes)
+                            : no_truncation(phase_function, 2 * options.nodes);
+}
+
+}  // namespace stratus

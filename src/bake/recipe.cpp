@@ -1,100 +1,23 @@
 #include <stratus/bake/recipe.h>
 
-#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <initializer_list>
 #include <limits>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 
-#include <toml++/toml.h>
-
-#include <stratus/runtime/argument.h>
+#include "toml_section.h"
 
 namespace stratus {
 
 namespace {
 
-/// One table of the recipe; remembers which keys were asked for, so that the others can be refused.
-class Section {
-  public:
-    Section(const toml::table& table, std::string name, std::vector<std::string> known)
-        : table_(table), prefix_(name.empty() ? "" : name + ".") {
-        for (const auto& [key, node] : table) {
-            const std::string met(key.str());
-            if (std::find(known.begin(), known.end(), met) != known.end()) continue;
-            throw std::invalid_argument("recipe: unknown key '" + prefix_ + met + "'" + line(node) +
-                                        "; did you mean '" + prefix_ + nearest_name(met, known) +
-                                        "'?");
-        }
-    }
-
-    bool has(const char* key) const { return table_.contains(key); }
-
-    std::string text(const char* key) const {
-        return value<std::string>(key, "a string in quotes");
-    }
-
-    double number(const char* key, double least, double most, const char* allowed) const {
-        const double met = value<double>(key, "a number");
-        require(met >= least && met <= most, "recipe", prefix_ + key, allowed, met);
-        return met;
-    }
-
-    int count(const char* key, int least, int most) const {
-        const auto met = value<std::int64_t>(key, "a whole number");
-        const std::string allowed =
-            "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
-        require(met >= least && met <= most, "recipe", prefix_ + key, allowed, met);
-        return static_cast<int>(met);
-    }
-
-    const toml::table& table(const char* key, const char* form) const {
-        const toml::table* met = table_.get_as<toml::table>(key);
-        require(met != nullptr, "recipe", prefix_ + key, form, "something else");
-        return *met;
-    }
-
-    std::vector<std::string> texts(const char* key, const char* form) const {
-        const toml::array* met = table_.get_as<toml::array>(key);
-        require(met != nullptr, "recipe", prefix_ + key, form, "something else");
-        std::vector<std::string> values;
-        for (const toml::node& node : *met) {
-            const auto one = node.value_exact<std::string>();
-            require(one.has_value(), "recipe", prefix_ + key, form, "something else in the list");
-            values.push_back(*one);
-        }
-        return values;
-    }
-
-    static std::string line(const toml::node& node) {
-        return " in line " + std::to_string(node.source().begin.line);
-    }
-
-  private:
-    template <class T>
-    T value(const char* key, const char* kind) const {
-        const toml::node* node = table_.get(key);
-        require(node != nullptr, "recipe", prefix_ + key, "present", "nothing");
-        const auto met = node->value<T>();
-        if (met) return *met;
-        std::ostringstream text;
-        text << toml::node_view<const toml::node>(node);
-        require(false, "recipe", prefix_ + key + line(*node), kind, text.str());
-        return {};
-    }
-
-    const toml::table& table_;
-    std::string prefix_;
-};
+constexpr const char* door = "recipe";
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Range read_range(const Section& recipe, const char* key, double least, double most,
                  const char* allowed) {
-    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), key,
+    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), door, key,
                           {"min", "max"});
     const Range range{section.number("min", least, most, allowed),
                       section.number("max", least, most, allowed)};
@@ -107,7 +30,7 @@ Range read_range(const Section& recipe, const char* key, double least, double mo
 
 Discretisation read_discretisation(const toml::table& table) {
     const Section section(
-        table, "discretisation",
+        table, door, "discretisation",
         {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
          "deepest_optical_depth", "albedo_samples", "scheme"});
     Discretisation d;
@@ -142,15 +65,8 @@ std::string quoted(const std::string& text) {
 
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes) {
-    toml::table parsed;
-    try {
-        parsed = toml::parse(text);
-    } catch (const toml::parse_error& error) {
-        std::ostringstream line;
-        line << "recipe: line " << error.source().begin.line << ": " << error.description();
-        throw std::invalid_argument(line.str());
-    }
-    const Section section(parsed, "",
+    const toml::table parsed = parse_toml(text, door);
+    const Section section(parsed, door, "",
                           {"title", "phase_function", "tolerance", "optical_depth", "albedo",
                            "sides", "orders", "discretisation"});
     Recipe recipe;
@@ -195,12 +111,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
 }
 
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error(path.string() + ": cannot be read");
-    std::ostringstream text;
-    text << file.rdbuf();
-    return parse_recipe(text.str(), path.parent_path().string(), notes);
+    return parse_recipe(read_text(path), path.parent_path().string(), notes);
 }
 
 std::string resolved_text(const Recipe& recipe) {

@@ -22,4 +22,26 @@ Truncation truncation_of(const PhaseFunction& phase_function, const SolverOption
                             : no_truncation(phase_function, 2 * options.nodes);
 }
 
+Truncation truncation_of(const Below& below, const SolverOptions& options) {
+    return below.kind == Below::Kind::layer ? truncation_of(below.phase_function, options)
+                                            : Truncation{};
+}
+
+Below truncated(const Below& below, const Truncation& truncation) {
+    Below changed = below;
+    changed.albedo = truncation.single_scattering_albedo(below.albedo);
+    return changed;
+}
+
+void check_below(const Below& below) {
+    require(below.albedo >= 0 && below.albedo <= 1, "solve", "albedo of what lies beneath",
+            "in [0, 1]", below.albedo);
+}
+
+SolvedValue put_together(double single, double corrected, double orders) {
+    return {corrected + orders, single, orders + (corrected - single)};
+}
+
+NodeMap joint_map(NodeMap a, NodeMap b) { return a == NodeMap::forward ? NodeMap::forward : b; }
+
 }  // namespace stratus

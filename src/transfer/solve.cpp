@@ -9,11 +9,14 @@
 #include <Eigen/Eigenvalues>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
+#include <stratus/transfer/stack.h>
 
 #include "classic.h"
 #include "lane_ladder.h"
 #include "options.h"
+#include "surface.h"
 
 namespace stratus {
 
@@ -29,14 +32,20 @@ class LadderRun {
   public:
     LadderRun(const PhaseFunction& phase_function, const std::vector<double>& albedos,
               const DepthLadder& ladder, const std::vector<double>& mu,
-              const SolverOptions& options)
+              const SolverOptions& options, const Below& below)
         : albedos_(albedos),
           ladder_(ladder),
           options_(options),
           truncation_(truncation_of(phase_function, options)),
-          directions_(gauss_directions(options.nodes,
-                                       choose_node_map(truncation_.moments, options.nodes), mu)),
-          first_asked_(mu.empty() ? 0 : options.nodes) {
+          truncation_below_(truncation_of(below, options)),
+          directions_(
+              gauss_directions(options.nodes,
+                               joint_map(choose_node_map(truncation_.moments, options.nodes),
+                                         choose_node_map(truncation_below_.moments, options.nodes)),
+                               mu)),
+          first_asked_(mu.empty() ? 0 : options.nodes),
+          below_(below),
+          below_modes_(below, truncation_below_, directions_, methods_of(options)) {
         results_.resize(albedos.size());
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (int d = 0; d < depth_count(); ++d)
@@ -52,6 +61,7 @@ class LadderRun {
         // Modes beyond the last moment are empty.
         int most = static_cast<int>(truncation_.moments.size());
         while (most > 1 && truncation_.moments[static_cast<std::size_t>(most - 1)] == 0) --most;
+        most = std::max(most, below_modes_.count());
         if (options_.modes) most = std::min(options_.modes, most);
         const auto lanes = static_cast<std::size_t>(lane_count);
         // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
@@ -97,6 +107,8 @@ class LadderRun {
         if (first_asked_ == 0) solution.mu = directions_.mu;
         solution.phase_function = phase_function;
         solution.truncation = truncation_;
+        solution.below = below_;
+        solution.truncation_below = truncation_below_;
         return solution;
     }
 
@@ -150,7 +162,7 @@ class LadderRun {
         }
         if (!ladder_.to_infinity) return;
         ladder.double_to_infinity();
-        record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
+        record_lanes(ladder_.octaves);
     }
 
     void run_classic(int mode, std::size_t a) {
@@ -171,11 +183,12 @@ class LadderRun {
     }
 
     /// Takes single scattering out of a mode and keeps the rest; fluxes from mode 0.
-    void record(int mode, std::size_t a, int depth, const ModeMatrices& layer,
+    void record(int mode, std::size_t a, int depth, ModeMatrices layer,
                 const PhaseKernels& kernels) {
         LayerSolution& solution = results_[a][static_cast<std::size_t>(depth)];
         const SingleFactors& single = singles_[a][static_cast<std::size_t>(depth)];
         const bool infinite = std::isinf(solution.optical_depth);
+        const bool opaque = infinite || below_.is_something();
         const auto count = solution.mu.size();
         const auto at = static_cast<std::size_t>(mode);
         const VectorXd s = directions_.s.tail(count);
@@ -185,15 +198,22 @@ class LadderRun {
                 "solve: nodes must be more for this phase function: its series of " +
                 std::to_string(2 * options_.nodes) + " moments is too negative in mode " +
                 std::to_string(mode) + ", got " + std::to_string(options_.nodes));
+        if (infinite)
+            layer.reflection += layer.transmission;  // LaneLadder::is_converged
+        else if (below_.is_something())
+            layer.reflection = over_below(layer, mode, solution);
         solution.reflection_modes[at] = unscale.asDiagonal() *
                                         layer.reflection.bottomRightCorner(count, count) *
                                         unscale.asDiagonal();
         solution.reflection_modes[at] -=
             single.reflection.cwiseProduct(kernels.other.bottomRightCorner(count, count));
-        if (infinite) {
-            solution.reflection_modes[at] += unscale.asDiagonal() *
-                                             layer.transmission.bottomRightCorner(count, count) *
-                                             unscale.asDiagonal();
+        if (!infinite && mode < below_modes_.count()) {
+            const VectorXd beam = beam_of(solution).tail(count);
+            solution.reflection_modes[at] -=
+                beam.asDiagonal() * below_modes_.once(mode).bottomRightCorner(count, count) *
+                beam.asDiagonal();
+        }
+        if (opaque) {
             solution.transmission_modes[at] = MatrixXd::Zero(count, count);
         } else {
             solution.transmission_modes[at] = unscale.asDiagonal() *
@@ -202,31 +222,38 @@ class LadderRun {
             solution.transmission_modes[at] -=
                 single.transmission.cwiseProduct(kernels.same.bottomRightCorner(count, count));
         }
-        if (mode == 0) record_fluxes(solution, layer, infinite);
+        if (mode == 0) record_fluxes(solution, layer, opaque);
     }
 
-    void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool infinite) const {
+    /// exp(-tau / mu) after truncation, along all directions.
+    VectorXd beam_of(const LayerSolution& solution) const {
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        return directions_.mu.unaryExpr(  // not Eigen's exp, which stops at 2e-308
+            [tau](double mu) { return direct_transmittance(tau, mu); });
+    }
+
+    /// R of the layer and what lies beneath it.
+    MatrixXd over_below(const ModeMatrices& layer, int mode, const LayerSolution& solution) {
+        if (mode >= below_modes_.count()) return layer.reflection;
+        const LayerMode above{layer.reflection, layer.reflection, layer.transmission,
+                              beam_of(solution)};
+        return add(above, below_modes_.layer(mode), directions_.nodes).reflection;
+    }
+
+    void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool opaque) const {
         const int N = directions_.nodes;
         const auto count = solution.mu.size();
         const VectorXd s = directions_.s.head(N);
         const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
-        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
         // The weights of uniform illumination sum to 1 from three nodes on, not with fewer.
         const double uniform = s.squaredNorm();
         solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s) / uniform;
         solution.plane_albedo =
             unscale.asDiagonal() * (layer.reflection.bottomLeftCorner(count, N) * s);
-        if (infinite) {
-            solution.spherical_albedo +=
-                s.dot(layer.transmission.topLeftCorner(N, N) * s) / uniform;
-            solution.plane_albedo +=
-                unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
-            solution.total_transmittance = 0;
-            solution.diffuse_transmittance = VectorXd::Zero(count);
-            return;
-        }
-        const VectorXd beam =  // not Eigen's exp, which stops at 2e-308
-            directions_.mu.unaryExpr([tau](double mu) { return direct_transmittance(tau, mu); });
+        solution.total_transmittance = 0;
+        solution.diffuse_transmittance = VectorXd::Zero(count);
+        if (opaque) return;
+        const VectorXd beam = beam_of(solution);
         solution.total_transmittance = (s.dot(layer.transmission.topLeftCorner(N, N) * s) +
                                         s.cwiseProduct(s).dot(beam.head(N))) /
                                        uniform;
@@ -265,9 +292,11 @@ class LadderRun {
     const std::vector<double>& albedos_;
     const DepthLadder& ladder_;
     const SolverOptions& options_;
-    const Truncation truncation_;
+    const Truncation truncation_, truncation_below_;
     const Directions directions_;
     const int first_asked_;
+    const Below& below_;
+    BelowModes below_modes_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<SingleFactors>> singles_;
 };
@@ -284,22 +313,47 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     check_options(options);
 }
 
+/// A stack of one layer over something.
+LayerSolution as_layer(StackSolution stack) {
+    LayerSolution solution;
+    solution.phase_function = stack.layers[0].phase_function;
+    solution.albedo = stack.layers[0].albedo;
+    solution.optical_depth = stack.layers[0].optical_depth;
+    solution.truncation = stack.truncations[0];
+    solution.below = stack.below;
+    solution.truncation_below = stack.truncation_below;
+    solution.mu = stack.mu;
+    solution.reflection_modes = std::move(stack.reflection_modes);
+    solution.transmission_modes.assign(solution.reflection_modes.size(),
+                                       MatrixXd::Zero(stack.mu.size(), stack.mu.size()));
+    solution.plane_albedo = stack.plane_albedo;
+    solution.diffuse_transmittance = stack.diffuse_transmittance;
+    solution.spherical_albedo = stack.spherical_albedo;
+    solution.total_transmittance = 0;
+    return solution;
+}
+
 }  // namespace
 
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
-                                                     const SolverOptions& options) {
+                                                     const SolverOptions& options,
+                                                     const Below& below) {
     check(albedos, ladder, options);
-    return LadderRun(phase_function, albedos, ladder, mu, options).run();
+    check_below(below);
+    return LadderRun(phase_function, albedos, ladder, mu, options, below).run();
 }
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                          const std::vector<double>& mu, const SolverOptions& options) {
+                          const std::vector<double>& mu, const SolverOptions& options,
+                          const Below& below) {
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     if (std::isinf(optical_depth))
-        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
+        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options, below)[0][0];
+    if (below.is_something() && options.scheme == Scheme::harmonic)
+        return as_layer(solve_stack({{phase_function, albedo, optical_depth}}, below, mu, options));
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && optical_depth > last) {
         // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
@@ -339,22 +393,25 @@ SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
     const Geometry geometry{mu(in), mu(out), azimuth};
     const double phase = phase_function(cos_scattering_angle_reflected(geometry));
     const double single = single_reflection(phase, albedo, optical_depth, mu(in), mu(out));
+    const double below_once = single_reflection_below(below, optical_depth, geometry);
+    const double depth = truncation.optical_depth(optical_depth, albedo);
     const double corrected =
-        single_reflection(phase, truncation.single_scattering_albedo(albedo),
-                          truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
-    const double orders = sum_modes(reflection_modes, in, out, azimuth);
-    return {corrected + orders, single, orders + (corrected - single)};
+        single_reflection(phase, truncation.single_scattering_albedo(albedo), depth, mu(in),
+                          mu(out)) +
+        single_reflection_below(truncated(below, truncation_below), depth, geometry);
+    return put_together(single + below_once, corrected,
+                        sum_modes(reflection_modes, in, out, azimuth));
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
+    if (below.is_something()) return {0, 0, 0};
     const Geometry geometry{mu(in), mu(out), azimuth};
     const double phase = phase_function(cos_scattering_angle_transmitted(geometry));
     const double single = single_transmission(phase, albedo, optical_depth, mu(in), mu(out));
     const double corrected =
         single_transmission(phase, truncation.single_scattering_albedo(albedo),
                             truncation.optical_depth(optical_depth, albedo), mu(in), mu(out));
-    const double orders = sum_modes(transmission_modes, in, out, azimuth);
-    return {corrected + orders, single, orders + (corrected - single)};
+    return put_together(single, corrected, sum_modes(transmission_modes, in, out, azimuth));
 }
 
 namespace {
@@ -380,6 +437,18 @@ MatrixXd LayerSolution::reflection_correction() const {
 
 MatrixXd LayerSolution::transmission_correction() const {
     return correction(*this, single_transmission);
+}
+
+MatrixXd LayerSolution::below_correction() const {
+    MatrixXd result = MatrixXd::Zero(mu.size(), mu.size());
+    if (truncation.fraction == 0 && truncation_below.fraction == 0) return result;
+    const double depth = truncation.optical_depth(optical_depth, albedo);
+    const Below corrected = truncated(below, truncation_below);
+    for (Eigen::Index i = 0; i < mu.size(); ++i)
+        for (Eigen::Index j = 0; j < mu.size(); ++j)
+            result(i, j) = single_reflection_below(corrected, 1, depth, mu(i), mu(j)) -
+                           single_reflection_below(below, 1, optical_depth, mu(i), mu(j));
+    return result;
 }
 
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,

@@ -66,8 +66,7 @@ class StackSolver {
                 solution_.truncations.emplace_back(truncation_of(layer.phase_function, options));
             depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
         }
-        if (below.kind == Below::Kind::layer)
-            solution_.truncation_below = truncation_of(below.phase_function, options);
+        solution_.truncation_below = truncation_of(below, options);
         places_ = places_of(depths_);
     }
 
@@ -98,13 +97,12 @@ class StackSolver {
     static Directions solved_directions(const std::vector<StackLayer>& layers, const Below& below,
                                         const std::vector<double>& mu,
                                         const SolverOptions& options) {
-        auto map_of = [&](const PhaseFunction& phase_function) {
-            return choose_node_map(truncation_of(phase_function, options).moments, options.nodes);
+        auto map_of = [&](const Truncation& truncation) {
+            return choose_node_map(truncation.moments, options.nodes);
         };
-        NodeMap map =
-            below.kind == Below::Kind::layer ? map_of(below.phase_function) : NodeMap::grazing;
+        NodeMap map = map_of(truncation_of(below, options));
         for (const StackLayer& layer : layers)
-            if (map_of(layer.phase_function) == NodeMap::forward) map = NodeMap::forward;
+            map = joint_map(map, map_of(truncation_of(layer.phase_function, options)));
         return gauss_directions(options.nodes, map, mu);
     }
 
@@ -232,11 +230,6 @@ class StackSolver {
     Once mean_;  // of mode 0
 };
 
-/// A value from its closed forms, without and with truncation, and the orders above.
-SolvedValue put_together(double single, double corrected, double orders) {
-    return {corrected + orders, single, orders + (corrected - single)};
-}
-
 }  // namespace
 
 StackSolution solve_stack(const std::vector<StackLayer>& layers, const Below& below,
@@ -254,8 +247,7 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const Below& be
         require(!std::isinf(depth) || may_be_infinite, "solve_stack", "optical_depth" + of,
                 "finite, as something lies beneath", depth);
     }
-    require(below.albedo >= 0 && below.albedo <= 1, "solve_stack", "albedo of what lies beneath",
-            "in [0, 1]", below.albedo);
+    check_below(below);
     return StackSolver(layers, below, mu, options).run();
 }
 
@@ -280,10 +272,9 @@ SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
         place_corrected.above += depth_corrected;
     }
     if (below.is_something()) {
-        Below corrected_below = below;
-        corrected_below.albedo = truncation_below.single_scattering_albedo(below.albedo);
         single += single_reflection_below(below, place.above, geometry);
-        corrected += single_reflection_below(corrected_below, place_corrected.above, geometry);
+        corrected += single_reflection_below(truncated(below, truncation_below),
+                                             place_corrected.above, geometry);
     }
     return put_together(single, corrected, sum_modes(reflection_modes, out, in, azimuth));
 }

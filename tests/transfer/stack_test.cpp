@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/transfer/layer.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"
@@ -295,6 +296,47 @@ TEST(Stack, ScattersOnceWhenThin) {
                 EXPECT_NEAR(T.total / T.single, 1, 1e-4) << in;
             }
     }
+}
+
+TEST(SolveLadder, OverSomethingEqualsStacksOfOneLayer) {
+    const std::vector<double> albedos{0.5, 0.9, 1};
+    for (const Below& below : {Below::surface(0.4), Below::layer(forward, 0.9)}) {
+        const auto ladder =
+            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, with_nodes(16), below);
+        for (std::size_t a = 0; a < albedos.size(); ++a)
+            for (std::size_t d = 0; d < 8; ++d) {
+                const StackSolution stack =
+                    solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, below,
+                                cosines, with_nodes(16));
+                EXPECT_LE(difference(ladder[a][d], stack), 1e-12) << a << ' ' << d;
+                EXPECT_LE(difference(ladder[a][d].plane_albedo, stack.plane_albedo), 1e-12);
+            }
+        // nothing beneath is seen through a layer without end
+        const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40));
+        EXPECT_LE(
+            difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), below), bare),
+            1e-7);  // nodes of another map
+    }
+}
+
+TEST(LayerSolution, TellsWhatTruncationAddsToSingleScatteringBelow) {
+    const Below below = Below::layer(forward, 0.9);
+    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), below);
+    ASSERT_GT(layer.truncation_below.fraction, 0);
+    const Geometry at{0.4, 0.9, 1};
+    const double cosine = cos_scattering_angle_reflected(at);
+    EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
+                    layer.reflection_correction()(0, 1) * dust(cosine) +
+                    layer.below_correction()(0, 1) * forward(cosine),
+                layer.reflection(0, 1, 1).multiple, 1e-14);
+    // a surface sees the deeper reach of a truncated beam
+    const LayerSolution over =
+        solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), Below::surface(0.4));
+    EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
+                    over.reflection_correction()(0, 1) * forward(cosine) +
+                    over.below_correction()(0, 1),
+                over.reflection(0, 1, 1).multiple, 1e-14);
+    EXPECT_GT(over.below_correction()(0, 1), 1e-4);
 }
 
 // ---- photons -----------------------------------------------------------------------------------

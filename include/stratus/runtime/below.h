@@ -31,4 +31,11 @@ struct Below {
 double single_reflection_below(const Below& below, double optical_depth,
                                const Geometry& geometry) noexcept;
 
+/// The same for a value of its phase function; a surface has none, and asks for 1.
+double single_reflection_below(const Below& below, double phase_value, double optical_depth,
+                               double mu_in, double mu_out) noexcept;
+
+/// The phase function's value, 1 of a surface.
+double phase_value_below(const Below& below, const Geometry& geometry) noexcept;
+
 }  // namespace stratus

@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <stratus/runtime/below.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/truncation.h>
@@ -39,7 +40,9 @@ struct SolvedValue {
     double multiple;
 };
 
-/// A layer of one albedo and depth, solved at a list of cosines.
+/// A layer of one albedo and depth, solved at a list of cosines. Over something that lies beneath
+/// it transmission is 0, and reflection is that of both; `single` then counts light that met what
+/// lies beneath once and nothing else.
 class LayerSolution {
   public:
     double albedo = 0;
@@ -66,8 +69,13 @@ class LayerSolution {
     Eigen::MatrixXd reflection_correction() const;
     Eigen::MatrixXd transmission_correction() const;
 
+    /// The same of light scattered once in what lies beneath (a surface: of phase value 1).
+    Eigen::MatrixXd below_correction() const;
+
     PhaseFunction phase_function;
     Truncation truncation;
+    Below below;
+    Truncation truncation_below;
 };
 
 /// Solves one layer at the cosines `mu`.
@@ -77,7 +85,8 @@ class LayerSolution {
 /// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
 /// depth. Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                          const std::vector<double>& mu, const SolverOptions& options = {});
+                          const std::vector<double>& mu, const SolverOptions& options = {},
+                          const Below& below = {});
 
 /// Depths that one run of doubling passes through: first, 2 first, 4 first, ... (`octaves` of
 /// them), then infinity.
@@ -87,12 +96,14 @@ struct DepthLadder {
     bool to_infinity = false;
 };
 
-/// Solves several albedos at all depths of a ladder: result[a][d], infinity last.
+/// Solves several albedos at all depths of a ladder: result[a][d], infinity last. What lies beneath
+/// is solved once and serves all depths.
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
-                                                     const SolverOptions& options = {});
+                                                     const SolverOptions& options = {},
+                                                     const Below& below = {});
 
 /// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
 ///

@@ -119,7 +119,7 @@ void compare_cell(const Table& table, const TableView& view, const SolverOptions
         mu.push_back(points.back().mu_out);
     }
     const LayerSolution solution =
-        solve_layer(table.phase_function, cell.albedo, cell.optical_depth, mu, solver);
+        solve_layer(table.phase_function, cell.albedo, cell.optical_depth, mu, solver, table.below);
     auto add = [&](Side side, int g, double expected, double found, double floor) {
         const Geometry& at = points[static_cast<std::size_t>(g)];
         const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
@@ -145,10 +145,11 @@ void compare_cell(const Table& table, const TableView& view, const SolverOptions
 }
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
-/// where it has not.
+/// where it has not, or where something beneath takes in what is missing.
 double energy_defect(const Table& table) {
     const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
-    if (table.albedo.values.back() != 1 || table.plane_albedo.empty()) return -1;
+    if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.below.is_something())
+        return -1;
     double worst = 0;
     const auto mus = static_cast<std::size_t>(table.mu_in.values.size());
     for (int d = 0; d < tau.size(); ++d) {

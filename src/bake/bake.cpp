@@ -90,6 +90,7 @@ class TableSolver {
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         const Discretisation& d = recipe.discretisation;
         table_.phase_function = recipe.phase_function;
+        table_.below = recipe.below;
         table_.albedo = albedo_axis(recipe.albedo, d.albedo_samples);
         table_.optical_depth = optical_depth_axis(recipe.optical_depth,
                                                   std::max(1, d.optical_depth_samples_per_octave),
@@ -153,6 +154,7 @@ class TableSolver {
                     const Geometry at{in, out, azimuth};
                     reflected_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_reflected(at)));
+                    below_phase_.push_back(phase_value_below(recipe_.below, at));
                     transmitted_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_transmitted(at)));
                 }
@@ -170,8 +172,8 @@ class TableSolver {
             ladder.octaves = (tau.count - 1 - run) / runs + 1;
             ladder.to_infinity = tau.ends_at_infinity && run == (tau.count - 1) % runs;
         }
-        const auto solutions =
-            solve_ladder(recipe_.phase_function, albedos, ladder, table_.mu_in.values, solver_);
+        const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
+                                            table_.mu_in.values, solver_, recipe_.below);
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (std::size_t d = 0; d < solutions[a].size(); ++d) {
                 const bool infinite = static_cast<int>(d) == ladder.octaves;
@@ -185,11 +187,14 @@ class TableSolver {
     void store(const LayerSolution& solution, std::size_t row) {
         const auto mus = static_cast<Eigen::Index>(table_.mu_in.values.size());
         if (recipe_.reflection)
-            store_side(solution.reflection_modes, solution.reflection_correction(),
-                       reflected_phase_, table_.reflection_multiple.data() + row * block_);
+            store_side(solution.reflection_modes,
+                       {{solution.reflection_correction(), reflected_phase_},
+                        {solution.below_correction(), below_phase_}},
+                       table_.reflection_multiple.data() + row * block_);
         if (recipe_.transmission)
-            store_side(solution.transmission_modes, solution.transmission_correction(),
-                       transmitted_phase_, table_.transmission_multiple.data() + row * block_);
+            store_side(solution.transmission_modes,
+                       {{solution.transmission_correction(), transmitted_phase_}},
+                       table_.transmission_multiple.data() + row * block_);
         for (Eigen::Index i = 0; i < mus; ++i) {
             const std::size_t at =
                 row * static_cast<std::size_t>(mus) + static_cast<std::size_t>(i);
@@ -201,11 +206,18 @@ class TableSolver {
         table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
     }
 
-    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation changes in
-    /// single scattering.
-    void store_side(const std::vector<Eigen::MatrixXd>& modes, const Eigen::MatrixXd& correction,
-                    const std::vector<double>& phase, float* out) const {
-        const Eigen::Index mus = correction.rows(), azimuths = cosines_.cols();
+    /// What truncation changes in single scattering: a matrix over the cosines for each unit of
+    /// phase function.
+    struct Correction {
+        Eigen::MatrixXd factor;
+        const std::vector<double>& phase;
+    };
+
+    /// Orders n >= 2 at all sample directions: the Fourier series, and the corrections.
+    void store_side(const std::vector<Eigen::MatrixXd>& modes,
+                    const std::vector<Correction>& corrections, float* out) const {
+        const auto mus = static_cast<Eigen::Index>(table_.mu_in.values.size());
+        const Eigen::Index azimuths = cosines_.cols();
         const auto count = std::min(cosines_.rows(), static_cast<Eigen::Index>(modes.size()));
         Eigen::VectorXd series(count);
         for (Eigen::Index i = 0; i < mus; ++i)
@@ -214,10 +226,12 @@ class TableSolver {
                     series(m) = modes[static_cast<std::size_t>(m)](i, j);
                 const Eigen::VectorXd sum = cosines_.topRows(count).transpose() * series;
                 for (Eigen::Index k = 0; k < azimuths; ++k) {
-                    const double direction =
-                        phase[static_cast<std::size_t>((i * mus + j) * azimuths + k)];
+                    const auto direction = static_cast<std::size_t>((i * mus + j) * azimuths + k);
+                    double sample = sum(k);
+                    for (const Correction& correction : corrections)
+                        sample += correction.factor(i, j) * correction.phase[direction];
                     out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
-                        rounded_(sum(k) + correction(i, j) * direction);
+                        rounded_(sample);
                 }
             }
     }
@@ -229,7 +243,7 @@ class TableSolver {
     Table table_;
     std::size_t block_ = 0;
     Eigen::MatrixXd cosines_;
-    std::vector<double> reflected_phase_, transmitted_phase_;
+    std::vector<double> reflected_phase_, transmitted_phase_, below_phase_;
 };
 
 std::string short_number(double value) {

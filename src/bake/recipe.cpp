@@ -68,7 +68,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     const toml::table parsed = parse_toml(text, door);
     const Section section(parsed, door, "",
                           {"title", "phase_function", "tolerance", "optical_depth", "albedo",
-                           "sides", "orders", "discretisation"});
+                           "sides", "orders", "below", "discretisation"});
     Recipe recipe;
     recipe.text = text;
     if (section.has("title")) recipe.title = section.text("title");
@@ -81,6 +81,10 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         require(depth <= 1e9 || std::isinf(depth), "recipe", "optical_depth",
                 "in [1e-6, 1e9] or inf", depth);
     recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
+    if (section.has("below")) {
+        recipe.below = read_below(section, door, {directory, notes});
+        recipe.transmission = false;
+    }
     if (section.has("sides")) {
         recipe.reflection = recipe.transmission = false;
         const char* allowed = "a list out of \"reflection\", \"transmission\"";
@@ -96,6 +100,10 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         const std::string orders = section.text("orders");
         require(orders == "all", "recipe", "orders", "\"all\"", orders);
     }
+    if (recipe.below.is_something() && recipe.transmission)
+        throw std::invalid_argument(
+            "recipe: sides must be [\"reflection\"] where there is [below]: what lies beneath lets "
+            "nothing pass, got transmission");
     if (recipe.optical_depth.min == infinity && recipe.transmission)
         throw std::invalid_argument(
             "recipe: sides must be [\"reflection\"] where optical_depth is inf alone: nothing is "
@@ -141,6 +149,11 @@ std::string resolved_text(const Recipe& recipe) {
             << (d.deepest_optical_depth == std::floor(d.deepest_optical_depth) ? ".0" : "");
     out << "\nalbedo_samples = " << d.albedo_samples
         << "\nscheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
+    if (recipe.below.kind == Below::Kind::surface)
+        out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";
+    if (recipe.below.kind == Below::Kind::layer)
+        out << "[below]\nphase_function = " << quoted(recipe.below.phase_function.text())
+            << "\nalbedo = " << recipe.below.albedo << "\n";
     return out.str();
 }
 

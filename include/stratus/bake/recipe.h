@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <stratus/runtime/below.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/transfer/solve.h>
 
@@ -36,6 +37,7 @@ struct Recipe {
     double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
+    Below below;                   // what the layer lies on; then there is reflection alone
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;

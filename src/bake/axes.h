@@ -19,7 +19,8 @@ Axis albedo_axis(Range range, int samples);
 /// below where max is met.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
-/// 1.42 / (1 - g), the scale that diffusion.h asks for.
-double extrapolation_length(const PhaseFunction& phase_function);
+/// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a ground that gives light
+/// back.
+double extrapolation_length(const PhaseFunction& phase_function, const Below& below);
 
 }  // namespace stratus

@@ -97,7 +97,7 @@ class TableSolver {
                                                   d.deepest_optical_depth);
         table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
         table_.azimuth = azimuth_axis(d.azimuth_samples);
-        table_.extrapolation_length = extrapolation_length(recipe.phase_function);
+        table_.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.below);
         const std::size_t rows = table_.albedo.values.size() * table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * mus * table_.azimuth.values.size();

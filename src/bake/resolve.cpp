@@ -141,7 +141,7 @@ class Resolver {
         : recipe_(recipe),
           options_(options),
           share_(recipe.tolerance * strictness),
-          q_(extrapolation_length(recipe.phase_function)) {
+          q_(extrapolation_length(recipe.phase_function, recipe.below)) {
         const double most = std::sqrt(1 - recipe.albedo.min),
                      least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {

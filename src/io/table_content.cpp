@@ -112,11 +112,12 @@ void add_below(const Below& below, Metadata& metadata) {
 Below take_below(const Metadata& metadata) {
     const auto kind = metadata.find("below");
     if (kind == metadata.end()) return {};
-    const double albedo = to_number("below_albedo", entry(metadata, "below_albedo"));
-    if (kind->second == surface_name) return Below::surface(albedo);
-    if (kind->second != layer_name)
+    const bool is_surface = kind->second == surface_name;
+    if (!is_surface && kind->second != layer_name)
         throw std::runtime_error("attribute below must be \"" + std::string(surface_name) +
                                  "\" or \"" + layer_name + "\", got " + shown(kind->second));
+    const double albedo = to_number("below_albedo", entry(metadata, "below_albedo"));
+    if (is_surface) return Below::surface(albedo);
     return Below::layer(
         read_phase_function("below_phase_function", entry(metadata, "below_phase_function")),
         albedo);

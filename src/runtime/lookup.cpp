@@ -189,7 +189,7 @@ class Side {
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity(const Query& query) noexcept {
         const double length = table_.extrapolation_length, highest = table_.optical_depth.highest;
-        const bool over_below = table_.below->is_something();
+        const bool over_below = table_.lies_on_something();
         const double deficit =
             reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
         const int last = table_.optical_depth.count - 1;
@@ -213,7 +213,7 @@ class Side {
     /// The layers' sum over directions, times what the samples were divided by along both of them.
     double sum(const Query& query, const Geometry& geometry) const noexcept {
         const double directions = summed(table_, layers_, directions_of(table_, geometry));
-        if (table_.below->is_something()) return directions;
+        if (table_.lies_on_something()) return directions;
         const auto intercepted = [&](const AxisView& axis, double mu) {
             return intercepted_share(query.optical_depth,
                                      std::clamp(mu, axis.lowest, axis.highest));
@@ -251,7 +251,7 @@ Query query_of(const TableView& table, double albedo, double optical_depth) noex
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
     if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
-    if (table.below->is_something()) query.albedo = 1;
+    if (table.lies_on_something()) query.albedo = 1;
     return query;
 }
 
@@ -262,7 +262,7 @@ double multiple_reflection(const TableView& table, double albedo, double optical
     Side side(table, table.reflection_multiple, table.reflection_weight);
     if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
         side.add_between_last_and_infinity(query);
-    else if (table.below->is_something())
+    else if (table.lies_on_something())
         side.add_depths(query, 1);
     else
         side.add_depths(
@@ -294,8 +294,9 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
     const double phase = (*table.phase_function)(cos_scattering_angle_reflected(geometry));
     Scattered scattered{};
     scattered.single =
-        single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out) +
-        single_reflection_below(*table.below, optical_depth, geometry);
+        single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
+    if (table.lies_on_something())
+        scattered.single += single_reflection_below(*table.below, optical_depth, geometry);
     if (table.has_reflection())
         scattered.multiple = multiple_reflection(table, albedo, optical_depth, geometry);
     return scattered;
@@ -304,7 +305,7 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
 Scattered transmission(const TableView& table, double albedo, double optical_depth,
                        const Geometry& geometry) noexcept {
     Scattered scattered{};
-    if (table.below->is_something()) return scattered;
+    if (table.lies_on_something()) return scattered;
     const double phase = (*table.phase_function)(cos_scattering_angle_transmitted(geometry));
     scattered.single =
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);

@@ -20,7 +20,7 @@ namespace stratus {
 /// or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
-    const Below* below;
+    const Below* below;  // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     const float* reflection_multiple;    // null when the table has no such side
@@ -37,6 +37,7 @@ struct TableView {
 
     bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
     bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
+    bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
 };
 
 /// A whole table, as files hold it.

@@ -265,6 +265,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table = TableSolver(resolved, options).solve();
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
+    if (recipe.below.is_something())
+        table.attributes["convention_below"] =
+            "reflection is that of the layer and of what lies beneath it; light scattered once, by "
+            "either, is added in closed form and not in reflection_multiple";
     table.attributes["title"] = recipe.title;
     table.attributes["recipe"] = recipe.text;
     table.attributes["resolved_recipe"] = resolved_text(resolved);

@@ -17,7 +17,7 @@ std::string line_of(const toml::node& node) {
 
 }  // namespace
 
-Section::Section(const toml::table& table, const char* door, std::string name,
+Section::Section(const toml::table& table, const char* door, const std::string& name,
                  std::vector<std::string> known)
     : table_(table), door_(door), prefix_(name.empty() ? "" : name + ".") {
     for (const auto& [key, node] : table) {

@@ -16,7 +16,7 @@ namespace stratus {
 /// refusals begin with the `door`, "recipe" or "stack".
 class Section {
   public:
-    Section(const toml::table& table, const char* door, std::string name,
+    Section(const toml::table& table, const char* door, const std::string& name,
             std::vector<std::string> known);
 
     bool has(const char* key) const { return table_.contains(key); }

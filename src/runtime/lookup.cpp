@@ -213,13 +213,22 @@ class Side {
     /// The layers' sum over directions, times what the samples were divided by along both of them.
     double sum(const Query& query, const Geometry& geometry) const noexcept {
         const double directions = summed(table_, layers_, directions_of(table_, geometry));
-        if (table_.lies_on_something()) return directions;
-        const auto intercepted = [&](const AxisView& axis, double mu) {
-            return intercepted_share(query.optical_depth,
-                                     std::clamp(mu, axis.lowest, axis.highest));
+        const auto intercepted = [&](double depth, const AxisView& axis, double mu) {
+            return intercepted_share(depth, std::clamp(mu, axis.lowest, axis.highest));
         };
-        return intercepted(table_.mu_in, geometry.mu_in) *
-               intercepted(table_.mu_out, geometry.mu_out) * directions;
+        if (!table_.lies_on_something())
+            return intercepted(query.optical_depth, table_.mu_in, geometry.mu_in) *
+                   intercepted(query.optical_depth, table_.mu_out, geometry.mu_out) * directions;
+        const AxisView& depth = table_.optical_depth;
+        const bool fades = table_.below->kind == Below::Kind::surface && depth.count > 0 &&
+                           query.optical_depth < depth.lowest;
+        if (!fades) return directions;
+        // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
+        const auto taken_out = [&](double at) {
+            return intercepted(at, table_.mu_in, geometry.mu_in) +
+                   intercepted(at, table_.mu_out, geometry.mu_out);
+        };
+        return taken_out(query.optical_depth) / taken_out(depth.lowest) * directions;
     }
 
   private:

@@ -121,8 +121,22 @@ TEST(Lookup, OverSomethingFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
         }
 }
 
-TEST(Lookup, OverSomethingStaysAtTheFirstDepthBelowIt) {
+TEST(Lookup, OverASurfaceFadesBelowTheFirstDepth) {
     const Table table = over(Below::surface(0.3), filled(five_each, shallow, cubic, cubic));
+    const auto multiple = [&](double tau) {
+        return look_up_reflection(table.view(), {0.5, tau, 0.3, 0.8, 1}).multiple;
+    };
+    const auto taken_out = [](double tau) {
+        return intercepted_share(tau, 0.3) + intercepted_share(tau, 0.8);
+    };
+    EXPECT_EQ(multiple(0), 0);
+    EXPECT_NEAR(multiple(0.01) / multiple(0.5), taken_out(0.01) / taken_out(0.5), 1e-6);
+    EXPECT_NEAR(multiple(0.5 * (1 - 1e-9)) / multiple(0.5), 1, 1e-6);
+}
+
+TEST(Lookup, OverALayerWithoutEndStaysAtTheFirstDepthBelowIt) {
+    const Table table = over(Below::layer(PhaseFunction::rayleigh(), 0.9),
+                             filled(five_each, shallow, cubic, cubic));
     EXPECT_EQ(look_up_reflection(table.view(), {0.5, 0.01, 0.3, 0.8, 1}).multiple,
               look_up_reflection(table.view(), {0.5, 0.5, 0.3, 0.8, 1}).multiple);
 }

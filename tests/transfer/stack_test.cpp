@@ -136,6 +136,27 @@ TEST(Stack, DoesNotChangeWhereALayerIsSplit) {
               1e-3);
 }
 
+TEST(Stack, DoesNotChangeWhereADeepConservativeLayerIsSplit) {
+    // Light between two such layers goes back and forth tau times: rounding of T grows with it, as
+    // it does where one layer is doubled.
+    for (const double tau : {1e4, 1e6, 1e9}) {
+        const StackLayer layer{forward, 1, tau};
+        const StackSolution whole = solve_stack({layer}, nothing, cosines, with_nodes(16));
+        for (const double share : {1e-6, 0.3}) {
+            const StackSolution parts =
+                solve_stack(split(layer, {share, 1 - share}), nothing, cosines, with_nodes(16));
+            for (int in = 0; in < whole.mu.size(); ++in)
+                for (int out = 0; out < whole.mu.size(); ++out) {
+                    const double R = whole.reflection(in, out, 1).total;
+                    const double T = whole.transmission(in, out, 1).total;
+                    EXPECT_NEAR(parts.reflection(in, out, 1).total, R, 1e-12 * R);
+                    EXPECT_NEAR(parts.transmission(in, out, 1).total, T, 1e-16 * tau * T)
+                        << tau << ' ' << share;
+                }
+        }
+    }
+}
+
 TEST(Stack, EqualsTheLayerWithoutEndWhereItContinuesBelow) {
     for (const PhaseFunction& phase_function : {rayleigh, forward})
         for (const double w : {0.5, 0.99, 1.0}) {

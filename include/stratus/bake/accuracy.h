@@ -46,8 +46,8 @@ struct VerifyOptions {
 struct Verification {
     std::vector<ErrorSample> samples;  // sorted by error
     int reference_nodes = 0;
-    double energy_defect =
-        0;  // largest |1 - plane albedo - transmittance| of the samples at w = 1; -1: none at w = 1, or over something
+    double energy_defect = 0;   // largest |1 - plane albedo - transmittance| of the samples at w =
+                                // 1; -1: none at w = 1, or over something
     double furnace_defect = 0;  // largest |integral of looked-up R - plane albedo stored|, over
                                 // some samples of depth and of mu_in >= 0.1, at the first and
                                 // the last albedo; -1 without reflection

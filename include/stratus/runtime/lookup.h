@@ -11,9 +11,9 @@
 //
 // Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
 // upper end of optical depth are clamped for the multiply scattered part (single scattering stays
-// exact); over something that lies beneath, its lower end too. Else, below the first optical depth
-// the multiply scattered part follows what it is divided by, in thin layers tau^2, as physics has
-// it.
+// exact). Below the first optical depth the multiply scattered part follows what it is divided by,
+// in thin layers tau^2, as physics has it; over a surface it fades with the light that the layer
+// takes out of the beams; over a layer without end it is clamped.
 //
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
 // limit), the neighbour of higher albedo, which decays more slowly, speaks for it.

@@ -122,9 +122,13 @@ bool is_outside(const AxisView& axis, double value) {
     return value < axis.lowest || value > axis.highest;
 }
 
-/// An empty layer is no exception: it scatters nothing, whatever the table holds.
-bool is_depth_outside(const AxisView& axis, double optical_depth) {
-    return optical_depth > 0 && is_outside(axis, optical_depth);
+/// An empty layer is no exception: it scatters nothing, whatever the table holds, and on a surface
+/// light scatters once.
+bool is_depth_outside(const TableView& table, double optical_depth) {
+    const bool known_when_empty =
+        !table.lies_on_something() || table.below->kind == Below::Kind::surface;
+    return !(optical_depth == 0 && known_when_empty) &&
+           is_outside(table.optical_depth, optical_depth);
 }
 
 /// Says once how many rows lie outside the table, where the multiply scattered part comes from its
@@ -139,9 +143,8 @@ void warn_of_clamped(const std::vector<Point>& points, const TableView& table) {
         {"mu_in", count([&](const Point& p) { return is_outside(table.mu_in, p.geometry.mu_in); })},
         {"mu_out",
          count([&](const Point& p) { return is_outside(table.mu_out, p.geometry.mu_out); })},
-        {"optical_depth", count([&](const Point& p) {
-             return is_depth_outside(table.optical_depth, p.optical_depth);
-         })},
+        {"optical_depth",
+         count([&](const Point& p) { return is_depth_outside(table, p.optical_depth); })},
         {"albedo", count([&](const Point& p) { return is_outside(table.albedo, p.albedo); })},
     };
     std::string list;

@@ -78,6 +78,17 @@ std::string sides_of(const Table& table) {
     return "reflection, transmission";
 }
 
+std::string below_of(const Table& table) {
+    const std::string albedo = "albedo " + short_number(table.below.albedo);
+    switch (table.below.kind) {
+        case Below::Kind::surface: return "Lambert surface, " + albedo;
+        case Below::Kind::layer:
+            return "semi-infinite layer, " + albedo + ", " +
+                   shortened(table.below.phase_function.text());
+        default: return "nothing";
+    }
+}
+
 std::string orders_of(const Table& table) {
     const std::string multiple =
         table.highest_order == 0 ? "2 and all above"
@@ -98,6 +109,7 @@ void print_content(const Table& table) {
     print("title", attribute(table, "title"));
     print("phase function", shortened(table.phase_function.text()));
     print("asymmetry g", short_number(table.phase_function.asymmetry()));
+    print("below", below_of(table));
     print("albedo", described(table.albedo));
     print("optical depth", described(table.optical_depth));
     print("mu_in", described(table.mu_in));

@@ -40,8 +40,8 @@ double largest(const LayerSolution& solution, Value value) {
 
 PointRange range_of(const Table& table) {
     const TableView view = table.view();
-    return {view.albedo, view.optical_depth,    view.mu_in,
-            view.mu_out, view.has_reflection(), view.has_transmission()};
+    return {view.albedo,           view.optical_depth,      view.mu_in, view.mu_out,
+            view.has_reflection(), view.has_transmission(), table.below};
 }
 
 /// A random (albedo, optical depth), evenly spread over the cells of a range.
@@ -126,7 +126,7 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
         mu.push_back(points.back().mu_out);
     }
     const LayerSolution solution =
-        solve_layer(phase_function, cell.albedo, cell.optical_depth, mu, solver);
+        solve_layer(phase_function, cell.albedo, cell.optical_depth, mu, solver, range.below);
     auto add = [&](Side side, int g, double expected, double floor) {
         const Geometry& at = points[static_cast<std::size_t>(g)];
         const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
@@ -149,10 +149,11 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
 }
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
-/// where it has not, or not all orders.
+/// where it has not, not all orders, or something beneath that takes in what is missing.
 double energy_defect(const Table& table) {
     const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
-    if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.highest_order > 0)
+    if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.highest_order > 0 ||
+        table.below.is_something())
         return -1;
     double worst = 0;
     const auto mus = static_cast<std::size_t>(table.mu_in.values.size());

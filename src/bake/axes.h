@@ -24,7 +24,8 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 /// deep as the beam.
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
 
-/// 1.42 / (1 - g), the scale that diffusion.h asks for.
-double extrapolation_length(const PhaseFunction& phase_function);
+/// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a ground that gives light
+/// back.
+double extrapolation_length(const PhaseFunction& phase_function, const Below& below);
 
 }  // namespace stratus

@@ -93,13 +93,14 @@ class TableSolver {
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         const Discretisation& d = recipe.discretisation;
         table_.phase_function = recipe.phase_function;
+        table_.below = recipe.below;
         table_.albedo = albedo_axis(recipe.albedo, d.albedo_samples);
         table_.optical_depth = optical_depth_axis(recipe.optical_depth,
                                                   std::max(1, d.optical_depth_samples_per_octave),
                                                   d.deepest_optical_depth);
         table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
         table_.azimuth = azimuth_axis(d.azimuth_samples);
-        table_.extrapolation_length = extrapolation_length(recipe.phase_function);
+        table_.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.below);
         const std::size_t rows = table_.albedo.values.size() * table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * mus * table_.azimuth.values.size();
@@ -157,6 +158,7 @@ class TableSolver {
                     const Geometry at{in, out, azimuth};
                     reflected_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_reflected(at)));
+                    below_phase_.push_back(phase_value_below(recipe_.below, at));
                     transmitted_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_transmitted(at)));
                 }
@@ -174,8 +176,8 @@ class TableSolver {
             ladder.octaves = (tau.count - 1 - run) / runs + 1;
             ladder.to_infinity = tau.ends_at_infinity && run == (tau.count - 1) % runs;
         }
-        const auto solutions =
-            solve_ladder(recipe_.phase_function, albedos, ladder, table_.mu_in.values, solver_);
+        const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
+                                            table_.mu_in.values, solver_, recipe_.below);
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (std::size_t d = 0; d < solutions[a].size(); ++d) {
                 const bool infinite = static_cast<int>(d) == ladder.octaves;
@@ -192,11 +194,11 @@ class TableSolver {
             store_side(
                 solution.reflection_modes, reflected_phase_, cos_scattering_angle_reflected,
                 [&](int i, int j) { return solution.reflection_correction(i, j); },
-                table_.reflection_multiple.data() + row * block_);
+                solution.below_correction(), table_.reflection_multiple.data() + row * block_);
         if (recipe_.transmission)
             store_side(
                 solution.transmission_modes, transmitted_phase_, cos_scattering_angle_transmitted,
-                [&](int i, int j) { return solution.transmission_correction(i, j); },
+                [&](int i, int j) { return solution.transmission_correction(i, j); }, {},
                 table_.transmission_multiple.data() + row * block_);
         for (Eigen::Index i = 0; i < mus; ++i) {
             const std::size_t at =
@@ -209,10 +211,12 @@ class TableSolver {
         table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
     }
 
-    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation took away.
+    /// Orders n >= 2 at all sample directions: the Fourier series, and what truncation took away
+    /// from the layer and, per unit of its phase function, from what lies beneath.
     template <class Cosine, class Correction>
     void store_side(const std::vector<Eigen::MatrixXd>& modes, const std::vector<double>& phase,
-                    Cosine cos_scattering_angle, Correction correction, float* out) const {
+                    Cosine cos_scattering_angle, Correction correction,
+                    const Eigen::MatrixXd& below, float* out) const {
         const auto& mu = table_.mu_in.values;
         const auto mus = static_cast<Eigen::Index>(mu.size());
         const Eigen::Index azimuths = cosines_.cols();
@@ -226,13 +230,14 @@ class TableSolver {
                 const PeakCorrection correction_here =
                     correction(static_cast<int>(i), static_cast<int>(j));
                 for (Eigen::Index k = 0; k < azimuths; ++k) {
-                    const double direction =
-                        phase[static_cast<std::size_t>((i * mus + j) * azimuths + k)];
+                    const auto direction = static_cast<std::size_t>((i * mus + j) * azimuths + k);
                     const double cosine = cos_scattering_angle(
                         {mu[static_cast<std::size_t>(i)], mu[static_cast<std::size_t>(j)],
                          table_.azimuth.values[static_cast<std::size_t>(k)]});
+                    double sample = sum(k) + correction_here(phase[direction], cosine);
+                    if (below.size()) sample += below(i, j) * below_phase_[direction];
                     out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
-                        rounded_(sum(k) + correction_here(direction, cosine));
+                        rounded_(sample);
                 }
             }
     }
@@ -244,7 +249,7 @@ class TableSolver {
     Table table_;
     std::size_t block_ = 0;
     Eigen::MatrixXd cosines_;
-    std::vector<double> reflected_phase_, transmitted_phase_;
+    std::vector<double> reflected_phase_, transmitted_phase_, below_phase_;
 };
 
 std::string short_number(double value) {
@@ -266,6 +271,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table = solve_table(resolved, options);
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
+    if (recipe.below.is_something())
+        table.attributes["convention_below"] =
+            "reflection is that of the layer and of what lies beneath it; light scattered once, by "
+            "either, is added in closed form and not in reflection_multiple";
     table.attributes["title"] = recipe.title;
     table.attributes["recipe"] = recipe.text;
     table.attributes["resolved_recipe"] = resolved_text(resolved);

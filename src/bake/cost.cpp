@@ -412,8 +412,10 @@ class CostMeter {
                                mu,
                                mu,
                                recipe_.reflection,
-                               recipe_.transmission};
+                               recipe_.transmission,
+                               recipe_.below};
         SolverOptions solver;
+        solver.orders = recipe_.orders;
         solver.nodes = std::max(point_nodes_, chosen.nodes + 8);
         solver.mode_tolerance = 1e-4 * recipe_.tolerance;
         VerifyOptions options;

@@ -1,105 +1,23 @@
 #include <stratus/bake/recipe.h>
 
-#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <initializer_list>
 #include <limits>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 
-#include <toml++/toml.h>
-
-#include <stratus/runtime/argument.h>
+#include "toml_section.h"
 
 namespace stratus {
 
 namespace {
 
-/// One table of the recipe; remembers which keys were asked for, so that the others can be refused.
-class Section {
-  public:
-    Section(const toml::table& table, std::string name, std::vector<std::string> known)
-        : table_(table), prefix_(name.empty() ? "" : name + ".") {
-        for (const auto& [key, node] : table) {
-            const std::string met(key.str());
-            if (std::find(known.begin(), known.end(), met) != known.end()) continue;
-            throw std::invalid_argument("recipe: unknown key '" + prefix_ + met + "'" + line(node) +
-                                        "; did you mean '" + prefix_ + nearest_name(met, known) +
-                                        "'?");
-        }
-    }
-
-    bool has(const char* key) const { return table_.contains(key); }
-
-    std::string text(const char* key) const {
-        return value<std::string>(key, "a string in quotes");
-    }
-
-    double number(const char* key, double least, double most, const char* allowed) const {
-        const double met = value<double>(key, "a number");
-        require(met >= least && met <= most, "recipe", prefix_ + key, allowed, met);
-        return met;
-    }
-
-    bool is(const char* key, const char* text) const {
-        return table_.get(key)->value_exact<std::string>() == text;
-    }
-
-    /// `besides`: what is allowed but for numbers, as the start of the sentence that refuses.
-    int count(const char* key, int least, int most, const std::string& besides = "") const {
-        const std::string allowed = besides + "a whole number in [" + std::to_string(least) + ", " +
-                                    std::to_string(most) + "]";
-        const auto met = value<std::int64_t>(key, allowed.c_str());
-        require(met >= least && met <= most, "recipe", prefix_ + key, allowed, met);
-        return static_cast<int>(met);
-    }
-
-    const toml::table& table(const char* key, const char* form) const {
-        const toml::table* met = table_.get_as<toml::table>(key);
-        require(met != nullptr, "recipe", prefix_ + key, form, "something else");
-        return *met;
-    }
-
-    std::vector<std::string> texts(const char* key, const char* form) const {
-        const toml::array* met = table_.get_as<toml::array>(key);
-        require(met != nullptr, "recipe", prefix_ + key, form, "something else");
-        std::vector<std::string> values;
-        for (const toml::node& node : *met) {
-            const auto one = node.value_exact<std::string>();
-            require(one.has_value(), "recipe", prefix_ + key, form, "something else in the list");
-            values.push_back(*one);
-        }
-        return values;
-    }
-
-    static std::string line(const toml::node& node) {
-        return " in line " + std::to_string(node.source().begin.line);
-    }
-
-  private:
-    template <class T>
-    T value(const char* key, const char* kind) const {
-        const toml::node* node = table_.get(key);
-        require(node != nullptr, "recipe", prefix_ + key, "present", "nothing");
-        const auto met = node->value<T>();
-        if (met) return *met;
-        std::ostringstream text;
-        text << toml::node_view<const toml::node>(node);
-        require(false, "recipe", prefix_ + key + line(*node), kind, text.str());
-        return {};
-    }
-
-    const toml::table& table_;
-    std::string prefix_;
-};
+constexpr const char* door = "recipe";
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Range read_range(const Section& recipe, const char* key, double least, double most,
                  const char* allowed) {
-    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), key,
+    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), door, key,
                           {"min", "max"});
     const Range range{section.number("min", least, most, allowed),
                       section.number("max", least, most, allowed)};
@@ -112,7 +30,7 @@ Range read_range(const Section& recipe, const char* key, double least, double mo
 
 Discretisation read_discretisation(const toml::table& table) {
     const Section section(
-        table, "discretisation",
+        table, door, "discretisation",
         {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
          "deepest_optical_depth", "albedo_samples", "scheme"});
     Discretisation d;
@@ -147,17 +65,10 @@ std::string quoted(const std::string& text) {
 
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes) {
-    toml::table parsed;
-    try {
-        parsed = toml::parse(text);
-    } catch (const toml::parse_error& error) {
-        std::ostringstream line;
-        line << "recipe: line " << error.source().begin.line << ": " << error.description();
-        throw std::invalid_argument(line.str());
-    }
-    const Section section(parsed, "",
+    const toml::table parsed = parse_toml(text, door);
+    const Section section(parsed, door, "",
                           {"title", "phase_function", "tolerance", "optical_depth", "albedo",
-                           "sides", "orders", "discretisation"});
+                           "sides", "orders", "below", "discretisation"});
     Recipe recipe;
     recipe.text = text;
     if (section.has("title")) recipe.title = section.text("title");
@@ -170,6 +81,10 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         require(depth <= 1e9 || std::isinf(depth), "recipe", "optical_depth",
                 "in [1e-6, 1e9] or inf", depth);
     recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
+    if (section.has("below")) {
+        recipe.below = read_below(section, door, {directory, notes});
+        recipe.transmission = false;
+    }
     if (section.has("sides")) {
         recipe.reflection = recipe.transmission = false;
         const char* allowed = "a list out of \"reflection\", \"transmission\"";
@@ -182,15 +97,21 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
                 "an empty list");
     }
     if (section.has("orders")) {
-        const bool all = section.is("orders", "all");
-        if (!all) recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
+        if (!section.is("orders", "all"))
+            recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
     }
+    if (recipe.below.is_something() && recipe.transmission)
+        throw std::invalid_argument(
+            "recipe: sides must be [\"reflection\"] where there is [below]: what lies beneath lets "
+            "nothing pass, got transmission");
     if (recipe.optical_depth.min == infinity && recipe.transmission)
         throw std::invalid_argument(
             "recipe: sides must be [\"reflection\"] where optical_depth is inf alone: nothing is "
             "transmitted, got transmission");
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
+    require(recipe.orders == 0 || !recipe.below.is_something(), "recipe", "orders",
+            "\"all\" over something", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
             "discretisation.scheme", "\"harmonic\" where orders are counted", "classic");
     const double deepest = recipe.discretisation.deepest_optical_depth;
@@ -202,12 +123,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
 }
 
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error(path.string() + ": cannot be read");
-    std::ostringstream text;
-    text << file.rdbuf();
-    return parse_recipe(text.str(), path.parent_path().string(), notes);
+    return parse_recipe(read_text(path), path.parent_path().string(), notes);
 }
 
 std::string resolved_text(const Recipe& recipe) {
@@ -238,6 +154,11 @@ std::string resolved_text(const Recipe& recipe) {
             << (d.deepest_optical_depth == std::floor(d.deepest_optical_depth) ? ".0" : "");
     out << "\nalbedo_samples = " << d.albedo_samples
         << "\nscheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
+    if (recipe.below.kind == Below::Kind::surface)
+        out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";
+    if (recipe.below.kind == Below::Kind::layer)
+        out << "[below]\nphase_function = " << quoted(recipe.below.phase_function.text())
+            << "\nalbedo = " << recipe.below.albedo << "\n";
     return out.str();
 }
 

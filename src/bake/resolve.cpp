@@ -23,12 +23,13 @@ namespace {
 /// The probes' directions, and what does not change with depth and albedo.
 class Angles {
   public:
-    Angles(const PhaseFunction& phase_function, std::vector<double> cosines,
+    Angles(const PhaseFunction& phase_function, const Below& below, std::vector<double> cosines,
            std::vector<double> azimuths)
         : mu(std::move(cosines)), azimuth(std::move(azimuths)) {
         for (double in : mu)
             for (double out : mu)
                 for (double phi : azimuth) {
+                    under.push_back(phase_value_below(below, {in, out, phi}));
                     reflected.push_back(
                         phase_function(cos_scattering_angle_reflected({in, out, phi})));
                     transmitted.push_back(
@@ -43,7 +44,7 @@ class Angles {
     }
 
     std::vector<double> mu, azimuth;
-    std::vector<double> reflected, transmitted;  // phi over (mu, mu, azimuth)
+    std::vector<double> reflected, transmitted, under;  // phi over (mu, mu, azimuth); below.h
 };
 
 /// One side of a solved layer at all probe directions.
@@ -64,13 +65,22 @@ struct Cell {
 
 using Cells = std::vector<std::vector<Cell>>;  // [albedo][depth]
 
+/// Light scattered once in what lies beneath: what truncation adds to its closed form once(mu, mu),
+/// both per unit of phase function.
+struct BelowOnce {
+    Eigen::MatrixXd correction;
+    const std::vector<double>& phase;
+    std::function<double(double, double)> once;
+};
+
 template <class Single, class Cosine, class Correction>
 SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::MatrixXd>& modes,
                      const Angles& angles, const std::vector<double>& phase, Single single,
-                     Cosine cos_scattering_angle, Correction correction) {
+                     Cosine cos_scattering_angle, Correction correction,
+                     const BelowOnce* below = nullptr) {
     SideValues values;
-    values.multiple.resize(phase.size());
-    values.total.resize(phase.size());
+    values.multiple.resize(angles.reflected.size());
+    values.total.resize(angles.reflected.size());
     const auto count = static_cast<Eigen::Index>(modes.size());
     Eigen::MatrixXd cosines(static_cast<Eigen::Index>(angles.azimuth.size()), count);
     for (Eigen::Index k = 0; k < cosines.rows(); ++k)
@@ -91,9 +101,14 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
                 const std::size_t at = angles.at(i, j, k), mirrored = angles.at(j, i, k);
                 const double cosine = cos_scattering_angle(
                     {layer.mu(i), layer.mu(j), angles.azimuth[static_cast<std::size_t>(k)]});
-                values.multiple[at] = values.multiple[mirrored] =
-                    sum(k) + correction_here(phase[at], cosine);
-                values.total[at] = values.total[mirrored] = values.multiple[at] + once * phase[at];
+                double multiple = sum(k) + correction_here(phase[at], cosine);
+                double total = once * phase[at];
+                if (below) {
+                    multiple += below->correction(i, j) * below->phase[at];
+                    total += below->once(layer.mu(i), layer.mu(j)) * below->phase[at];
+                }
+                values.multiple[at] = values.multiple[mirrored] = multiple;
+                values.total[at] = values.total[mirrored] = multiple + total;
             }
         }
     return values;
@@ -130,7 +145,7 @@ class Resolver {
         : recipe_(recipe),
           options_(options),
           share_(recipe.tolerance * strictness),
-          q_(extrapolation_length(recipe.phase_function)) {
+          q_(extrapolation_length(recipe.phase_function, recipe.below)) {
         const double most = std::sqrt(1 - recipe.albedo.min),
                      least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
@@ -199,7 +214,16 @@ class Resolver {
         return all.quantile();
     }
 
+    // What samples are divided by before they are interpolated (lookup.h).
+
+    bool divides() const { return !recipe_.below.is_something(); }
+
+    double intercepted(double optical_depth, double mu) const {
+        return divides() ? intercepted_share(optical_depth, mu) : 1;
+    }
+
     double scale(Side side, double optical_depth, double exponent) const {
+        if (!divides()) return 1;
         return side == Side::reflection ? reflection_scale(optical_depth, exponent, q_)
                                         : transmission_scale(optical_depth, exponent, q_);
     }
@@ -220,7 +244,7 @@ class Resolver {
             auto solved = solve_ladder(recipe_.phase_function,
                                        {albedos.begin() + static_cast<std::ptrdiff_t>(first),
                                         albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                       ladder, angles.mu, solver);
+                                       ladder, angles.mu, solver, recipe_.below);
             for (std::size_t a = first; a < last; ++a)
                 for (LayerSolution& solution : solved[a - first])
                     cells[a].push_back(evaluate(std::move(solution), angles));
@@ -231,10 +255,16 @@ class Resolver {
     Cell evaluate(LayerSolution solution, const Angles& angles) const {
         Cell cell;
         if (recipe_.reflection) {
-            cell.reflection =
-                values_of(solution, solution.reflection_modes, angles, angles.reflected,
-                          single_reflection, cos_scattering_angle_reflected,
-                          [&](int i, int j) { return solution.reflection_correction(i, j); });
+            const BelowOnce below{solution.below_correction(), angles.under,
+                                  [&](double in, double out) {
+                                      return single_reflection_below(
+                                          recipe_.below, 1, solution.optical_depth, in, out);
+                                  }};
+            cell.reflection = values_of(
+                solution, solution.reflection_modes, angles, angles.reflected, single_reflection,
+                cos_scattering_angle_reflected,
+                [&](int i, int j) { return solution.reflection_correction(i, j); },
+                recipe_.below.is_something() ? &below : nullptr);
             cell.reflection.floor = reflection_floor(solution);
         }
         if (recipe_.transmission) {
@@ -249,7 +279,7 @@ class Resolver {
     }
 
     Angles angles(const std::vector<double>& mu) const {
-        return {recipe_.phase_function, mu, azimuths_};
+        return {recipe_.phase_function, recipe_.below, mu, azimuths_};
     }
 
     void choose_depth_range() {
@@ -392,14 +422,14 @@ class Resolver {
         return measure_cells(
             albedos_.size(), cells[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
                 const Cell& cell = cells[a][d];
-                std::vector<double> intercepted;
+                std::vector<double> shares;
                 for (double cosine : mu)
-                    intercepted.push_back(intercepted_share(cell.solution.optical_depth, cosine));
+                    shares.push_back(intercepted(cell.solution.optical_depth, cosine));
                 auto weight = [&](int probe, int p) {
                     const Stencil& stencil = stencils[static_cast<std::size_t>(probe)];
                     const auto sample = static_cast<std::size_t>(probe_count() + stencil.first + p);
-                    return stencil.weight[p] * intercepted[static_cast<std::size_t>(probe)] /
-                           intercepted[sample];
+                    return stencil.weight[p] * shares[static_cast<std::size_t>(probe)] /
+                           shares[sample];
                 };
                 compare(cell, probe_count(), all, errors, [&](Side side, int i, int j, int k) {
                     const int in = probe_count() + stencils[static_cast<std::size_t>(i)].first;
@@ -417,7 +447,9 @@ class Resolver {
     void choose_azimuth_samples() {
         int& samples = recipe_.discretisation.azimuth_samples;
         if (samples) return;
-        if (recipe_.phase_function.is_isotropic()) {
+        if (recipe_.phase_function.is_isotropic() &&
+            (recipe_.below.kind != Below::Kind::layer ||
+             recipe_.below.phase_function.is_isotropic())) {
             samples = 1;
             return;
         }
@@ -432,8 +464,8 @@ class Resolver {
         for (int n = 0; n < 16; ++n) tests.push_back(std::numbers::pi * (n + 0.37) / 16);
         const Axis axis = azimuth_axis(samples);
         const AxisView view = axis.view();
-        const Angles at_tests(recipe_.phase_function, mu_, tests);
-        const Angles at_samples(recipe_.phase_function, mu_, axis.values);
+        const Angles at_tests(recipe_.phase_function, recipe_.below, mu_, tests);
+        const Angles at_samples(recipe_.phase_function, recipe_.below, mu_, axis.values);
         std::vector<Stencil> stencils;
         for (double phi : tests) stencils.push_back(view.stencil(phi));
         return measure_cells(
@@ -549,8 +581,8 @@ class Resolver {
             if (stencil.weight[p] != 0)
                 for (std::size_t i = 0; i < mu_.size(); ++i)
                     share[static_cast<std::size_t>(p) * mu_.size() + i] =
-                        intercepted_share(tau, mu_[i]) /
-                        intercepted_share(sample(p).solution.optical_depth, mu_[i]);
+                        intercepted(tau, mu_[i]) /
+                        intercepted(sample(p).solution.optical_depth, mu_[i]);
         compare(target, probe_count(), probe_angles, errors, [&](Side side, int i, int j, int k) {
             double found = 0;
             for (int p = 0; p < 4; ++p) {
@@ -603,6 +635,7 @@ class Resolver {
                         for (int p = 0; p < 4; ++p) k += stencil.weight[p] * exponents[sample(p)];
                         const double tau = target.solution.optical_depth;
                         auto share = [&](Side side, int p) {
+                            if (!divides()) return double{stencil.weight[p]};
                             const double own =
                                 albedos[sample(p)] * scale(side, tau, exponents[sample(p)]);
                             return own > 1e-35 ? stencil.weight[p] * target.solution.albedo *

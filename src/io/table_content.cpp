@@ -23,12 +23,15 @@ struct MetadataField {
     Kind kind;
 };
 
-constexpr std::array<MetadataField, 11> metadata_fields{{
+constexpr std::array<MetadataField, 14> metadata_fields{{
     {"format", Kind::text},
     {"format_major", Kind::integer},
     {"format_minor", Kind::integer},
     {"datasets", Kind::text},
     {"phase_function", Kind::text},
+    {"below", Kind::text},
+    {"below_albedo", Kind::number},
+    {"below_phase_function", Kind::text},
     {"moments", Kind::numbers},
     {"asymmetry", Kind::number},
     {"extrapolation_length", Kind::number},
@@ -87,11 +90,37 @@ std::string names_of_samples(const Table& table) {
 
 /// Phase functions in files are complete: text that names another file is refused, and nothing is
 /// opened for it.
-PhaseFunction read_phase_function(const std::string& text) {
+PhaseFunction read_phase_function(const std::string& name, const std::string& text) {
     if (text.find("file") != std::string::npos)
-        throw std::runtime_error("attribute phase_function must be complete, not name a file: " +
-                                 shown(text));
+        throw std::runtime_error("attribute " + name +
+                                 " must be complete, not name a file: " + shown(text));
     return parse_phase_function(text);
+}
+
+// Kinds of Below in files; nothing has no entry.
+constexpr const char* surface_name = "lambert surface";
+constexpr const char* layer_name = "semi-infinite layer";
+
+void add_below(const Below& below, Metadata& metadata) {
+    if (!below.is_something()) return;
+    const bool is_surface = below.kind == Below::Kind::surface;
+    metadata["below"] = is_surface ? surface_name : layer_name;
+    metadata["below_albedo"] = to_text(below.albedo);
+    if (!is_surface) metadata["below_phase_function"] = below.phase_function.text();
+}
+
+Below take_below(const Metadata& metadata) {
+    const auto kind = metadata.find("below");
+    if (kind == metadata.end()) return {};
+    const bool is_surface = kind->second == surface_name;
+    if (!is_surface && kind->second != layer_name)
+        throw std::runtime_error("attribute below must be \"" + std::string(surface_name) +
+                                 "\" or \"" + layer_name + "\", got " + shown(kind->second));
+    const double albedo = to_number("below_albedo", entry(metadata, "below_albedo"));
+    if (is_surface) return Below::surface(albedo);
+    return Below::layer(
+        read_phase_function("below_phase_function", entry(metadata, "below_phase_function")),
+        albedo);
 }
 
 void check_moments(const Metadata& metadata, const PhaseFunction& phase_function) {
@@ -121,6 +150,7 @@ Metadata metadata_of(const Table& table) {
     metadata["format_minor"] = std::to_string(table_format_minor);
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
+    add_below(table.below, metadata);
     metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
     metadata["asymmetry"] = to_text(table.phase_function.asymmetry());
     metadata["extrapolation_length"] = to_text(table.extrapolation_length);
@@ -150,7 +180,8 @@ void check_format(const Metadata& metadata) {
 
 void take_metadata(const Metadata& metadata, Table& table) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
-    table.phase_function = read_phase_function(entry(metadata, "phase_function"));
+    table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
+    table.below = take_below(metadata);
     check_moments(metadata, table.phase_function);
     table.extrapolation_length = number("extrapolation_length");
     table.tolerance = number("tolerance");

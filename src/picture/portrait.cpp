@@ -467,7 +467,9 @@ void draw_lobes(const Canvas& canvas, const Layout& layout, const TableView& tab
     };
     on_each_side(draw_rings);
     draw_layer(canvas, optical_depth, pixels, thickness);
-    draw_beam(canvas, optical_depth, table.has_reflection() ? pixels : 0.65 * pixels, thickness);
+    const bool seen_below = !table.lies_on_something();
+    draw_beam(canvas, seen_below ? optical_depth : infinity,
+              table.has_reflection() ? pixels : 0.65 * pixels, thickness);
     on_each_side(draw_side);
     on_each_side(label_rings);
 }
@@ -617,6 +619,15 @@ double draw_key(const Canvas& canvas, double x, double y, const Colour& colour, 
     return x + 46 + canvas.text_width(meaning, 16) + 34;
 }
 
+std::string below_of(const Table& table) {
+    const std::string albedo = " of albedo " + number(table.below.albedo);
+    switch (table.below.kind) {
+        case Below::Kind::surface: return "over a Lambert surface" + albedo;
+        case Below::Kind::layer: return "over a semi-infinite layer" + albedo;
+        default: return "black below it";
+    }
+}
+
 void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
                  const std::vector<double>& albedos, double white) {
     const bool reflected = !table.reflection_multiple.empty();
@@ -643,7 +654,7 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
     if (!reflected) return;
     canvas.text(layout.margin, y + 58,
                 "Spheres: covered with the layer, albedo " + number(albedos.front(), "%.4g") +
-                    ", black below it, phase angle " + number(phase_angle_deg) +
+                    ", " + below_of(table) + ", phase angle " + number(phase_angle_deg) +
                     "\u00b0; I/F = mu_in \u00b7 R in sRGB, white from I/F = " +
                     number(white, "%.2g") + " up, the same for all.",
                 15, quiet, Align::left, widest);

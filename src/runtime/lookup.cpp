@@ -34,7 +34,7 @@ struct Layers {
 /// What is asked of the multiply scattered part.
 struct Query {
     Stencil albedo_stencil;
-    double albedo;  // clamped to the axis
+    double albedo;  // clamped to the axis; 1 where samples are not divided by anything
     double optical_depth;
     double diffusion_exponent;
 };
@@ -189,6 +189,7 @@ class Side {
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity(const Query& query) noexcept {
         const double length = table_.extrapolation_length, highest = table_.optical_depth.highest;
+        const bool over_below = table_.lies_on_something();
         const double deficit =
             reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
         const int last = table_.optical_depth.count - 1;
@@ -204,19 +205,30 @@ class Side {
             add(albedo, last + 1, query.albedo * (weight - share));
             if (!spent)
                 add(albedo, last,
-                    query.albedo * share * reflection_scale(highest, exponent, length));
+                    query.albedo * share *
+                        (over_below ? 1 : reflection_scale(highest, exponent, length)));
         }
     }
 
     /// The layers' sum over directions, times what the samples were divided by along both of them.
     double sum(const Query& query, const Geometry& geometry) const noexcept {
-        const auto intercepted = [&](const AxisView& axis, double mu) {
-            return intercepted_share(query.optical_depth,
-                                     std::clamp(mu, axis.lowest, axis.highest));
+        const double directions = summed(table_, layers_, directions_of(table_, geometry));
+        const auto intercepted = [&](double depth, const AxisView& axis, double mu) {
+            return intercepted_share(depth, std::clamp(mu, axis.lowest, axis.highest));
         };
-        return intercepted(table_.mu_in, geometry.mu_in) *
-               intercepted(table_.mu_out, geometry.mu_out) *
-               summed(table_, layers_, directions_of(table_, geometry));
+        if (!table_.lies_on_something())
+            return intercepted(query.optical_depth, table_.mu_in, geometry.mu_in) *
+                   intercepted(query.optical_depth, table_.mu_out, geometry.mu_out) * directions;
+        const AxisView& depth = table_.optical_depth;
+        const bool fades = table_.below->kind == Below::Kind::surface && depth.count > 0 &&
+                           query.optical_depth < depth.lowest;
+        if (!fades) return directions;
+        // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
+        const auto taken_out = [&](double at) {
+            return intercepted(at, table_.mu_in, geometry.mu_in) +
+                   intercepted(at, table_.mu_out, geometry.mu_out);
+        };
+        return taken_out(query.optical_depth) / taken_out(depth.lowest) * directions;
     }
 
   private:
@@ -248,6 +260,7 @@ Query query_of(const TableView& table, double albedo, double optical_depth) noex
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
     if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
+    if (table.lies_on_something()) query.albedo = 1;
     return query;
 }
 
@@ -258,6 +271,8 @@ double multiple_reflection(const TableView& table, double albedo, double optical
     Side side(table, table.reflection_multiple, table.reflection_weight);
     if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
         side.add_between_last_and_infinity(query);
+    else if (table.lies_on_something())
+        side.add_depths(query, 1);
     else
         side.add_depths(
             query, query.albedo * reflection_scale(query.optical_depth, query.diffusion_exponent,
@@ -289,6 +304,8 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
     Scattered scattered{};
     scattered.single =
         single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
+    if (table.lies_on_something())
+        scattered.single += single_reflection_below(*table.below, optical_depth, geometry);
     if (table.has_reflection())
         scattered.multiple = multiple_reflection(table, albedo, optical_depth, geometry);
     return scattered;
@@ -296,8 +313,9 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
 
 Scattered transmission(const TableView& table, double albedo, double optical_depth,
                        const Geometry& geometry) noexcept {
-    const double phase = (*table.phase_function)(cos_scattering_angle_transmitted(geometry));
     Scattered scattered{};
+    if (table.lies_on_something()) return scattered;
+    const double phase = (*table.phase_function)(cos_scattering_angle_transmitted(geometry));
     scattered.single =
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_transmission())

@@ -116,6 +116,13 @@ void check_numbers(const Table& table) {
     require(table.highest_order >= 0, door, "highest_order", "at least 0", table.highest_order);
 }
 
+void check_below(const Table& table) {
+    require(table.below.albedo >= 0 && table.below.albedo <= 1, door, "albedo of what lies beneath",
+            "in [0, 1]", table.below.albedo);
+    require(!table.below.is_something() || table.transmission_multiple.empty(), door,
+            "transmission_multiple", "absent where something lies beneath", "given");
+}
+
 /// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
 float inverse(double scale) { return scale < least_scale ? 0 : static_cast<float>(1 / scale); }
 
@@ -129,7 +136,9 @@ void work_out_weights(Table& table) {
             const double exponent = table.diffusion_exponent[a];
             const double length = table.extrapolation_length;
             table.reflection_weight.push_back(
-                inverse(albedo * reflection_scale(depth, exponent, length)));
+                table.below.is_something()
+                    ? 1
+                    : inverse(albedo * reflection_scale(depth, exponent, length)));
             table.transmission_weight.push_back(
                 inverse(albedo * transmission_scale(depth, exponent, length)));
         }
@@ -137,7 +146,9 @@ void work_out_weights(Table& table) {
         weights.clear();
         for (const double depth : table.optical_depth.values)
             for (const double mu : cosines.values)
-                weights.push_back(static_cast<float>(1 / intercepted_share(depth, mu)));
+                weights.push_back(table.below.is_something()
+                                      ? 1
+                                      : static_cast<float>(1 / intercepted_share(depth, mu)));
     };
     over_cosines(table.mu_in, table.mu_in_weight);
     over_cosines(table.mu_out, table.mu_out_weight);
@@ -153,6 +164,7 @@ std::size_t Table::sample_count() const noexcept {
 TableView Table::view() const noexcept {
     TableView view;
     view.phase_function = &phase_function;
+    view.below = &below;
     view.albedo = albedo.view();
     view.optical_depth = optical_depth.view();
     view.mu_in = mu_in.view();
@@ -178,6 +190,7 @@ void prepare(Table& table) {
     check_azimuth(table.azimuth);
     check_datasets(table);
     check_numbers(table);
+    check_below(table);
     work_out_weights(table);
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
-
 #include <stratus/runtime/single_scattering.h>
+
+#include "beam_matrix.h"
 
 namespace stratus {
 
@@ -13,29 +13,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// diag(d) + K over all directions, products summing over the first `nodes`.
-struct BeamMatrix {
-    VectorXd d;
-    MatrixXd K;
-};
-
-BeamMatrix product(const BeamMatrix& F, const BeamMatrix& G, int nodes) {
-    MatrixXd K = F.d.asDiagonal() * G.K;
-    K += F.K * G.d.asDiagonal();
-    K += F.K.leftCols(nodes) * G.K.topRows(nodes);
-    return {F.d.cwiseProduct(G.d), K};
-}
-
-/// F^-1 = diag(1/d) - (1/d) (K - K[:, :N] (D + K)_NN^-1 K[:N, :]) (1/d).
-BeamMatrix inverse(const BeamMatrix& F, int nodes) {
-    MatrixXd block = F.K.topLeftCorner(nodes, nodes);
-    block.diagonal() += F.d.head(nodes);
-    const MatrixXd rest =
-        F.K - F.K.leftCols(nodes) * block.partialPivLu().solve(F.K.topRows(nodes));
-    const VectorXd d = F.d.cwiseInverse();
-    return {d, -(d.asDiagonal() * rest * d.asDiagonal())};
-}
 
 /// (I + F)^-1 (I - F) = 2 (I + F)^-1 - I.
 BeamMatrix cayley(const BeamMatrix& F, int nodes) {

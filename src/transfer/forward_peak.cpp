@@ -77,6 +77,8 @@ std::vector<double> ForwardPeak::path_moments(double s) const {
         const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
         if (s < thin_path)  // all that is linear in s cancels
             G[l] = s * s / 2 * path_curvature(l);
+        else if (rest_[l] == 0)
+            G[l] = ein_difference(1, b, w * chi_[l], s) - w * q * hit;
         else
             G[l] = straight + (beyond == 0 ? 0 : ein_difference(a, b, beyond, s)) - w * q * hit;
         G[l] *= 2 * static_cast<double>(l) + 1;
@@ -93,6 +95,8 @@ std::vector<double> ForwardPeak::path_moments_slope(double s) const {
         const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
         if (s < thin_path)
             F[l] = s * path_curvature(l);
+        else if (rest_[l] == 0)
+            F[l] = exp_difference(1, b, w * chi_[l], s) / s - w * q * beam;
         else
             F[l] = (straight + exp_difference(a, b, beyond, s)) / s - w * q * beam;
         F[l] *= 2 * static_cast<double>(l) + 1;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <new>
+#include <stdexcept>
 
 namespace stratus {
 
@@ -12,6 +13,10 @@ int count_doublings(const Directions& directions, double optical_depth) {
     return optical_depth <= thinnest
                ? 0
                : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(thinnest)));
+}
+
+int most_doublings_to_infinity(double optical_depth) {
+    return 120 + std::max(0, -std::ilogb(optical_depth));
 }
 
 LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& moments,
@@ -86,6 +91,16 @@ bool LaneLadder::is_converged() const {
                     return false;
             }
     return true;
+}
+
+void LaneLadder::double_to_infinity() {
+    const int most = most_doublings_to_infinity(2 * layer_.half_depth[0]);
+    for (int k = 0; !is_converged(); ++k) {
+        if (k == most)
+            throw std::runtime_error("solve: infinite depth not reached after " +
+                                     std::to_string(most) + " doublings");
+        double_depth();
+    }
 }
 
 void LaneLadder::extract() { methods_.extract(layer_); }

@@ -12,6 +12,18 @@
 
 namespace stratus {
 
+/// A layer this thin scatters twice less often than rounding notices, and stays above the smallest
+/// normal numbers.
+constexpr double thinnest_depth = 1e-280;
+
+/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
+/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
+constexpr double conservative_depth = 1048576;  // 2^20
+
+/// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
+/// until the rest is rounding, and some for g near 1.
+int most_doublings_to_infinity(double optical_depth);
+
 /// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
 struct LaneTask {
     int mode;
@@ -31,6 +43,9 @@ class LaneLadder {
     /// True once twice this depth differs from it by less than rounding in every lane, so that it
     /// may stand for infinity.
     bool is_converged() const;
+
+    /// Doubles until `is_converged`.
+    void double_to_infinity();
 
     /// Works out R and T of all lanes as they stand; then `matrices` reads them lane by lane.
     void extract();

@@ -272,13 +272,6 @@ class MarkovRun {
     MarkovSolution solution_;
 };
 
-double sum_modes(const std::vector<MatrixXd>& modes, int in, int out, double azimuth) {
-    double sum = 0;
-    for (std::size_t m = 0; m < modes.size(); ++m)
-        sum += (m ? 2 : 1) * std::cos(static_cast<double>(m) * azimuth) * modes[m](in, out);
-    return sum;
-}
-
 }  // namespace
 
 MarkovValue MarkovSolution::reflection(int in, int out, double azimuth) const {

@@ -10,11 +10,15 @@
 #include <Eigen/Eigenvalues>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
+#include <stratus/transfer/stack.h>
 
 #include "classic.h"
 #include "lane_ladder.h"
+#include "options.h"
 #include "ordered_ladder.h"
+#include "surface.h"
 
 namespace stratus {
 
@@ -24,18 +28,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// A layer this thin scatters twice less often than rounding notices, and stays above the smallest
-/// normal numbers.
-constexpr double thinnest_depth = 1e-280;
-
-/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
-/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
-constexpr double conservative_depth = 1048576;  // 2^20
-
-/// Doublings after which any layer as deep as 1 has reached the limit of infinite depth: 2^-56 is
-/// rounding, the rest is for g near 1.
-constexpr int most_doublings_to_infinity = 120;
 
 /// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: what truncation makes of single
 /// scattering, order by order, per unit of phase function.
@@ -50,7 +42,6 @@ double sum_paths(double (*path)(int, double, double, double), const LayerSolutio
                    path(static_cast<int>(n), layer.optical_depth, in, out);
     return sum;
 }
-int doublings_to_one(double optical_depth) { return std::max(0, -std::ilogb(optical_depth)); }
 
 /// One ladder of depths for several albedos: what all modes share, and where their results go.
 class LadderRun {
@@ -58,16 +49,21 @@ class LadderRun {
     /// `order_weights` of each albedo, none: all orders.
     LadderRun(const PhaseFunction& phase_function, const std::vector<double>& albedos,
               const std::vector<VectorXd>& order_weights, const DepthLadder& ladder,
-              const std::vector<double>& mu, const SolverOptions& options)
+              const std::vector<double>& mu, const SolverOptions& options, const Below& below)
         : albedos_(albedos),
           order_weights_(order_weights),
           ladder_(ladder),
           options_(options),
-          truncation_(options.truncate ? truncate_peak(phase_function, 2 * options.nodes)
-                                       : no_truncation(phase_function, 2 * options.nodes)),
-          directions_(gauss_directions(options.nodes,
-                                       choose_node_map(truncation_.moments, options.nodes), mu)),
-          first_asked_(mu.empty() ? 0 : options.nodes) {
+          truncation_(truncation_of(phase_function, options, below.is_something())),
+          truncation_below_(truncation_of(below, options)),
+          directions_(
+              gauss_directions(options.nodes,
+                               joint_map(choose_node_map(truncation_.moments, options.nodes),
+                                         choose_node_map(truncation_below_.moments, options.nodes)),
+                               mu)),
+          first_asked_(mu.empty() ? 0 : options.nodes),
+          below_(below),
+          below_modes_(below, truncation_below_, directions_, methods_of(options)) {
         results_.resize(albedos.size());
         const std::vector<double> moments =
             truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
@@ -89,6 +85,7 @@ class LadderRun {
         // Modes beyond the last moment are empty.
         int most = static_cast<int>(truncation_.moments.size());
         while (most > 1 && truncation_.moments[static_cast<std::size_t>(most - 1)] == 0) --most;
+        most = std::max(most, below_modes_.count());
         if (options_.modes) most = std::min(options_.modes, most);
         const auto lanes = static_cast<std::size_t>(lane_count);
         // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
@@ -147,6 +144,8 @@ class LadderRun {
         solution.phase_function = phase_function;
         solution.truncation = truncation_;
         solution.peak = peaks_[a];
+        solution.below = below_;
+        solution.truncation_below = truncation_below_;
         return solution;
     }
 
@@ -174,10 +173,6 @@ class LadderRun {
         return factors;
     }
 
-    const LaneMethods& methods() const {
-        return options_.instruction_set ? *lane_methods(options_.instruction_set) : lane_methods();
-    }
-
     double first_depth(std::size_t a) const {
         return truncation_.optical_depth(
             ladder_.octaves ? ladder_.first : directions_.mu.minCoeff(), albedos_[a]);
@@ -196,7 +191,7 @@ class LadderRun {
             tasks.push_back({mode, truncation_.albedo(albedos_[a]),
                              truncation_.co_albedo(albedos_[a]),
                              std::ldexp(first_depth(a), -doublings)});
-        LaneLadder ladder(directions_, truncation_.moments, tasks, methods());
+        LaneLadder ladder(directions_, truncation_.moments, tasks, methods_of(options_));
         std::vector<PhaseKernels> kernels;
         for (std::size_t lane = 0; lane < pairs.size(); ++lane)
             kernels.push_back(ladder.kernels(static_cast<int>(lane)));
@@ -212,14 +207,8 @@ class LadderRun {
             record_lanes(depth);
         }
         if (!ladder_.to_infinity) return;
-        const int most = most_doublings_to_infinity + doublings_to_one(deepest);
-        for (int k = 0; !ladder.is_converged(); ++k) {
-            if (k == most)
-                throw std::runtime_error("solve: infinite depth not reached after " +
-                                         std::to_string(most) + " doublings");
-            ladder.double_depth();
-        }
-        record_lanes(ladder_.octaves);  // R + T there: LaneLadder::is_converged
+        ladder.double_to_infinity();
+        record_lanes(ladder_.octaves);
     }
 
     void run_classic(int mode, std::size_t a) {
@@ -244,7 +233,7 @@ class LadderRun {
         if (!ladder_.to_infinity) return;
         // Conservative layers approach their limit as 1/tau: 2^60 is as far as rounding lets any of
         // them go.
-        const int doublings_left = 60 + doublings_to_one(first_depth(a));
+        const int doublings_left = 60 + std::max(0, -std::ilogb(first_depth(a)));
         for (int k = 0; k < doublings_left; ++k) double_depth();
         record(mode, a, ladder_.octaves, layer.matrices(), kernels);
     }
@@ -255,7 +244,7 @@ class LadderRun {
         const int doublings = count_doublings(directions_, first);
         OrderedLadder ladder(directions_, truncation_.moments, truncation_.fraction, modes,
                              static_cast<int>(order_weights_[0].size()) - 1,
-                             std::ldexp(first, -doublings), methods());
+                             std::ldexp(first, -doublings), methods_of(options_));
         const auto record_all = [&](int depth) {
             for (std::size_t lane = 0; lane < modes.size(); ++lane) {
                 const int at = static_cast<int>(lane);
@@ -270,20 +259,23 @@ class LadderRun {
             record_all(depth);
         }
         if (!ladder_.to_infinity) return;
+        const int most = most_doublings_to_infinity(first);
         for (int k = 0; !ladder.is_opaque(); ++k) {
-            if (k == most_doublings_to_infinity)
-                throw std::runtime_error("solve: infinite depth not reached after 120 doublings");
+            if (k == most)
+                throw std::runtime_error("solve: infinite depth not reached after " +
+                                         std::to_string(most) + " doublings");
             ladder.double_depth();
         }
         record_all(ladder_.octaves);
     }
 
     /// Takes single scattering out of a mode and keeps the rest; fluxes from mode 0.
-    void record(int mode, std::size_t a, int depth, const ModeMatrices& layer,
+    void record(int mode, std::size_t a, int depth, ModeMatrices layer,
                 const PhaseKernels& kernels) {
         LayerSolution& solution = results_[a][static_cast<std::size_t>(depth)];
         const SingleFactors& single = singles_[a][static_cast<std::size_t>(depth)];
         const bool infinite = std::isinf(solution.optical_depth);
+        const bool opaque = infinite || below_.is_something();
         const auto count = solution.mu.size();
         const auto at = static_cast<std::size_t>(mode);
         const VectorXd s = directions_.s.tail(count);
@@ -293,15 +285,22 @@ class LadderRun {
                 "solve: nodes must be more for this phase function: its series of " +
                 std::to_string(2 * options_.nodes) + " moments is too negative in mode " +
                 std::to_string(mode) + ", got " + std::to_string(options_.nodes));
+        if (infinite)
+            layer.reflection += layer.transmission;  // LaneLadder::is_converged
+        else if (below_.is_something())
+            layer.reflection = over_below(layer, mode, solution);
         solution.reflection_modes[at] = unscale.asDiagonal() *
                                         layer.reflection.bottomRightCorner(count, count) *
                                         unscale.asDiagonal();
         solution.reflection_modes[at] -=
             single.reflection.cwiseProduct(kernels.other.bottomRightCorner(count, count));
-        if (infinite) {
-            solution.reflection_modes[at] += unscale.asDiagonal() *
-                                             layer.transmission.bottomRightCorner(count, count) *
-                                             unscale.asDiagonal();
+        if (!infinite && mode < below_modes_.count()) {
+            const VectorXd beam = beam_of(solution).tail(count);
+            solution.reflection_modes[at] -=
+                beam.asDiagonal() * below_modes_.once(mode).bottomRightCorner(count, count) *
+                beam.asDiagonal();
+        }
+        if (opaque) {
             solution.transmission_modes[at] = MatrixXd::Zero(count, count);
         } else {
             solution.transmission_modes[at] = unscale.asDiagonal() *
@@ -310,10 +309,25 @@ class LadderRun {
             solution.transmission_modes[at] -=
                 single.transmission.cwiseProduct(kernels.same.bottomRightCorner(count, count));
         }
-        if (mode == 0) record_fluxes(solution, layer, infinite);
+        if (mode == 0) record_fluxes(solution, layer, opaque);
     }
 
-    void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool infinite) const {
+    /// exp(-tau / mu) after truncation, along all directions.
+    VectorXd beam_of(const LayerSolution& solution) const {
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        return directions_.mu.unaryExpr(  // not Eigen's exp, which stops at 2e-308
+            [tau](double mu) { return direct_transmittance(tau, mu); });
+    }
+
+    /// R of the layer and what lies beneath it.
+    MatrixXd over_below(const ModeMatrices& layer, int mode, const LayerSolution& solution) {
+        if (mode >= below_modes_.count()) return layer.reflection;
+        const LayerMode above{layer.reflection, layer.reflection, layer.transmission,
+                              beam_of(solution)};
+        return add(above, below_modes_.layer(mode), directions_.nodes).reflection;
+    }
+
+    void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool opaque) const {
         const int N = directions_.nodes;
         const auto count = solution.mu.size();
         const VectorXd s = directions_.s.head(N);
@@ -323,15 +337,9 @@ class LadderRun {
         solution.spherical_albedo = s.dot(layer.reflection.topLeftCorner(N, N) * s) / uniform;
         solution.plane_albedo =
             unscale.asDiagonal() * (layer.reflection.bottomLeftCorner(count, N) * s);
-        if (infinite) {
-            solution.spherical_albedo +=
-                s.dot(layer.transmission.topLeftCorner(N, N) * s) / uniform;
-            solution.plane_albedo +=
-                unscale.asDiagonal() * (layer.transmission.bottomLeftCorner(count, N) * s);
-            solution.total_transmittance = 0;
-            solution.diffuse_transmittance = VectorXd::Zero(count);
-            return;
-        }
+        solution.total_transmittance = 0;
+        solution.diffuse_transmittance = VectorXd::Zero(count);
+        if (opaque) return;
         const VectorXd beam =  // not Eigen's exp, which stops at 2e-308
             directions_.mu.unaryExpr(
                 [&](double mu) { return direct_transmittance(solution.optical_depth, mu); });
@@ -391,25 +399,15 @@ class LadderRun {
     const std::vector<VectorXd>& order_weights_;
     const DepthLadder& ladder_;
     const SolverOptions& options_;
-    const Truncation truncation_;
+    const Truncation truncation_, truncation_below_;
     const Directions directions_;
     const int first_asked_;
     std::vector<std::shared_ptr<const ForwardPeak>> peaks_;  // of each albedo
+    const Below& below_;
+    BelowModes below_modes_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<SingleFactors>> singles_;
 };
-
-double sum_modes(const std::vector<MatrixXd>& modes, int i, int j, double azimuth) {
-    const double c = std::cos(azimuth);
-    double previous = c, now = 1, sum = 0;  // cos((m - 1) phi), cos(m phi)
-    for (std::size_t m = 0; m < modes.size(); ++m) {
-        sum += (m ? 2 : 1) * now * modes[m](i, j);
-        const double next = 2 * c * now - previous;
-        previous = now;
-        now = next;
-    }
-    return sum;
-}
 
 void check(const std::vector<double>& albedos, const DepthLadder& ladder,
            const SolverOptions& options) {
@@ -420,18 +418,27 @@ void check(const std::vector<double>& albedos, const DepthLadder& ladder,
     if (ladder.octaves > 0)
         require(ladder.first >= thinnest_depth && ladder.first < infinity, "solve",
                 "first depth of a ladder", "in [1e-280, inf)", ladder.first);
-    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
-            options.nodes);
-    require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
-    require(options.orders >= 0 && options.orders <= 200, "solve", "orders", "in [0, 200]",
-            options.orders);
-    require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
-            "harmonic where orders are counted", "classic");
-    require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
-            "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
-    if (options.instruction_set)
-        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
-                "one that this processor has", options.instruction_set);
+    check_options(options);
+}
+
+/// A stack of one layer over something.
+LayerSolution as_layer(StackSolution stack) {
+    LayerSolution solution;
+    solution.phase_function = stack.layers[0].phase_function;
+    solution.albedo = stack.layers[0].albedo;
+    solution.optical_depth = stack.layers[0].optical_depth;
+    solution.truncation = stack.truncations[0];
+    solution.below = stack.below;
+    solution.truncation_below = stack.truncation_below;
+    solution.mu = stack.mu;
+    solution.reflection_modes = std::move(stack.reflection_modes);
+    solution.transmission_modes.assign(solution.reflection_modes.size(),
+                                       MatrixXd::Zero(stack.mu.size(), stack.mu.size()));
+    solution.plane_albedo = stack.plane_albedo;
+    solution.diffuse_transmittance = stack.diffuse_transmittance;
+    solution.spherical_albedo = stack.spherical_albedo;
+    solution.total_transmittance = 0;
+    return solution;
 }
 
 /// 1, w, w^2, ...
@@ -461,12 +468,16 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
-                                                     const SolverOptions& options) {
+                                                     const SolverOptions& options,
+                                                     const Below& below) {
     check(albedos, ladder, options);
+    check_below(below);
+    require(options.orders == 0 || !below.is_something(), "solve", "orders",
+            "0 (all) over something", options.orders);
     std::vector<VectorXd> weights;
     for (std::size_t a = 0; options.orders > 0 && a < albedos.size(); ++a)
         weights.push_back(powers(albedos[a], options.orders));
-    return LadderRun(phase_function, albedos, weights, ladder, mu, options).run();
+    return LadderRun(phase_function, albedos, weights, ladder, mu, options, below).run();
 }
 
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
@@ -483,9 +494,10 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
         weights.push_back(VectorXd::Zero(options.orders + 1));
         weights.back()(n) = powers(albedo, options.orders)(n);
     }
+    const Below nothing;
     std::vector<LayerSolution> orders;
     for (const auto& of_order :
-         LadderRun(phase_function, albedos, weights, ladder, mu, options).run())
+         LadderRun(phase_function, albedos, weights, ladder, mu, options, nothing).run())
         orders.push_back(of_order[0]);
     if (optical_depth < thinnest_depth)
         for (LayerSolution& order : orders) thin_out(order, optical_depth);
@@ -493,10 +505,13 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
 }
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                          const std::vector<double>& mu, const SolverOptions& options) {
+                          const std::vector<double>& mu, const SolverOptions& options,
+                          const Below& below) {
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     if (std::isinf(optical_depth))
-        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options)[0][0];
+        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options, below)[0][0];
+    if (below.is_something() && options.scheme == Scheme::harmonic)
+        return as_layer(solve_stack({{phase_function, albedo, optical_depth}}, below, mu, options));
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && options.orders == 0 && optical_depth > last) {
         // 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of
@@ -536,13 +551,22 @@ SolvedValue LayerSolution::reflection_with(const PeakCorrection& correction, int
     const double cosine = cos_scattering_angle_reflected({mu(in), mu(out), azimuth});
     const double phase = phase_function(cosine);
     const double once = order_weights.size() ? order_weights(1) : albedo;
-    const double single = single_reflection(phase, once, optical_depth, mu(in), mu(out));
-    const double multiple =
-        sum_modes(reflection_modes, in, out, azimuth) + correction(phase, cosine);
+    double single = single_reflection(phase, once, optical_depth, mu(in), mu(out));
+    double multiple = sum_modes(reflection_modes, in, out, azimuth) + correction(phase, cosine);
+    if (below.is_something()) {
+        const Geometry geometry{mu(in), mu(out), azimuth};
+        const double met = single_reflection_below(below, optical_depth, geometry);
+        single += met;
+        multiple +=
+            single_reflection_below(truncated(below, truncation_below),
+                                    truncation.optical_depth(optical_depth, albedo), geometry) -
+            met;
+    }
     return {single + multiple, single, multiple};
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
+    if (below.is_something()) return {0, 0, 0};
     return transmission_with(transmission_correction(in, out), in, out, azimuth);
 }
 
@@ -606,6 +630,18 @@ PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
                                 truncation.optical_depth(optical_depth, albedo), x, y) -
                 single_transmission(1, albedo, optical_depth, x, y),
             peak ? peak->transmission(optical_depth, x, y) : std::vector<double>{}};
+}
+
+MatrixXd LayerSolution::below_correction() const {
+    MatrixXd result = MatrixXd::Zero(mu.size(), mu.size());
+    if (truncation.fraction == 0 && truncation_below.fraction == 0) return result;
+    const double depth = truncation.optical_depth(optical_depth, albedo);
+    const Below corrected = truncated(below, truncation_below);
+    for (Eigen::Index i = 0; i < mu.size(); ++i)
+        for (Eigen::Index j = 0; j < mu.size(); ++j)
+            result(i, j) = single_reflection_below(corrected, 1, depth, mu(i), mu(j)) -
+                           single_reflection_below(below, 1, optical_depth, mu(i), mu(j));
+    return result;
 }
 
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,

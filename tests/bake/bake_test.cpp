@@ -126,6 +126,62 @@ TEST(Bake, MeetsItsToleranceAtPointsThatItHasNotSeen) {
     }
 }
 
+Recipe over(const Below& below, Recipe recipe) {
+    recipe.below = below;
+    recipe.transmission = false;
+    return recipe;
+}
+
+TEST(Bake, MeetsItsToleranceOverGround) {
+    const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.6);
+    for (const Recipe& recipe :
+         {over(Below::surface(0.4), rayleigh_recipe()), over(Below::surface(1), deep_recipe()),
+          over(Below::layer(forward, 0.9), rayleigh_recipe()),
+          over(Below::layer(forward, 0.9), deep_recipe())}) {
+        const Table table = bake(recipe);
+        EXPECT_EQ(table.below.kind, recipe.below.kind);
+        EXPECT_TRUE(table.transmission_multiple.empty());
+        EXPECT_TRUE(table.diffuse_transmittance.empty());
+        VerifyOptions options;
+        options.seed = 77;
+        const Verification verification = verify(table, options);
+        EXPECT_TRUE(verification.meets(recipe.tolerance))
+            << recipe.phase_text << ": worst " << verification.samples.back().error;
+        EXPECT_EQ(verification.energy_defect, -1);  // the ground takes in what is missing
+        EXPECT_LE(verification.furnace_defect, recipe.tolerance);
+        EXPECT_LE(verification.reciprocity_defect, 1e-5);
+    }
+}
+
+TEST(Bake, OverBlackGroundHoldsWhatTheBareLayerReflects) {
+    const Table bare = bake(over({}, explicit_recipe()));
+    const Table black = bake(over(Below::surface(0), explicit_recipe()));
+    ASSERT_EQ(black.reflection_multiple.size(), bare.reflection_multiple.size());
+    for (std::size_t i = 0; i < bare.reflection_multiple.size(); ++i)
+        // a sum more or less, before samples are rounded to a 500th of the tolerance
+        ASSERT_NEAR(black.reflection_multiple[i], bare.reflection_multiple[i],
+                    4e-5 * bare.reflection_multiple[i]);
+    for (std::size_t i = 0; i < bare.plane_albedo.size(); ++i)
+        ASSERT_NEAR(black.plane_albedo[i], bare.plane_albedo[i], float_rounding);
+    const Geometry at{0.3, 0.7, 1};
+    for (const double tau : bare.optical_depth.values) {
+        const Scattered found = reflection(black.view(), 0.9, tau, at);
+        const Scattered expected = reflection(bare.view(), 0.9, tau, at);
+        EXPECT_EQ(found.single, expected.single);
+        // two ways to interpolate between albedos
+        EXPECT_NEAR(found.total() / expected.total(), 1, explicit_recipe().tolerance);
+    }
+}
+
+TEST(Bake, OverGroundSolvesEverySchemeAlike) {
+    const Below ground = Below::layer(PhaseFunction::henyey_greenstein(-0.3), 0.8);
+    const Table harmonic = bake(over(ground, explicit_recipe()));
+    const Table classic = bake(over(ground, explicit_recipe("classic")));
+    for (std::size_t i = 0; i < harmonic.reflection_multiple.size(); ++i)
+        ASSERT_NEAR(classic.reflection_multiple[i], harmonic.reflection_multiple[i],
+                    1e-4 * harmonic.reflection_multiple[i]);
+}
+
 TEST(Bake, GivesSamplesThatAreReciprocalToTheLastBit) {
     const Table table = bake(explicit_recipe());
     const std::size_t mus = table.mu_in.values.size(), azimuths = table.azimuth.values.size();

@@ -267,6 +267,36 @@ TEST(ReadRecipe, RefusesWhatIsNotAFile) {
                                            {path.c_str(), "cannot be read"});
 }
 
+TEST(Recipe, MayPutTheLayerOnGround) {
+    const Recipe bare = parse_recipe(recipe_with(""));
+    EXPECT_FALSE(bare.below.is_something());
+    const Recipe ground = parse_recipe(recipe_with("[below]\nlambert_albedo = 0.3\n"));
+    EXPECT_EQ(ground.below.kind, Below::Kind::surface);
+    EXPECT_EQ(ground.below.albedo, 0.3);
+    EXPECT_TRUE(ground.reflection);
+    EXPECT_FALSE(ground.transmission);
+    const Recipe dust = parse_recipe(recipe_with(
+        "sides = ['reflection']\n[below]\nphase_function = 'lambert_sphere'\nalbedo = 1"));
+    EXPECT_EQ(dust.below.kind, Below::Kind::layer);
+    EXPECT_EQ(dust.below.phase_function.text(), PhaseFunction::lambert_sphere().text());
+    EXPECT_EQ(dust.below.albedo, 1);
+}
+
+TEST(Recipe, RefusesTransmissionThroughGround) {
+    expect_recipe_refusal(
+        recipe_with("sides = ['reflection', 'transmission']\n[below]\nlambert_albedo = 0.3"),
+        {"recipe: sides", "[\"reflection\"]", "[below]", "nothing pass", "got transmission"});
+}
+
+TEST(Recipe, RefusesGroundOutOfRange) {
+    expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1.1"),
+                          {"recipe: below.lambert_albedo", "[0, 1]", "1.1"});
+    expect_recipe_refusal(recipe_with("[below]\nlambert = 1"),
+                          {"recipe: unknown key 'below.lambert'", "did you mean 'below."});
+    expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1\nalbedo = 1"),
+                          {"recipe: below", "lambert_albedo alone", "both"});
+}
+
 void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.title, b.title);
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
@@ -275,6 +305,9 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
     EXPECT_EQ(a.albedo.min, b.albedo.min);
     EXPECT_EQ(a.albedo.max, b.albedo.max);
+    EXPECT_EQ(a.below.kind, b.below.kind);
+    EXPECT_EQ(a.below.albedo, b.below.albedo);
+    EXPECT_EQ(a.below.phase_function.text(), b.below.phase_function.text());
     EXPECT_EQ(a.reflection, b.reflection);
     EXPECT_EQ(a.transmission, b.transmission);
     EXPECT_EQ(a.discretisation.nodes, b.discretisation.nodes);
@@ -323,6 +356,11 @@ TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
     recipe.transmission = false;
     recipe.discretisation.deepest_optical_depth = 100.0 / 7;
     recipe.discretisation.scheme = Scheme::harmonic;
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.below = Below::surface(1.0 / 7);
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+    recipe.below = Below::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number

@@ -82,6 +82,24 @@ expect_same "$out" h5.csv
 rm resolved.* h5.csv exr.csv query.csv
 
 # an expert's choice is taken
+# over ground: both files keep it, info tells it, verify solves it, eval adds its single scattering
+sed '/^sides/d' recipes/chosen.toml >recipes/ground.toml
+printf '[below]\nlambert_albedo = 0.3\n' >>recipes/ground.toml
+expect_ok bake recipes/ground.toml -o ground.h5 --exr ground.exr --quiet
+for table in ground.h5 ground.exr; do
+    expect_ok info $table
+    expect_says "$out" "Lambert surface, albedo 0.3" "lambert_albedo = 0.3"
+    printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\n0.5,0.8,60,1,0.8\n' >query.csv
+    expect_ok eval $table --query query.csv
+    cp "$out" $table.csv
+done
+cmp -s ground.h5.csv ground.exr.csv || fail "both files must give the same values"
+expect_ok verify ground.h5 --samples 200
+expect_ok info narrow.h5
+expect_says "$out" "below                 nothing"
+printf 'sides = ["transmission"]\n' | cat - recipes/ground.toml >recipes/bad.toml
+expect_refused 2 sides "[below]" "got transmission" -- bake recipes/bad.toml -o new.h5
+
 expect_ok bake recipes/chosen.toml -o chosen.h5
 expect_says "$err" "checked at 2000 random points"
 expect_ok info chosen.h5

@@ -62,6 +62,62 @@ classic=$(figure spherical_albedo)
 expect_ok solve "${layer[@]}" --scheme harmonic
 expect_near "$(figure spherical_albedo)" "$classic" 1e-7
 
+# --- stacks
+
+air="[[layers]]
+phase_function = 'rayleigh'
+albedo = 1.0
+optical_depth = 0.25"
+echo "$air" >air.toml
+expect_ok solve --phase rayleigh --albedo 1 --optical-depth 0.25 --mu-in 0.5
+one=$(figure plane_albedo)
+expect_ok solve --layers air.toml --mu-in 0.5
+expect_json
+expect_silent "$err"
+expect_near "$(figure plane_albedo)" "$one" 1e-14
+expect_near "$(figure direct_transmittance)" 0.60653065971263342 1e-16
+expect_near "$(figure optical_depth)" 0.25 0
+expect_near "$(figure absorptance)" 0 0
+! grep -q ground "$out" || fail "there is no ground to speak of"
+
+# over a surface that takes in 0.7 of what falls on it: figures of one layer, put together by hand
+t=$(awk -v one="$one" 'BEGIN { printf "%.17g", 1 - one }')  # plane transmittance of a layer that loses nothing
+expect_ok solve --layers air.toml
+s=$(figure spherical_albedo)
+printf '%s\n[below]\nlambert_albedo = 0.3\n' "$air" >ground.toml
+expect_ok solve --layers ground.toml --mu-in 0.5
+expect_json
+expect_near "$(figure plane_ground_absorptance)" \
+    "$(awk -v t="$t" -v s="$s" 'BEGIN { printf "%.17g", 0.7 * t / (1 - 0.3 * s) }')" 1e-14
+expect_near "$(figure ground_absorptance)" "$(figure absorptance)" 1e-14
+expect_near "$(figure total_transmittance)" 0 0
+expect_near "$(figure direct_transmittance)" 0 0
+query mu_in,mu_out,azimuth_deg 0.5,0.8,60
+expect_ok solve --layers ground.toml --query query.csv
+[ "$(wc -l <"$out")" -eq 2 ] || fail "a row for every row of the query"
+expect_near "$(tail -1 "$out" | cut -d, -f5)" 0 0  # nothing is transmitted
+
+refuse_stack() { # refuse_stack LINES FRAGMENT...
+    printf '%s\n' "$1" >stack.toml
+    shift
+    expect_refused 2 "$@" -- solve --layers stack.toml
+}
+refuse_stack "$air
+depth = 1" "unknown key 'layer 1.depth' in line 5" "did you mean"
+refuse_stack "${air/1.0/1.5}" "layer 1.albedo" "[0, 1]" "got 1.5"
+refuse_stack "${air/0.25/inf}
+$air" "layer 1.optical_depth" finite "got inf"
+refuse_stack "$air
+[below]
+lambert_albedo = 2" below.lambert_albedo "[0, 1]" "got 2"
+refuse_stack "" layers "got none"
+for option in --phase=rayleigh --albedo=1 --optical-depth=1 --scheme=classic; do
+    expect_refused 2 "${option%=*}" --layers -- solve --layers air.toml "$option"
+done
+expect_refused 2 --layers -- solve --layers ''
+expect_refused 1 absent.toml -- solve --layers absent.toml
+expect_refused 2 "--phase is required" -- solve --albedo 1 --optical-depth 1
+
 # --- queries
 
 columns=mu_in,mu_out,azimuth_deg

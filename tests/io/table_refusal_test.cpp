@@ -191,6 +191,9 @@ const std::vector<Change> changes{
      "attributes moments and asymmetry are not those of the phase function"},
     {"PhaseFunctionInAFile", "phase_function", "tabulated:file=/etc/passwd",
      "attribute phase_function must be complete, not name a file: \"tabulated:file=/etc/passwd\""},
+    {"GroundOfNoKind", "below", "swamp",
+     "attribute below must be \"lambert surface\" or \"semi-infinite layer\", got \"swamp\""},
+    {"GroundWithoutAlbedo", "below", "lambert surface", "attribute below_albedo is missing"},
     {"NoSide", "datasets", "plane_albedo",
      "prepare: table must be given reflection_multiple or transmission_multiple, got neither"},
 };

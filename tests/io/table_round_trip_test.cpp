@@ -107,11 +107,21 @@ void clear_reflection(Table& table) {
     table.reflection_multiple.assign(table.reflection_multiple.size(), 0.0F);
 }
 
+void put_on_ground(Table& table) { table.below = Below::surface(1.0 / 3); }
+
+void put_on_dust(Table& table) {
+    table.below = Below::layer(
+        PhaseFunction::sum({{1, PhaseFunction::tabulated({0, 90, 180}, {3.5, 2.0 / 3, 0.1})}}),
+        0.1 + 0.2);
+}
+
 const std::vector<Case> cases{
     {"TwoSides", {}},
     {"ReflectionOnly", one_sided(true)},
     {"TransmissionOnly", one_sided(false)},
     {"NoFluxes", one_sided(true), remove_fluxes},
+    {"OverASurface", one_sided(true), put_on_ground},
+    {"OverALayerWithoutEnd", one_sided(true), put_on_dust},
     {"FiniteDepths", finite_depths()},
     {"InfiniteDepthOnly", infinite_depth_only()},
     {"SingleSamples", single_samples()},

@@ -122,6 +122,16 @@ const Kind kinds[] = {
 INSTANTIATE_TEST_SUITE_P(Portrait, EveryTable, ::testing::ValuesIn(kinds),
                          [](const auto& row) { return row.param.name; });
 
+TEST_F(Portrait, IsDrawnOfLayersOverGround) {
+    Table bare = make_synthetic_table({.transmission = false});
+    Table table = bare;
+    table.below = Below::surface(0.3);
+    prepare(table);
+    draw_portrait(bare, folder / "bare.png");
+    draw_portrait(table, folder / "ground.png");
+    EXPECT_NE(test::content(folder / "bare.png"), test::content(folder / "ground.png"));
+}
+
 TEST_F(Portrait, IsTheSameEveryTime) {
     const Table table = make_synthetic_table();
     draw_portrait(table, folder / "first.png");

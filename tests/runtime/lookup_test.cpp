@@ -84,6 +84,71 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
                     }
 }
 
+/// The same table over something, which lets nothing pass.
+Table over(const Below& below, Table table) {
+    table.below = below;
+    table.transmission_multiple.clear();
+    prepare(table);
+    return table;
+}
+
+TEST(Lookup, OverSomethingIsExactForCubicsThemselves) {
+    const Table table = over(Below::surface(0.3), filled(five_each, shallow, cubic, cubic));
+    for (const Point& p : random_points(2000, 0.5, 8)) {
+        const Scattered found = look_up_reflection(table.view(), p);
+        EXPECT_NEAR(found.multiple / cubic(p), 1, float_rounding);
+        const double phase =
+            table.phase_function(cos_scattering_angle_reflected({p.mu_in, p.mu_out, p.azimuth}));
+        EXPECT_DOUBLE_EQ(found.single,
+                         single_reflection(phase, p.albedo, p.optical_depth, p.mu_in, p.mu_out) +
+                             0.3 * direct_transmittance(p.optical_depth, p.mu_in) *
+                                 direct_transmittance(p.optical_depth, p.mu_out));
+        EXPECT_EQ(look_up_transmission(table.view(), p).total(), 0);
+    }
+}
+
+TEST(Lookup, OverSomethingFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
+    const auto nearing = [](const Point& p) {
+        return 2 - reflection_deficit(p.optical_depth, small_table_exponent(p.albedo),
+                                      small_table_length);
+    };
+    const Table table = over(Below::layer(PhaseFunction::rayleigh(), 0.9),
+                             filled({5, 5, 3, 3, 3}, {0.5, 8, true}, nearing, nearing));
+    for (const double w : table.albedo.values)
+        for (const double tau : {8.0, 10.0, 40.0, 1e3, infinity}) {
+            const Point p{w, tau, 0.3, 0.8, 1};
+            EXPECT_NEAR(look_up_reflection(table.view(), p).multiple, nearing(p), 1e-6) << tau;
+        }
+}
+
+TEST(Lookup, OverASurfaceFadesBelowTheFirstDepth) {
+    const Table table = over(Below::surface(0.3), filled(five_each, shallow, cubic, cubic));
+    const auto multiple = [&](double tau) {
+        return look_up_reflection(table.view(), {0.5, tau, 0.3, 0.8, 1}).multiple;
+    };
+    const auto taken_out = [](double tau) {
+        return intercepted_share(tau, 0.3) + intercepted_share(tau, 0.8);
+    };
+    EXPECT_EQ(multiple(0), 0);
+    EXPECT_NEAR(multiple(0.01) / multiple(0.5), taken_out(0.01) / taken_out(0.5), 1e-6);
+    EXPECT_NEAR(multiple(0.5 * (1 - 1e-9)) / multiple(0.5), 1, 1e-6);
+}
+
+TEST(Lookup, OverALayerWithoutEndStaysAtTheFirstDepthBelowIt) {
+    const Table table = over(Below::layer(PhaseFunction::rayleigh(), 0.9),
+                             filled(five_each, shallow, cubic, cubic));
+    EXPECT_EQ(look_up_reflection(table.view(), {0.5, 0.01, 0.3, 0.8, 1}).multiple,
+              look_up_reflection(table.view(), {0.5, 0.5, 0.3, 0.8, 1}).multiple);
+}
+
+TEST(Lookup, TakesAViewThatNamesNothingBelowForABareLayer) {
+    const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
+    TableView view = table.view();
+    view.below = nullptr;
+    const Point p{0.5, 1, 0.3, 0.8, 1};
+    EXPECT_EQ(look_up_reflection(view, p).total(), look_up_reflection(table.view(), p).total());
+}
+
 TEST(Lookup, IsExactForCubicsTimesTheDiffusionScale) {
     const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
     for (const Point& p : random_points(2000, 0.5, 8)) {

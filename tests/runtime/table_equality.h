@@ -28,6 +28,9 @@ inline void expect_same(const Axis& a, const Axis& b, const std::string& name) {
 /// Axes and every number that was solved for, to the last bit.
 inline void expect_same_bits(const Table& a, const Table& b) {
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+    EXPECT_EQ(a.below.kind, b.below.kind);
+    EXPECT_EQ(a.below.albedo, b.below.albedo);
+    EXPECT_EQ(a.below.phase_function.text(), b.below.phase_function.text());
     expect_same(a.albedo, b.albedo, "albedo");
     expect_same(a.optical_depth, b.optical_depth, "optical_depth");
     expect_same(a.mu_in, b.mu_in, "mu_in");

@@ -218,6 +218,15 @@ INSTANTIATE_TEST_SUITE_P(Numbers, PrepareRefuses,
                                          Refusal{"ErrorNotANumber",
                                                  [](Table& t) { t.measured_error = std::nan(""); },
                                                  {"measured_error", "nan"}},
+                                         Refusal{"WhiterThanWhite",
+                                                 [](Table& t) {
+                                                     t.transmission_multiple.clear();
+                                                     t.below = Below::surface(1.01);
+                                                 },
+                                                 {"beneath", "[0, 1]", "1.01"}},
+                                         Refusal{"TransmissionThroughGround",
+                                                 [](Table& t) { t.below = Below::surface(0.5); },
+                                                 {"transmission_multiple", "absent", "given"}},
                                          Refusal{"NegativeOrder",
                                                  [](Table& t) { t.highest_order = -2; },
                                                  {"highest_order", "at least 0", "got -2"}}),

@@ -47,8 +47,8 @@ struct VerifyOptions {
 struct Verification {
     std::vector<ErrorSample> samples;  // sorted by error
     int reference_nodes = 0;
-    double energy_defect =
-        0;  // largest |1 - plane albedo - transmittance| of the samples at w = 1; -1: none at w = 1
+    double energy_defect = 0;   // largest |1 - plane albedo - transmittance| of the samples at w =
+                                // 1; -1: none at w = 1, or over something
     double furnace_defect = 0;  // largest |integral of looked-up R - plane albedo stored|, over
                                 // some samples of depth and of mu_in >= 0.1, at the first and
                                 // the last albedo; -1 without reflection
@@ -62,6 +62,7 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
+    Below below;  // what the layer lies on
 };
 
 /// Random points of a range, solved: what they are expected to be. `found` and `error` are left to

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <stratus/runtime/axis.h>
+#include <stratus/runtime/below.h>
 #include <stratus/runtime/phase_function.h>
 
 namespace stratus {
@@ -19,13 +20,14 @@ namespace stratus {
 /// or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
+    const Below* below;  // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     const float* reflection_multiple;    // null when the table has no such side
     const float* transmission_multiple;  // null when the table has no such side
 
     // What samples are multiplied by before they are interpolated (lookup.h): over (albedo,
-    // optical_depth) for either side, and over (optical_depth, mu).
+    // optical_depth) for either side, and over (optical_depth, mu). 1 where something lies beneath.
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;
@@ -35,11 +37,13 @@ struct TableView {
 
     bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
     bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
+    bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
 };
 
 /// A whole table, as files hold it.
 struct Table {
     PhaseFunction phase_function;
+    Below below;  // where it is something, reflection is that of both and there is no transmission
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};

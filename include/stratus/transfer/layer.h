@@ -6,6 +6,8 @@
 // exp(-tau / mu), is kept apart as a diagonal.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include <stratus/transfer/quadrature.h>
@@ -24,5 +26,8 @@ struct PhaseKernels {
     Eigen::MatrixXd same;
     Eigen::MatrixXd other;
 };
+
+/// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), f_m = modes[m](i, j).
+double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth);
 
 }  // namespace stratus

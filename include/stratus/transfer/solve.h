@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include <stratus/runtime/below.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/forward_peak.h>
@@ -62,7 +63,9 @@ struct PeakCorrection {
     }
 };
 
-/// A layer of one albedo and depth, solved at a list of cosines.
+/// A layer of one albedo and depth, solved at a list of cosines. Over something that lies beneath
+/// it transmission is 0, and reflection is that of both; `single` then counts light that met what
+/// lies beneath once and nothing else.
 class LayerSolution {
   public:
     double albedo = 0;
@@ -98,8 +101,13 @@ class LayerSolution {
     PeakCorrection reflection_correction(int in, int out) const;
     PeakCorrection transmission_correction(int in, int out) const;
 
+    /// The same of light scattered once in what lies beneath (a surface: of phase value 1).
+    Eigen::MatrixXd below_correction() const;
+
     PhaseFunction phase_function;
     Truncation truncation;
+    Below below;
+    Truncation truncation_below;
     std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
 
   private:
@@ -116,7 +124,8 @@ class LayerSolution {
 /// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
 /// depth. Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                          const std::vector<double>& mu, const SolverOptions& options = {});
+                          const std::vector<double>& mu, const SolverOptions& options = {},
+                          const Below& below = {});
 
 /// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered
 /// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
@@ -135,12 +144,14 @@ struct DepthLadder {
     bool to_infinity = false;
 };
 
-/// Solves several albedos at all depths of a ladder: result[a][d], infinity last.
+/// Solves several albedos at all depths of a ladder: result[a][d], infinity last. What lies beneath
+/// is solved once and serves all depths.
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
-                                                     const SolverOptions& options = {});
+                                                     const SolverOptions& options = {},
+                                                     const Below& below = {});
 
 /// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
 ///

@@ -36,8 +36,9 @@ struct Truncation {
 
 /// Truncates to L = `moment_count` moments where the peak is a forward one (chi_L above rounding
 /// and chi_{L+1} positive); else f = 0. At least the moments below 0.4 L stay exact,
-/// f + (1 - f) chi*_l = chi_l.
-Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count);
+/// f + (1 - f) chi*_l = chi_l. `sharply`: delta-M whatever the share.
+Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count,
+                         bool sharply = false);
 
 /// The first `moment_count` moments as they are, f = 0.
 Truncation no_truncation(const PhaseFunction& phase_function, int moment_count);

@@ -1,0 +1,38 @@
+// Stack files: the TOML file that says what layers lie on top of one another.
+//
+//     [[layers]]                      # top first, as many as there are
+//     phase_function = "rayleigh"
+//     albedo = 1.0
+//     optical_depth = 0.2             # finite; of the last one inf too, when nothing lies beneath
+//
+//     [below]                         # may be left out
+//     lambert_albedo = 0.3            # a surface; or phase_function and albedo: a layer without
+//     end
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <stratus/transfer/stack.h>
+
+namespace stratus {
+
+/// Layers and what lies beneath them: what solve_stack asks for.
+struct Stack {
+    std::vector<StackLayer> layers;  // top first
+    Below below;
+};
+
+/// Reads a stack from TOML text; files it names are looked for below `directory`. Notes for the
+/// user go to `notes`.
+///
+/// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
+///          with the nearest known.
+Stack parse_stack(const std::string& text, const std::string& directory = "",
+                  std::vector<std::string>* notes = nullptr);
+
+/// The same from a file. Errors: std::runtime_error when it cannot be read.
+Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+}  // namespace stratus

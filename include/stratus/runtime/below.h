@@ -1,0 +1,41 @@
+// What lies beneath a layer: nothing, a Lambert surface, or a layer without end of its own kind.
+//
+// Light that reaches it through a layer of optical depth tau, is scattered there once and leaves
+// again has the closed form exp(-tau/mu0) exp(-tau/mu) times R of order 1 of what lies beneath.
+#pragma once
+
+#include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/single_scattering.h>
+
+namespace stratus {
+
+struct Below {
+    enum class Kind {
+        nothing,  // all that passes is lost
+        surface,  // Lambert: R = albedo at every geometry
+        layer,    // semi-infinite
+    };
+    Kind kind = Kind::nothing;
+    double albedo = 0;             // of the surface, or of single scattering in the layer; [0, 1]
+    PhaseFunction phase_function;  // of the layer
+
+    static Below surface(double albedo);
+    static Below layer(PhaseFunction phase_function, double albedo);
+
+    bool is_something() const noexcept { return kind != Kind::nothing; }
+};
+
+/// Light scattered once in what lies beneath a layer, seen through it. 0 over nothing.
+///
+/// Range    optical_depth [0, inf], that of the layer above.
+double single_reflection_below(const Below& below, double optical_depth,
+                               const Geometry& geometry) noexcept;
+
+/// The same for a value of its phase function; a surface has none, and asks for 1.
+double single_reflection_below(const Below& below, double phase_value, double optical_depth,
+                               double mu_in, double mu_out) noexcept;
+
+/// The phase function's value, 1 of a surface.
+double phase_value_below(const Below& below, const Geometry& geometry) noexcept;
+
+}  // namespace stratus

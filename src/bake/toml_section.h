@@ -1,0 +1,59 @@
+// What the TOML files that users write have in common: keys checked by name, values by range.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <toml++/toml.h>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/below.h>
+
+namespace stratus {
+
+/// One table of a file. Refuses keys that nobody knows, with the nearest one that is known;
+/// refusals begin with the `door`, "recipe" or "stack".
+class Section {
+  public:
+    Section(const toml::table& table, const char* door, const std::string& name,
+            std::vector<std::string> known);
+
+    bool has(const char* key) const { return table_.contains(key); }
+    std::string text(const char* key) const;
+    double number(const char* key, double least, double most, const char* allowed) const;
+    /// `besides`: what is allowed but for numbers, as the start of the sentence that refuses.
+    int count(const char* key, int least, int most, const std::string& besides = "") const;
+    /// True when the key is there and is this text.
+    bool is(const char* key, const char* text) const;
+    const toml::table& table(const char* key, const char* form) const;
+    std::vector<std::string> texts(const char* key, const char* form) const;
+
+    /// The key's name as refusals say it.
+    std::string full_name(const char* key) const { return prefix_ + key; }
+
+  private:
+    template <class T>
+    T value(const char* key, const char* kind) const;
+
+    const toml::table& table_;
+    const char* door_;
+    std::string prefix_;
+};
+
+/// Where phase functions find the files that they name, and where notes on them go.
+struct PhaseSource {
+    std::string directory;
+    std::vector<std::string>* notes;
+};
+
+/// The file's root table. Errors: std::invalid_argument naming the line.
+toml::table parse_toml(const std::string& text, const char* door);
+
+/// A whole file. Errors: std::runtime_error when it cannot be read.
+std::string read_text(const std::filesystem::path& path);
+
+/// The table [below]: lambert_albedo, or phase_function and albedo.
+Below read_below(const Section& file, const char* door, const PhaseSource& source);
+
+}  // namespace stratus

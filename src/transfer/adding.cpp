@@ -1,0 +1,79 @@
+#include <stratus/transfer/adding.h>
+
+#include <string>
+
+#include <Eigen/LU>
+
+#include <stratus/runtime/argument.h>
+
+#include "beam_matrix.h"
+
+namespace stratus {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+void check(const LayerMode& above, const LayerMode& below, int nodes) {
+    const auto n = above.reflection.rows();
+    require(!above.is_opaque(), "add", "the layer above", "one that lets light through",
+            "an opaque one");
+    require(nodes >= 1 && nodes <= n, "add", "nodes", "in [1, " + std::to_string(n) + "]", nodes);
+    require(below.reflection.rows() == n, "add", "directions of the layer below", std::to_string(n),
+            below.reflection.rows());
+}
+
+MatrixXd symmetric(const MatrixXd& K) { return (K + K.transpose()) / 2; }
+
+/// Light that goes back and forth between two layers: solves (I - Q) X = F, Q = R* R or R R*.
+template <class Factor>
+BeamMatrix between(const Factor& I_minus_Q, const MatrixXd& Q, const BeamMatrix& F, int nodes) {
+    MatrixXd K = F.K + Q * F.d.asDiagonal();
+    K += Q.leftCols(nodes) * MatrixXd(I_minus_Q.solve(K.topRows(nodes)));
+    return {F.d, K};
+}
+
+}  // namespace
+
+LayerMode add(const LayerMode& above, const LayerMode& below, int nodes) {
+    check(above, below, nodes);
+    const int N = nodes;
+    const VectorXd none = VectorXd::Zero(above.beam.size());
+    const BeamMatrix T_down{above.beam, above.transmission};
+    const BeamMatrix T_up{above.beam, above.transmission.transpose()};
+    const BeamMatrix R{none, below.reflection}, R_star{none, above.reflection_below};
+    const MatrixXd Q = product(R_star, R, N).K;
+    const Eigen::PartialPivLU<MatrixXd> factor(MatrixXd::Identity(N, N) - Q.topLeftCorner(N, N));
+
+    // [HT74], the adding equations: D falls on the layer below, U leaves it.
+    const BeamMatrix D = between(factor, Q, T_down, N);
+    const BeamMatrix U = product(R, D, N);
+    LayerMode sum;
+    sum.reflection = symmetric(above.reflection + product(T_up, U, N).K);
+    if (below.is_opaque()) return sum;
+
+    const BeamMatrix S_down{below.beam, below.transmission};
+    const BeamMatrix S_up{below.beam, below.transmission.transpose()};
+    sum.transmission = product(S_down, D, N).K;
+    const BeamMatrix V = between(factor.transpose(), MatrixXd(Q.transpose()), S_up, N);
+    sum.reflection_below =
+        symmetric(below.reflection_below + product(S_down, product(R_star, V, N), N).K);
+    sum.beam = above.beam.cwiseProduct(below.beam);
+    return sum;
+}
+
+VectorXd net_flux_between(const LayerMode& above, const LayerMode& below, const VectorXd& entering,
+                          int nodes) {
+    check(above, below, nodes);
+    const int N = nodes;
+    const MatrixXd bounce = below.reflection.leftCols(N) * above.reflection_below.topRows(N);
+    // s^T (I - R) (I - R* R)^-1 T, from the left: one vector instead of matrices.
+    const VectorXd inner = MatrixXd(MatrixXd::Identity(N, N) - bounce.topLeftCorner(N, N))
+                               .partialPivLu()
+                               .solve(entering.head(N));
+    const VectorXd all = entering + bounce.leftCols(N) * inner;
+    return above.beam.cwiseProduct(all) + above.transmission.topRows(N).transpose() * inner;
+}
+
+}  // namespace stratus

@@ -1,0 +1,19 @@
+#include <stratus/transfer/layer.h>
+
+#include <cmath>
+
+namespace stratus {
+
+double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth) {
+    const double c = std::cos(azimuth);
+    double previous = c, now = 1, sum = 0;  // cos((m - 1) phi), cos(m phi)
+    for (std::size_t m = 0; m < modes.size(); ++m) {
+        sum += (m ? 2 : 1) * now * modes[m](i, j);
+        const double next = 2 * c * now - previous;
+        previous = now;
+        now = next;
+    }
+    return sum;
+}
+
+}  // namespace stratus

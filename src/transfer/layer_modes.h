@@ -1,0 +1,46 @@
+// A homogeneous layer of one depth, mode after mode.
+#pragma once
+
+#include <vector>
+
+#include <stratus/transfer/adding.h>
+#include <stratus/transfer/layer.h>
+
+#include "lane_ladder.h"
+
+namespace stratus {
+
+/// The layer that is asked for, after truncation.
+struct LayerTask {
+    std::vector<double> moments;
+    double albedo;
+    double co_albedo;
+    double optical_depth;  // [0, inf]
+};
+
+/// Doubles eight modes at a time as they are asked for.
+class LayerModes {
+  public:
+    LayerModes(const Directions& directions, LayerTask task, const LaneMethods& methods);
+
+    /// Modes beyond are empty: nothing is scattered into them.
+    int count() const { return count_; }
+
+    /// R, T and beam of a mode below count(); opaque at infinite depth. Valid until the next call.
+    const LayerMode& layer(int mode);
+    /// Phase kernels of a mode below count().
+    const PhaseKernels& kernels(int mode);
+
+  private:
+    void solve_pack(int first);
+
+    const Directions& directions_;
+    const LayerTask task_;
+    const LaneMethods& methods_;
+    int count_ = 0;
+    int first_ = -1;  // mode of the pack at hand
+    std::vector<LayerMode> layers_;
+    std::vector<PhaseKernels> kernels_;
+};
+
+}  // namespace stratus

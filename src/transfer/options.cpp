@@ -1,0 +1,54 @@
+#include "options.h"
+
+#include <stratus/runtime/argument.h>
+
+namespace stratus {
+
+void check_options(const SolverOptions& options) {
+    require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
+            options.nodes);
+    require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
+    require(options.orders >= 0 && options.orders <= 200, "solve", "orders", "in [0, 200]",
+            options.orders);
+    require(options.orders == 0 || options.scheme == Scheme::harmonic, "solve", "scheme",
+            "harmonic where orders are counted", "classic");
+    require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
+            "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
+    if (options.instruction_set)
+        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
+                "one that this processor has", options.instruction_set);
+}
+
+const LaneMethods& methods_of(const SolverOptions& options) {
+    return options.instruction_set ? *lane_methods(options.instruction_set) : lane_methods();
+}
+
+Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
+                         bool sharply) {
+    return options.truncate ? truncate_peak(phase_function, 2 * options.nodes, sharply)
+                            : no_truncation(phase_function, 2 * options.nodes);
+}
+
+Truncation truncation_of(const Below& below, const SolverOptions& options) {
+    return below.kind == Below::Kind::layer ? truncation_of(below.phase_function, options, true)
+                                            : Truncation{};
+}
+
+Below truncated(const Below& below, const Truncation& truncation) {
+    Below changed = below;
+    changed.albedo = truncation.single_scattering_albedo(below.albedo);
+    return changed;
+}
+
+void check_below(const Below& below) {
+    require(below.albedo >= 0 && below.albedo <= 1, "solve", "albedo of what lies beneath",
+            "in [0, 1]", below.albedo);
+}
+
+SolvedValue put_together(double single, double corrected, double orders) {
+    return {corrected + orders, single, orders + (corrected - single)};
+}
+
+NodeMap joint_map(NodeMap a, NodeMap b) { return a == NodeMap::forward ? NodeMap::forward : b; }
+
+}  // namespace stratus

@@ -1,0 +1,36 @@
+// What the solver's options mean to those who follow them.
+#pragma once
+
+#include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
+
+#include "lanes/lanes.h"
+
+namespace stratus {
+
+/// Throws std::invalid_argument, naming the option, when one is out of its range.
+void check_options(const SolverOptions& options);
+
+const LaneMethods& methods_of(const SolverOptions& options);
+
+/// As many moments of a phase function as the nodes resolve, truncated where the options say so;
+/// `sharply` in stacks, where nobody puts back what a narrow peak scatters more than once.
+Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
+                         bool sharply);
+
+/// That of what lies beneath: of a layer's phase function; a surface has none.
+Truncation truncation_of(const Below& below, const SolverOptions& options);
+
+/// What lies beneath with the albedo that its single scattering has after truncation. [NT88]
+Below truncated(const Below& below, const Truncation& truncation);
+
+/// Throws std::invalid_argument when its albedo is out of range.
+void check_below(const Below& below);
+
+/// A value from its closed form, the same after truncation, and the orders above.
+SolvedValue put_together(double single, double corrected, double orders);
+
+/// The map that serves both.
+NodeMap joint_map(NodeMap a, NodeMap b);
+
+}  // namespace stratus

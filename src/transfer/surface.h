@@ -1,0 +1,39 @@
+// What lies beneath, mode after mode, as an opaque layer: a Lambert surface or a layer without end.
+#pragma once
+
+#include <optional>
+
+#include <stratus/runtime/below.h>
+#include <stratus/transfer/adding.h>
+#include <stratus/transfer/truncation.h>
+
+#include "layer_modes.h"
+
+namespace stratus {
+
+class BelowModes {
+  public:
+    /// `truncation` is that of a layer's phase function; a surface has none.
+    BelowModes(const Below& below, const Truncation& truncation, const Directions& directions,
+               const LaneMethods& methods);
+
+    /// Modes beyond reflect nothing: 0 over nothing, 1 over a surface.
+    int count() const;
+
+    /// R of one mode, an opaque layer.
+    LayerMode layer(int mode);
+
+    /// Light scattered once, unscaled, between all directions.
+    Eigen::MatrixXd once(int mode);
+
+    /// s - R s of mode 0: net_flux_between (adding.h).
+    Eigen::VectorXd entering();
+
+  private:
+    const Below& below_;
+    const Truncation& truncation_;
+    const Directions& directions_;
+    std::optional<LayerModes> modes_;  // of a layer
+};
+
+}  // namespace stratus

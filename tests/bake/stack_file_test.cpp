@@ -1,0 +1,120 @@
+#include <stratus/bake/stack_file.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include <unistd.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+const std::string air =
+    "[[layers]]\n"
+    "phase_function = 'rayleigh'\n"
+    "albedo = 1\n"
+    "optical_depth = 0.2\n";
+
+std::string deep(const std::string& depth) {
+    return "[[layers]]\n"
+           "phase_function = 'henyey_greenstein:g=0.7'\n"
+           "albedo = 0.95\n"
+           "optical_depth = " +
+           depth + "\n";
+}
+
+void expect_stack_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+    SCOPED_TRACE(text);
+    expect_refusal<std::invalid_argument>([&] { parse_stack(text); }, fragments);
+}
+
+TEST(StackFile, HoldsWhatItsTextSays) {
+    const Stack stack = parse_stack(air + deep("4") + "[below]\nlambert_albedo = 0.3\n");
+    ASSERT_EQ(stack.layers.size(), 2u);
+    EXPECT_EQ(stack.layers[0].phase_function.text(), PhaseFunction::rayleigh().text());
+    EXPECT_EQ(stack.layers[0].albedo, 1);
+    EXPECT_EQ(stack.layers[0].optical_depth, 0.2);
+    EXPECT_EQ(stack.layers[1].phase_function.asymmetry(), 0.7);
+    EXPECT_EQ(stack.layers[1].albedo, 0.95);
+    EXPECT_EQ(stack.layers[1].optical_depth, 4);
+    EXPECT_EQ(stack.below.kind, Below::Kind::surface);
+    EXPECT_EQ(stack.below.albedo, 0.3);
+}
+
+TEST(StackFile, MayEndInALayerWithoutEnd) {
+    const Stack last = parse_stack(air + deep("inf"));
+    EXPECT_TRUE(std::isinf(last.layers[1].optical_depth));
+    EXPECT_FALSE(last.below.is_something());
+    const Stack below =
+        parse_stack(air + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.5");
+    EXPECT_EQ(below.below.kind, Below::Kind::layer);
+    EXPECT_EQ(below.below.albedo, 0.5);
+    EXPECT_EQ(below.below.phase_function.text(), PhaseFunction::lambert_sphere().text());
+}
+
+TEST(StackFile, FindsThePhaseFunctionsBesideIt) {
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("stack_file_test." + std::to_string(::getpid()));
+    std::filesystem::create_directory(folder);
+    std::ofstream(folder / "dust.csv") << "phase_angle_deg,value\n0,2\n90,1\n180,1\n";
+    std::ofstream(folder / "stack.toml")
+        << "[[layers]]\nphase_function = 'tabulated:file=dust.csv'\nalbedo = 1\noptical_depth = "
+           "1\n";
+    const Stack stack = read_stack(folder / "stack.toml");
+    EXPECT_GT(stack.layers[0].phase_function(-1), stack.layers[0].phase_function(1));
+    std::filesystem::remove_all(folder);
+    expect_refusal<std::runtime_error>([&] { read_stack(folder / "stack.toml"); },
+                                       {"stack.toml", "cannot be read"});
+}
+
+TEST(StackFile, RefusesToHoldNoLayers) {
+    expect_stack_refusal("", {"stack: layers", "[[layers]]", "none"});
+    expect_stack_refusal("layers = 3", {"stack: layers", "[[layers]]", "something else"});
+    expect_stack_refusal("layers = [3]", {"stack: layers", "[[layers]]", "something else"});
+    expect_stack_refusal("[layers]\nalbedo = 1", {"stack: layers", "[[layers]]"});
+}
+
+TEST(StackFile, RefusesUnknownKeysWithTheNearestKnown) {
+    expect_stack_refusal("layer = 3", {"unknown key 'layer' in line 1", "'layers'"});
+    expect_stack_refusal(air + "opticaldepth = 1", {"unknown key 'layer 1.opticaldepth' in line 5",
+                                                    "'layer 1.optical_depth'"});
+    expect_stack_refusal(air + "[below]\nlambert_albdo = 0.3",
+                         {"unknown key 'below.lambert_albdo' in line 6", "'below.lambert_albedo'"});
+}
+
+TEST(StackFile, RefusesValuesOutOfRange) {
+    expect_stack_refusal(air + deep("-1"), {"layer 2.optical_depth", "[0, inf]", "-1"});
+    expect_stack_refusal(air + deep("nan"), {"layer 2.optical_depth", "[0, inf]", "nan"});
+    expect_stack_refusal(air + deep("'thick'"), {"layer 2.optical_depth", "a number", "thick"});
+    expect_stack_refusal("[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1.1\noptical_depth = 1",
+                         {"layer 1.albedo", "[0, 1]", "1.1"});
+    expect_stack_refusal(air + "[below]\nlambert_albedo = 1.5",
+                         {"below.lambert_albedo", "[0, 1]", "1.5"});
+    expect_stack_refusal(air + "[below]\nphase_function = 'rayleigh'\nalbedo = -0.5",
+                         {"below.albedo", "[0, 1]", "-0.5"});
+}
+
+TEST(StackFile, RefusesLayersWithoutEndAboveSomethingElse) {
+    expect_stack_refusal(deep("inf") + air, {"layer 1.optical_depth", "finite", "inf"});
+    expect_stack_refusal(deep("inf") + "[below]\nlambert_albedo = 0",
+                         {"layer 1.optical_depth", "finite", "inf"});
+}
+
+TEST(StackFile, RefusesGroundOfBothKindsAndOfNone) {
+    expect_stack_refusal(air + "[below]\nlambert_albedo = 0.3\nalbedo = 1",
+                         {"below", "lambert_albedo alone", "both"});
+    expect_stack_refusal(air + "[below]\n", {"below", "lambert_albedo alone", "neither"});
+    expect_stack_refusal(air + "[below]\nalbedo = 1", {"below.phase_function", "present"});
+    expect_stack_refusal(air + "[below]\nphase_function = 'rayleigh'", {"below.albedo", "present"});
+    expect_stack_refusal("below = 3\n" + air, {"below", "a table"});
+}
+
+TEST(StackFile, RefusesWhatIsNotToml) { expect_stack_refusal("[[layers]\n", {"stack: line 1"}); }
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,501 @@
+// Unlike layers and what lies beneath: a stack must agree with its parts, with one layer solved at
+// once, with closed forms of the ground, and with photons that are traced one by one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/layer.h>
+#include <stratus/transfer/stack.h>
+
+#include "refusal.h"
+
+namespace stratus {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
+const std::vector<double> azimuths{0, 1, 2, pi};
+
+const PhaseFunction isotropic = PhaseFunction::isotropic();
+const PhaseFunction rayleigh = PhaseFunction::rayleigh();
+const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.85);
+const PhaseFunction dust = PhaseFunction::lambert_sphere();
+const Below nothing;
+
+SolverOptions with_nodes(int nodes) {
+    SolverOptions options;
+    options.nodes = nodes;
+    return options;
+}
+
+/// Largest difference of R and T over all geometries, relative to the brightest of those with the
+/// same light coming in: rounding does not know where a phase function vanishes, as that of dust
+/// does straight ahead.
+template <class A, class B>
+double difference(const A& a, const B& b) {
+    double worst = 0;
+    for (int in = 0; in < a.mu.size(); ++in) {
+        auto compare = [&](auto value) {
+            double apart = 0, brightest = 0;
+            for (int out = 0; out < a.mu.size(); ++out)
+                for (const double azimuth : azimuths) {
+                    const double of_a = value(a, out, azimuth), of_b = value(b, out, azimuth);
+                    apart = std::max(apart, std::abs(of_a - of_b));
+                    brightest = std::max(brightest, std::abs(of_b));
+                }
+            if (apart > 0) worst = std::max(worst, apart / brightest);
+        };
+        for (auto part : {&SolvedValue::total, &SolvedValue::single}) {
+            compare([&](const auto& of, int out, double azimuth) {
+                return of.reflection(in, out, azimuth).*part;
+            });
+            compare([&](const auto& of, int out, double azimuth) {
+                return of.transmission(in, out, azimuth).*part;
+            });
+        }
+    }
+    return worst;
+}
+
+double difference(const VectorXd& a, const VectorXd& b) {
+    return ((a - b).array() / b.array()).abs().maxCoeff();
+}
+
+std::vector<StackLayer> split(const StackLayer& layer, const std::vector<double>& shares) {
+    std::vector<StackLayer> parts;
+    for (const double share : shares)
+        parts.push_back({layer.phase_function, layer.albedo, share * layer.optical_depth});
+    return parts;
+}
+
+// ---- one layer ---------------------------------------------------------------------------------
+
+TEST(Stack, OfOneLayerEqualsTheLayer) {
+    for (const PhaseFunction& phase_function : {isotropic, rayleigh, forward})
+        for (const double w : {0.0, 0.9, 1.0})
+            for (const double tau : {0.0, 1e-300, 1e-6, 0.7, 50.0, infinity}) {
+                const LayerSolution layer =
+                    solve_layer(phase_function, w, tau, cosines, with_nodes(16));
+                const StackSolution stack =
+                    solve_stack({{phase_function, w, tau}}, nothing, cosines, with_nodes(16));
+                // At w = 0 nothing but the rounding of R = 0 is left.
+                if (w > 0) {
+                    EXPECT_LE(difference(stack, layer), 1e-13) << w << ' ' << tau;
+                }
+                EXPECT_LE((stack.plane_albedo - layer.plane_albedo).cwiseAbs().maxCoeff(), 1e-15);
+                EXPECT_LE((stack.diffuse_transmittance - layer.diffuse_transmittance)
+                              .cwiseAbs()
+                              .maxCoeff(),
+                          1e-15);
+                EXPECT_NEAR(stack.spherical_albedo, layer.spherical_albedo, 1e-15);
+                EXPECT_NEAR(stack.total_transmittance, layer.total_transmittance, 1e-15);
+                EXPECT_NEAR(stack.spherical_albedo_below,
+                            std::isinf(tau) ? 0 : layer.spherical_albedo, 1e-15);
+            }
+}
+
+TEST(Stack, OfOneConservativeLayerEqualsItBeyondTheDepthWhereDoublingStops) {
+    const double tau = 1e10;
+    const LayerSolution layer = solve_layer(forward, 1, tau, cosines, with_nodes(16));
+    const StackSolution stack = solve_stack({{forward, 1, tau}}, nothing, cosines, with_nodes(16));
+    EXPECT_LE(difference(stack, layer), 1e-13);
+    EXPECT_NEAR(stack.total_transmittance / layer.total_transmittance, 1, 1e-13);
+}
+
+TEST(Stack, DoesNotChangeWhereALayerIsSplit) {
+    for (const PhaseFunction& phase_function : {isotropic, rayleigh, forward, dust})
+        for (const double w : {0.6, 1.0})
+            for (const double tau : {1e-4, 0.3, 8.0, 300.0}) {
+                const StackLayer layer{phase_function, w, tau};
+                const SolverOptions options = with_nodes(16);
+                const StackSolution whole = solve_stack({layer}, nothing, cosines, options);
+                for (const auto& shares : {std::vector<double>{0.5, 0.5},
+                                           {0.3, 0.7},
+                                           {1e-6, 1 - 1e-6},
+                                           {0.999, 0.001},
+                                           {0.1, 0.2, 0.3, 0.4}}) {
+                    const StackSolution parts =
+                        solve_stack(split(layer, shares), nothing, cosines, options);
+                    EXPECT_LE(difference(parts, whole), 1e-12)
+                        << phase_function.text() << ' ' << w << ' ' << tau << ' ' << shares[0];
+                    EXPECT_LE(difference(parts.plane_albedo, whole.plane_albedo), 1e-12);
+                    EXPECT_LE(difference(parts.diffuse_transmittance, whole.diffuse_transmittance),
+                              1e-12);
+                    EXPECT_NEAR(parts.spherical_albedo_below / whole.spherical_albedo, 1, 1e-12);
+                }
+            }
+    // with 16 nodes HG 0.85 is truncated
+    EXPECT_GT(solve_stack({{forward, 1, 1}}, nothing, {1}, with_nodes(16)).truncations[0].fraction,
+              1e-3);
+}
+
+TEST(Stack, DoesNotChangeWhereADeepConservativeLayerIsSplit) {
+    // Light between two such layers goes back and forth tau times: rounding of T grows with it, as
+    // it does where one layer is doubled.
+    for (const double tau : {1e4, 1e6, 1e9}) {
+        const StackLayer layer{forward, 1, tau};
+        const StackSolution whole = solve_stack({layer}, nothing, cosines, with_nodes(16));
+        for (const double share : {1e-6, 0.3}) {
+            const StackSolution parts =
+                solve_stack(split(layer, {share, 1 - share}), nothing, cosines, with_nodes(16));
+            for (int in = 0; in < whole.mu.size(); ++in)
+                for (int out = 0; out < whole.mu.size(); ++out) {
+                    const double R = whole.reflection(in, out, 1).total;
+                    const double T = whole.transmission(in, out, 1).total;
+                    EXPECT_NEAR(parts.reflection(in, out, 1).total, R, 1e-12 * R);
+                    EXPECT_NEAR(parts.transmission(in, out, 1).total, T, 1e-16 * tau * T)
+                        << tau << ' ' << share;
+                }
+        }
+    }
+}
+
+TEST(Stack, EqualsTheLayerWithoutEndWhereItContinuesBelow) {
+    for (const PhaseFunction& phase_function : {rayleigh, forward})
+        for (const double w : {0.5, 0.99, 1.0}) {
+            const LayerSolution whole =
+                solve_layer(phase_function, w, infinity, cosines, with_nodes(16));
+            for (const double tau : {1e-6, 0.5, 20.0}) {
+                const StackSolution over =
+                    solve_stack({{phase_function, w, tau}}, Below::layer(phase_function, w),
+                                cosines, with_nodes(16));
+                const StackSolution last =
+                    solve_stack({{phase_function, w, tau}, {phase_function, w, infinity}}, nothing,
+                                cosines, with_nodes(16));
+                // At w = 1 doubling to infinity stops 1e-9 short in R - T, and R + T is as exact
+                // as rounding.
+                EXPECT_LE(difference(over, whole), 1e-12) << w << ' ' << tau;
+                EXPECT_LE(difference(last, whole), 1e-12) << w << ' ' << tau;
+                EXPECT_LE(difference(over.plane_albedo, whole.plane_albedo), 1e-12);
+                EXPECT_EQ(over.ground_absorptance.size(), 5);
+                EXPECT_EQ(last.ground_absorptance.size(), 0);
+            }
+        }
+}
+
+// ---- symmetries --------------------------------------------------------------------------------
+
+std::vector<StackLayer> twenty_layers() {
+    std::vector<StackLayer> layers;
+    const PhaseFunction kinds[] = {isotropic, rayleigh, forward, dust};
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    for (int k = 0; k < 20; ++k)
+        layers.push_back(
+            {kinds[k % 4], k % 3 ? uniform(random) : 1.0, std::pow(10, 3 * uniform(random) - 2.5)});
+    return layers;
+}
+
+TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
+    std::vector<StackLayer> layers = twenty_layers();
+    const StackSolution above = solve_stack(layers, nothing, cosines, with_nodes(16));
+    std::reverse(layers.begin(), layers.end());
+    const StackSolution under = solve_stack(layers, nothing, cosines, with_nodes(16));
+    EXPECT_GT(std::abs(above.spherical_albedo - under.spherical_albedo), 0.01);  // unlike sides
+    EXPECT_NEAR(above.spherical_albedo_below, under.spherical_albedo, 1e-13);
+    EXPECT_NEAR(under.spherical_albedo_below, above.spherical_albedo, 1e-13);
+    EXPECT_NEAR(under.total_transmittance / above.total_transmittance, 1, 1e-12);
+    for (int in = 0; in < above.mu.size(); ++in)
+        for (int out = 0; out < above.mu.size(); ++out)
+            for (const double azimuth : azimuths) {
+                const double R = above.reflection(in, out, azimuth).total;
+                EXPECT_GT(R, 0);
+                EXPECT_NEAR(above.reflection(out, in, azimuth).total, R, 1e-13 * R);
+                const SolvedValue T = above.transmission(in, out, azimuth);
+                const SolvedValue back = under.transmission(out, in, azimuth);
+                EXPECT_GT(T.total, 0);
+                EXPECT_NEAR(back.total, T.total, 1e-12 * T.total);
+                EXPECT_NEAR(back.single, T.single, 1e-12 * T.single);
+                EXPECT_NEAR(T.single + T.multiple, T.total, 1e-14 * T.total);
+            }
+}
+
+// ---- ground ------------------------------------------------------------------------------------
+
+TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
+    for (const PhaseFunction& phase_function : {isotropic, forward})
+        for (const double w : {0.7, 1.0})
+            for (const double tau : {0.0, 1e-3, 1.0, 30.0})
+                for (const double A : {0.0, 0.3, 1.0}) {
+                    const SolverOptions options = with_nodes(24);
+                    const LayerSolution layer =
+                        solve_layer(phase_function, w, tau, cosines, options);
+                    const StackSolution over = solve_stack({{phase_function, w, tau}},
+                                                           Below::surface(A), cosines, options);
+                    // Light falls on the surface along the beam and diffusely, and the layer
+                    // throws back the share s of what the surface reflects.
+                    const double s = layer.spherical_albedo;
+                    auto t = [&](int i) {
+                        return direct_transmittance(tau, layer.mu(i)) +
+                               layer.diffuse_transmittance(i);
+                    };
+                    for (int in = 0; in < layer.mu.size(); ++in) {
+                        // s = 1 - UTU loses what is left of a deep conservative layer: 1e-15 UTU^-1
+                        EXPECT_NEAR(over.ground_absorptance(in), (1 - A) * t(in) / (1 - A * s),
+                                    1e-13);
+                        EXPECT_NEAR(over.plane_albedo(in),
+                                    layer.plane_albedo(in) +
+                                        A * t(in) * layer.total_transmittance / (1 - A * s),
+                                    1e-13);
+                        for (int out = 0; out < layer.mu.size(); ++out)
+                            for (const double azimuth : azimuths) {
+                                const double R = layer.reflection(in, out, azimuth).total +
+                                                 A * t(in) * t(out) / (1 - A * s);
+                                const SolvedValue found = over.reflection(in, out, azimuth);
+                                EXPECT_NEAR(found.total, R, 1e-12 * R + 1e-16) << tau << ' ' << A;
+                                EXPECT_NEAR(found.single,
+                                            layer.reflection(in, out, azimuth).single +
+                                                A * direct_transmittance(tau, layer.mu(in)) *
+                                                    direct_transmittance(tau, layer.mu(out)),
+                                            1e-14);
+                                EXPECT_EQ(over.transmission(in, out, azimuth).total, 0);
+                            }
+                    }
+                }
+}
+
+TEST(Stack, GivesAllLightBackOverAWhiteSurface) {
+    for (const int nodes : {1, 2, 8, 32})
+        for (const double tau : {0.0, 1e-9, 0.5, 40.0, 1e6, 1e12}) {
+            const StackSolution stack =
+                solve_stack({{rayleigh, 1, 0.2}, {isotropic, 1, tau}, {dust, 1, 1e-3}},
+                            Below::surface(1), cosines, with_nodes(nodes));
+            EXPECT_NEAR(stack.spherical_albedo, 1, 1e-13) << nodes << ' ' << tau;
+            EXPECT_EQ(stack.spherical_ground_absorptance, 0);
+            for (int i = 0; i < stack.mu.size(); ++i) EXPECT_NEAR(stack.plane_albedo(i), 1, 1e-13);
+        }
+}
+
+TEST(Stack, BalancesReflectedAndAbsorbedLightOverEveryGround) {
+    for (const double tau : {0.0, 0.01, 3.0, 1e3, 1e6})
+        for (const Below& below :
+             {Below::surface(0), Below::surface(0.5), Below::surface(1 - 1e-9),
+              Below::layer(forward, 0.9), Below::layer(rayleigh, 0), Below::layer(dust, 1)}) {
+            const StackSolution stack = solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}}, below,
+                                                    cosines, with_nodes(16));
+            EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13)
+                << tau << ' ' << below.albedo;
+            for (int i = 0; i < stack.mu.size(); ++i)
+                EXPECT_NEAR(stack.plane_albedo(i) + stack.ground_absorptance(i), 1, 1e-13)
+                    << tau << ' ' << below.albedo;
+        }
+}
+
+TEST(Stack, ConservesLightThroughUnlikeLayers) {
+    for (const double tau : {1e-9, 0.3, 100.0, 1e6}) {
+        const StackSolution stack =
+            solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}, {dust, 1, tau}}, nothing, cosines,
+                        with_nodes(16));
+        EXPECT_NEAR(stack.spherical_albedo + stack.total_transmittance, 1, 1e-13) << tau;
+        EXPECT_NEAR(stack.spherical_albedo_below + stack.total_transmittance, 1, 1e-13) << tau;
+        for (int i = 0; i < stack.mu.size(); ++i)
+            EXPECT_NEAR(stack.plane_albedo(i) + stack.diffuse_transmittance(i) +
+                            direct_transmittance(2 * tau + 0.4, stack.mu(i)),
+                        1, 1e-13)
+                << tau;
+    }
+}
+
+TEST(Stack, ScattersOnceWhenThin) {
+    const double tau = 1e-7;
+    for (const Below& below : {nothing, Below::surface(1e-7), Below::layer(forward, 1e-8)}) {
+        const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {forward, 0.7, 2 * tau}},
+                                                below, {0.3, 0.8}, with_nodes(16));
+        for (int in = 0; in < 2; ++in)
+            for (const double azimuth : azimuths) {
+                const SolvedValue R = stack.reflection(in, 1, azimuth);
+                EXPECT_NEAR(R.total / R.single, 1, 1e-4) << in;  // O(tau log tau / mu)
+                if (below.is_something()) continue;
+                const SolvedValue T = stack.transmission(in, 1, azimuth);
+                EXPECT_NEAR(T.total / T.single, 1, 1e-4) << in;
+            }
+    }
+}
+
+TEST(SolveLadder, OverSomethingEqualsStacksOfOneLayer) {
+    const std::vector<double> albedos{0.5, 0.9, 1};
+    for (const Below& below : {Below::surface(0.4), Below::layer(forward, 0.9)}) {
+        const auto ladder =
+            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, with_nodes(16), below);
+        for (std::size_t a = 0; a < albedos.size(); ++a)
+            for (std::size_t d = 0; d < 8; ++d) {
+                const StackSolution stack =
+                    solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, below,
+                                cosines, with_nodes(16));
+                EXPECT_LE(difference(ladder[a][d], stack), 1e-12) << a << ' ' << d;
+                EXPECT_LE(difference(ladder[a][d].plane_albedo, stack.plane_albedo), 1e-12);
+            }
+        // nothing beneath is seen through a layer without end
+        const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40));
+        EXPECT_LE(
+            difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), below), bare),
+            1e-7);  // nodes of another map
+    }
+}
+
+TEST(LayerSolution, TellsWhatTruncationAddsToSingleScatteringBelow) {
+    const Below below = Below::layer(forward, 0.9);
+    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), below);
+    ASSERT_GT(layer.truncation_below.fraction, 0);
+    const Geometry at{0.4, 0.9, 1};
+    const double cosine = cos_scattering_angle_reflected(at);
+    EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
+                    layer.reflection_correction(0, 1)(dust(cosine), cosine) +
+                    layer.below_correction()(0, 1) * forward(cosine),
+                layer.reflection(0, 1, 1).multiple, 1e-14);
+    // a surface sees the deeper reach of a truncated beam
+    const LayerSolution over =
+        solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), Below::surface(0.4));
+    EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
+                    over.reflection_correction(0, 1)(forward(cosine), cosine) +
+                    over.below_correction()(0, 1),
+                over.reflection(0, 1, 1).multiple, 1e-14);
+    EXPECT_GT(over.below_correction()(0, 1), 1e-4);
+}
+
+// ---- photons -----------------------------------------------------------------------------------
+
+struct Fate {
+    double reflected = 0, transmitted = 0, taken_in = 0;  // shares of the photons
+};
+
+/// Analog Monte Carlo of isotropic and Rayleigh layers over a Lambert surface.
+Fate trace(const std::vector<StackLayer>& layers, double surface, double mu_in, int photons) {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    double bottom = 0;
+    for (const StackLayer& layer : layers) bottom += layer.optical_depth;
+    auto layer_at = [&](double depth) {
+        std::size_t k = 0;
+        while (k + 1 < layers.size() && depth > layers[k].optical_depth)
+            depth -= layers[k++].optical_depth;
+        return k;
+    };
+    Fate fate;
+    const double share = 1.0 / photons;
+    for (int n = 0; n < photons; ++n) {
+        double depth = 0, mu = mu_in;  // mu > 0: downward
+        while (true) {
+            depth -= mu * std::log(1 - uniform(random));
+            if (depth < 0) {
+                fate.reflected += share;
+                break;
+            }
+            if (depth > bottom) {
+                if (surface < 0) {
+                    fate.transmitted += share;
+                    break;
+                }
+                if (uniform(random) >= surface) {
+                    fate.taken_in += share;
+                    break;
+                }
+                depth = bottom;
+                mu = -std::sqrt(1 - uniform(random));
+                continue;
+            }
+            const StackLayer& layer = layers[layer_at(depth)];
+            if (uniform(random) >= layer.albedo) break;
+            double cosine = 2 * uniform(random) - 1;
+            while (2 * uniform(random) > layer.phase_function(cosine))
+                cosine = 2 * uniform(random) - 1;
+            const double azimuth = 2 * pi * uniform(random);
+            mu = mu * cosine + std::sqrt((1 - mu * mu) * (1 - cosine * cosine)) * std::cos(azimuth);
+        }
+    }
+    return fate;
+}
+
+TEST(Stack, GivesTheFluxesOfPhotonsTracedOneByOne) {
+    const std::vector<StackLayer> layers{{rayleigh, 0.95, 0.4}, {isotropic, 0.7, 1.1}};
+    const int photons = 200000;
+    const double error = 4 * std::sqrt(0.25 / photons);  // four standard errors at most
+    for (const double mu_in : {0.3, 1.0}) {
+        const StackSolution free = solve_stack(layers, nothing, {mu_in});
+        const Fate fate = trace(layers, -1, mu_in, photons);
+        EXPECT_NEAR(free.plane_albedo(0), fate.reflected, error);
+        EXPECT_NEAR(free.diffuse_transmittance(0) + direct_transmittance(1.5, mu_in),
+                    fate.transmitted, error);
+        const StackSolution over = solve_stack(layers, Below::surface(0.6), {mu_in});
+        const Fate grounded = trace(layers, 0.6, mu_in, photons);
+        EXPECT_NEAR(over.plane_albedo(0), grounded.reflected, error);
+        EXPECT_NEAR(over.ground_absorptance(0), grounded.taken_in, error);
+    }
+}
+
+// ---- behaviour ---------------------------------------------------------------------------------
+
+TEST(Stack, SumsSingleScatteringOfItsPartsInClosedForm) {
+    const std::vector<StackLayer> layers{{rayleigh, 0.9, 0.2}, {forward, 0.8, 0.5}};
+    const StackSolution stack =
+        solve_stack(layers, Below::layer(dust, 0.3), {0.4, 0.9}, with_nodes(8));
+    const Geometry at{0.4, 0.9, 1};
+    const double cosine = cos_scattering_angle_reflected(at);
+    auto passed = [](double tau) { return std::exp(-tau / 0.4 - tau / 0.9); };
+    const double expected = single_reflection(rayleigh(cosine), 0.9, 0.2, 0.4, 0.9) +
+                            passed(0.2) * single_reflection(forward(cosine), 0.8, 0.5, 0.4, 0.9) +
+                            passed(0.7) * single_reflection(dust(cosine), 0.3, infinity, 0.4, 0.9);
+    EXPECT_NEAR(stack.reflection(0, 1, 1).single, expected, 1e-15);
+    const StackSolution free = solve_stack(layers, nothing, {0.4, 0.9}, with_nodes(8));
+    const double down = cos_scattering_angle_transmitted(at);
+    EXPECT_NEAR(free.transmission(0, 1, 1).single,
+                std::exp(-0.5 / 0.9) * single_transmission(rayleigh(down), 0.9, 0.2, 0.4, 0.9) +
+                    std::exp(-0.2 / 0.4) * single_transmission(forward(down), 0.8, 0.5, 0.4, 0.9),
+                1e-15);
+}
+
+TEST(Stack, ConvergesWithNodesWhereTheGroundIsPeaked) {
+    const std::vector<StackLayer> layers{{rayleigh, 1, 0.5}, {forward, 0.98, 2}};
+    const Below below = Below::layer(PhaseFunction::henyey_greenstein(0.8), 0.9);
+    const StackSolution coarse = solve_stack(layers, below, {0.2, 0.7, 1}, with_nodes(40));
+    const StackSolution fine = solve_stack(layers, below, {0.2, 0.7, 1}, with_nodes(80));
+    EXPECT_LE(difference(coarse, fine), 1e-5);  // HG 0.85 alone leaves 3e-6 with 40 nodes
+}
+
+// ---- refusals ----------------------------------------------------------------------------------
+
+void expect_stack_refusal(const std::vector<StackLayer>& layers, const Below& below,
+                          const std::vector<const char*>& fragments,
+                          const SolverOptions& options = {}) {
+    expect_refusal<std::invalid_argument>([&] { solve_stack(layers, below, {1}, options); },
+                                          fragments);
+}
+
+TEST(Stack, RefusesToBeEmpty) { expect_stack_refusal({}, nothing, {"layers", "at least one"}); }
+
+TEST(Stack, RefusesAlbedosOutOfRange) {
+    expect_stack_refusal({{isotropic, 1, 1}, {isotropic, 1.2, 1}}, nothing,
+                         {"albedo of layer 2", "[0, 1]", "1.2"});
+    expect_stack_refusal({{isotropic, 1, 1}}, Below::surface(-0.1),
+                         {"albedo of what lies beneath", "[0, 1]", "-0.1"});
+}
+
+TEST(Stack, RefusesDepthsOutOfRange) {
+    expect_stack_refusal({{isotropic, 1, -1}}, nothing,
+                         {"optical_depth of layer 1", "[0, inf]", "-1"});
+    expect_stack_refusal({{isotropic, 1, std::nan("")}}, nothing,
+                         {"optical_depth of layer 1", "[0, inf]", "nan"});
+}
+
+TEST(Stack, RefusesALayerWithoutEndAboveSomethingElse) {
+    expect_stack_refusal({{isotropic, 1, infinity}, {isotropic, 1, 1}}, nothing,
+                         {"optical_depth of layer 1", "finite", "inf"});
+    expect_stack_refusal({{isotropic, 1, infinity}}, Below::surface(0.5),
+                         {"optical_depth of layer 1", "finite", "inf"});
+}
+
+TEST(Stack, RefusesSchemesThatDoNotAdd) {
+    SolverOptions options;
+    options.scheme = Scheme::classic;
+    expect_stack_refusal({{isotropic, 1, 1}}, nothing, {"scheme", "harmonic"}, options);
+}
+
+}  // namespace
+}  // namespace stratus

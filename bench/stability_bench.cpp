@@ -50,7 +50,7 @@ SolverOptions options_of(std::size_t contestant, int nodes) {
     if (contestant == 2) return options;
     options.scheme = Scheme::classic;
     options.start = contestant == 0 ? ClassicStart::single : ClassicStart::diamond;
-    options.truncate = contestant == 1;
+    options.truncate = contestant == 1 ? Truncate::sharply : Truncate::nothing;
     return options;
 }
 

@@ -47,7 +47,18 @@ void LayerModes::solve_pack(int first) {
     LaneLadder ladder(directions_, task_.moments, tasks, methods_);
     for (std::size_t lane = 0; lane < tasks.size(); ++lane)
         kernels_.push_back(ladder.kernels(static_cast<int>(lane)));
-    for (int k = 0; k < doublings; ++k) ladder.double_depth();
+    const VectorXd s = directions_.s.head(directions_.nodes);
+    const auto transmittance = [&](const MatrixXd& T) {
+        return s.dot(T.topLeftCorner(directions_.nodes, directions_.nodes) * s) / s.squaredNorm();
+    };
+    double of_half = 0;  // where conservative: of half the depth that is solved
+    for (int k = 0; k < doublings; ++k) {
+        if (beyond && first == 0 && k + 1 == doublings) {
+            ladder.extract();
+            of_half = transmittance(ladder.matrices(0).transmission);
+        }
+        ladder.double_depth();
+    }
     if (infinite) ladder.double_to_infinity();
     ladder.extract();
 
@@ -65,12 +76,10 @@ void LayerModes::solve_pack(int first) {
             continue;
         }
         if (beyond && tasks[lane].mode == 0) {
-            // 1/T grows by 3/4 of the reduced depth, and R takes up what T loses. [vdH80]
-            const VectorXd s = directions_.s.head(directions_.nodes);
-            const double passed =
-                s.dot(T.topLeftCorner(directions_.nodes, directions_.nodes) * s) / s.squaredNorm();
-            const double kept =
-                1 / (1 + 0.75 * (1 - task_.moments[1]) * passed * (task_.optical_depth - last));
+            // 1/T grows in proportion to the depth, and R takes up what T loses. [vdH80]
+            const double passed = transmittance(T);
+            const double growth = (1 / passed - 1 / of_half) / (last / 2);
+            const double kept = 1 / (1 + growth * passed * (task_.optical_depth - last));
             R += (1 - kept) * T;
             T *= kept;
         }

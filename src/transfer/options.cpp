@@ -25,8 +25,9 @@ const LaneMethods& methods_of(const SolverOptions& options) {
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool sharply) {
-    return options.truncate ? truncate_peak(phase_function, 2 * options.nodes, sharply)
-                            : no_truncation(phase_function, 2 * options.nodes);
+    const int L = 2 * options.nodes;
+    if (options.truncate == Truncate::nothing) return no_truncation(phase_function, L);
+    return truncate_peak(phase_function, L, sharply || options.truncate == Truncate::sharply);
 }
 
 Truncation truncation_of(const Below& below, const SolverOptions& options) {

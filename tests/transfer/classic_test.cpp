@@ -85,7 +85,7 @@ TEST(ClassicDoubling, SaysThatItBrokeDown) {
     SolverOptions options;
     options.scheme = Scheme::classic;
     options.nodes = 16;
-    options.truncate = false;
+    options.truncate = Truncate::nothing;
     expect_refusal<std::runtime_error>(
         [&] { solve_layer(PhaseFunction::henyey_greenstein(0.9999), 0.99, 1e6, {1}, options); },
         {"solve: classic doubling broke down in mode ", " at optical depth "});

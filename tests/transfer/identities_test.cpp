@@ -78,11 +78,12 @@ TEST(SolveLayer, IsReciprocal) {
 }
 
 TEST(LayerSolution, SumsSingleAndMultipleScattering) {
-    for (const bool truncate : {false, true}) {
+    for (const Truncate truncate : {Truncate::nothing, Truncate::sharply, Truncate::smoothly}) {
         SolverOptions options = with_nodes(8);
         options.truncate = truncate;
         const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, options);
-        ASSERT_EQ(layer.truncation.fraction > 0, truncate);
+        ASSERT_EQ(layer.truncation.fraction > 0, truncate != Truncate::nothing);
+        ASSERT_EQ(layer.truncation.narrow, truncate == Truncate::smoothly);
         for (int in = 0; in < layer.mu.size(); ++in)
             for (const double azimuth : azimuths) {
                 const Geometry at{layer.mu(in), layer.mu(2), azimuth};
@@ -411,7 +412,7 @@ TEST(SolveLayer, AgreesWithAndWithoutTruncation) {
     for (const auto& row : rows) {
         const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(row.g);
         SolverOptions plain = with_nodes(row.nodes);
-        plain.truncate = false;
+        plain.truncate = Truncate::nothing;
         for (const double tau : {0.1, 4.0})
             EXPECT_LE(
                 difference(solve_layer(phase_function, 0.99, tau, cosines, with_nodes(row.nodes)),

@@ -56,7 +56,7 @@ TEST_P(MarkovChain, MeetsTheSolverWithinTheErrorThatItStates) {
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
     SolverOptions same;  // as the chain: its nodes, no truncation
     same.nodes = of.nodes;
-    same.truncate = false;
+    same.truncate = Truncate::nothing;
     const LayerSolution layer =
         solve_layer(phase_function, of.albedo, of.optical_depth, cosines, same);
     const MarkovSolution chain =
@@ -199,7 +199,7 @@ TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
 TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
     SolverOptions same;
     same.nodes = 8;
-    same.truncate = false;
+    same.truncate = Truncate::nothing;
     const LayerSolution layer = solve_layer({}, 0.99, 1, cosines, same);
     const auto errors = [&](int sublayers, bool extrapolate) {
         MarkovOptions options = with(8, sublayers);
@@ -250,7 +250,7 @@ TEST(MarkovChainAlone, AddsNothingToLayersThatScatterNothing) {
 TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
     SolverOptions same;
     same.nodes = 8;
-    same.truncate = false;
+    same.truncate = Truncate::nothing;
     for (const double tau : {1e-140, 1e-12, 1e-9, 1e-3}) {
         const LayerSolution layer = solve_layer({}, 1, tau, {0.5}, same);
         const MarkovSolution chain = solve_markov({}, 1, tau, {0.5}, with(8, 16));

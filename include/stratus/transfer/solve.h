@@ -31,6 +31,14 @@ enum class ClassicStart {
     diamond,  // of the second order [W76]
 };
 
+/// What is done to a forward peak that the nodes do not resolve (truncation.h).
+enum class Truncate {
+    nothing,
+    sharply,   // delta-M, with the single-scattering correction
+    smoothly,  // large shares smoothly, with all that the peak scatters put back; in stacks and
+               // over something that lies beneath sharply as well
+};
+
 struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until only single scattering is left
@@ -39,7 +47,7 @@ struct SolverOptions {
     ClassicStart start = ClassicStart::diamond;  // classic only
     double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
                              // the smallest cosine
-    bool truncate = true;    // of a forward peak, with what it scatters put back
+    Truncate truncate = Truncate::smoothly;
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
     const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };

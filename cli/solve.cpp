@@ -2,20 +2,18 @@
 // or of a stack.
 #include "allowed.h"
 #include "commands.h"
+#include "methods.h"
 #include "query.h"
 
-#include <stratus/bake/stack_file.h>
 #include <stratus/runtime/angle.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/runtime/argument.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <limits>
-#include <map>
 #include <memory>
 #include <ostream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,71 +21,68 @@ namespace stratus {
 namespace {
 
 struct SolveCommand {
-    std::string phase, layers, query, output, scheme = "harmonic";
-    double albedo = 0, optical_depth = 0;
-    int nodes = 32;
+    std::string phase, layers, query, output;
+    LayerQuestion question;
     std::vector<double> mu_in;
     bool asked = false;  // a query was given
     bool quiet = false;
 };
 
-/// Cosines solved at once: extra directions cost as much as nodes do.
-constexpr std::size_t most_cosines = 64;
-
-LayerSolution solve_at(const SolveCommand& command, const PhaseFunction& phase,
-                       const std::vector<double>& mu) {
-    SolverOptions options;
-    options.nodes = command.nodes;
-    options.scheme = command.scheme == "classic" ? Scheme::classic : Scheme::harmonic;
-    return solve_layer(phase, command.albedo, command.optical_depth, mu, options);
-}
-
-StackSolution solve_stack_at(const SolveCommand& command, const Stack& stack,
-                             const std::vector<double>& mu) {
-    SolverOptions options;
-    options.nodes = command.nodes;
-    return solve_stack(stack.layers, stack.below, mu, options);
-}
-
-void write_row(std::ostream& out, const std::vector<double>& row, const SolvedValue& R,
-               const SolvedValue& T) {
+void write_row(std::ostream& out, const std::vector<double>& row, const MethodRow& answer) {
+    const SolvedValue &R = answer.reflection, &T = answer.transmission;
     for (std::size_t c = 0; c < row.size(); ++c) out << (c ? "," : "") << shortest_text(row[c]);
     for (double value : {R.total, T.total, R.single, T.single, R.multiple, T.multiple})
         out << ',' << full_text(value);
+    for (double value : answer.more) out << ',' << full_text(value);
     out << '\n';
 }
 
-/// `solve(mu)` is a LayerSolution or a StackSolution.
-template <class Solve>
-void answer_query(const SolveCommand& command, Solve solve) {
+/// Values below zero among the answers: they come from a phase series cut short.
+struct Negatives {
+    int values = 0;
+    double lowest = 0;
+
+    void look_at(const MethodRow& row) {
+        constexpr double rounding = 1e-15;
+        for (const double value : {row.reflection.total, row.transmission.total})
+            if (value < -rounding) {
+                ++values;
+                lowest = std::min(lowest, value);
+            }
+    }
+};
+
+Negatives answer_query(const SolveCommand& command, const Method& method) {
     require_different_files("solve", command.query, command.output);
     const CsvTable query = read_query(command.query, {"mu_in", "mu_out", "azimuth_deg"});
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(query.column(name));
     };
     const std::size_t in = column("mu_in"), out = column("mu_out"), azimuth = column("azimuth_deg");
+    Negatives negatives;
     write_answer(command.output, [&](std::ostream& stream) {
         for (const std::string& name : query.columns) stream << name << ',';
         stream << "reflection,transmission,reflection_single,transmission_single,"
-                  "reflection_multiple,transmission_multiple\n";
+                  "reflection_multiple,transmission_multiple";
+        for (const std::string& name : method.more_columns) stream << ',' << name;
+        stream << '\n';
         for (std::size_t first = 0; first < query.rows.size();) {
             // As many rows as share a list of cosines of reasonable length.
-            std::map<double, int> index;
-            std::vector<double> mu;
-            std::size_t last = first;
-            for (; last < query.rows.size() && mu.size() + 2 <= most_cosines; ++last)
-                for (const std::size_t c : {in, out})
-                    if (index.try_emplace(query.rows[last][c], static_cast<int>(mu.size())).second)
-                        mu.push_back(query.rows[last][c]);
-            const auto solution = solve(mu);
-            for (; first < last; ++first) {
-                const std::vector<double>& row = query.rows[first];
-                const double phi = radians(row[azimuth]);
-                write_row(stream, row, solution.reflection(index[row[in]], index[row[out]], phi),
-                          solution.transmission(index[row[in]], index[row[out]], phi));
+            std::set<double> cosines;
+            std::vector<Geometry> geometries;
+            for (std::size_t row = first;
+                 row < query.rows.size() && cosines.size() <= method.most_cosines - 2; ++row) {
+                const std::vector<double>& of = query.rows[row];
+                geometries.push_back({of[in], of[out], radians(of[azimuth])});
+                cosines.insert({of[in], of[out]});
+            }
+            for (const MethodRow& answer : method.rows(geometries)) {
+                write_row(stream, query.rows[first++], answer);
+                negatives.look_at(answer);
             }
         }
     });
+    return negatives;
 }
 
 /// JSON of numbers and lists, one a line.
@@ -95,13 +90,11 @@ class Json {
   public:
     explicit Json(std::ostream& out) : out_(out) { out_ << '{'; }
 
-    void number(const char* name, double value) { begin(name) << text(value); }
+    void number(const std::string& name, double value) { begin(name) << text(value); }
 
-    /// value(i) of every cosine.
-    template <class Value>
-    void list(const char* name, Eigen::Index count, Value value) {
+    void list(const std::string& name, const std::vector<double>& values) {
         begin(name) << '[';
-        for (Eigen::Index i = 0; i < count; ++i) out_ << (i ? ", " : "") << text(value(i));
+        for (std::size_t i = 0; i < values.size(); ++i) out_ << (i ? ", " : "") << text(values[i]);
         out_ << ']';
     }
 
@@ -112,7 +105,7 @@ class Json {
         return std::isinf(value) ? std::string("\"inf\"") : full_text(value);
     }
 
-    std::ostream& begin(const char* name) {
+    std::ostream& begin(const std::string& name) {
         out_ << (first_ ? "" : ",") << "\n  \"" << name << "\": ";
         first_ = false;
         return out_;
@@ -122,81 +115,60 @@ class Json {
     bool first_ = true;
 };
 
-/// What layers and stacks have in common.
-template <class Solution>
-void write_fluxes(Json& json, const Solution& solution, bool is_conservative) {
-    json.number("spherical_albedo", solution.spherical_albedo);
-    json.number("total_transmittance", solution.total_transmittance);
-    json.number("absorptance",
-                is_conservative ? 0 : 1 - solution.spherical_albedo - solution.total_transmittance);
-}
-
-template <class Solution>
-void write_fluxes_at_cosines(Json& json, const Solution& solution, double depth) {
-    const Eigen::Index count = solution.mu.size();
-    json.list("mu_in", count, [&](auto i) { return solution.mu(i); });
-    json.list("plane_albedo", count, [&](auto i) { return solution.plane_albedo(i); });
-    json.list("diffuse_transmittance", count,
-              [&](auto i) { return solution.diffuse_transmittance(i); });
-    json.list("direct_transmittance", count,
-              [&](auto i) { return direct_transmittance(depth, solution.mu(i)); });
-}
-
-void answer_fluxes(const SolveCommand& command, const PhaseFunction& phase) {
-    const LayerSolution solution = solve_at(command, phase, command.mu_in);
+/// `medium`: what the layer or the stack is, as far as numbers tell.
+void answer_fluxes(const SolveCommand& command, const Method& method,
+                   const std::vector<std::pair<std::string, double>>& medium) {
+    const MethodFluxes fluxes = method.fluxes(command.mu_in);
     write_answer(command.output, [&](std::ostream& out) {
         Json json(out);
-        json.number("albedo", command.albedo);
-        json.number("optical_depth", command.optical_depth);
-        write_fluxes(json, solution, command.albedo == 1);
-        if (!command.mu_in.empty()) write_fluxes_at_cosines(json, solution, command.optical_depth);
+        for (const auto& [name, value] : medium) json.number(name, value);
+        for (const auto& [name, value] : fluxes.uniform) json.number(name, value);
+        for (const auto& [name, values] : fluxes.lists) json.list(name, values);
         json.end();
     });
 }
 
-void answer_fluxes(const SolveCommand& command, const Stack& stack) {
-    const StackSolution solution = solve_stack_at(command, stack, command.mu_in);
-    double depth = 0;
-    bool is_conservative = !stack.below.is_something() || stack.below.albedo == 1;
-    for (const StackLayer& layer : stack.layers) {
-        depth += layer.optical_depth;
-        is_conservative = is_conservative && layer.albedo == 1;
-    }
-    write_answer(command.output, [&](std::ostream& out) {
-        Json json(out);
-        json.number("optical_depth", depth);
-        write_fluxes(json, solution, is_conservative);
-        if (stack.below.is_something())
-            json.number("ground_absorptance", solution.spherical_ground_absorptance);
-        if (!command.mu_in.empty()) {
-            const double infinity = std::numeric_limits<double>::infinity();
-            write_fluxes_at_cosines(json, solution, solution.is_opaque() ? infinity : depth);
-            if (stack.below.is_something())
-                json.list("plane_ground_absorptance", solution.mu.size(),
-                          [&](auto i) { return solution.ground_absorptance(i); });
-        }
-        json.end();
-    });
-}
-
-void run_solve(const SolveCommand& command) {
+void run_solve(SolveCommand command) {
     std::vector<std::string> notes;
-    const auto say_notes = [&] {
-        if (command.quiet) return;
-        for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
+    const auto note = [&](const std::string& text) {
+        if (!command.quiet) std::cerr << "stratus: note: " << text << '\n';
     };
-    const auto answer = [&](const auto& medium, auto solve) {
-        say_notes();
-        if (command.asked)
-            answer_query(command,
-                         [&](const std::vector<double>& mu) { return solve(command, medium, mu); });
-        else
-            answer_fluxes(command, medium);
-    };
-    if (command.layers.empty())
-        answer(parse_phase_function(command.phase, "", &notes), solve_at);
-    else
-        answer(read_stack(command.layers, &notes), solve_stack_at);
+    Method method;
+    std::vector<std::pair<std::string, double>> medium;
+    LayerQuestion& question = command.question;
+    if (command.layers.empty()) {
+        question.phase_function = parse_phase_function(command.phase, "", &notes);
+        medium = {{"albedo", question.albedo}, {"optical_depth", question.optical_depth}};
+        method = method_of(question);
+    } else {
+        const Stack stack = read_stack(command.layers, &notes);
+        double depth = 0;
+        for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
+        medium = {{"optical_depth", depth}};
+        method = method_of(stack, question.nodes);
+    }
+    for (const std::string& text : notes) note(text);
+    if (!command.asked) {
+        answer_fluxes(command, method, medium);
+        return;
+    }
+    const Negatives negatives = answer_query(command, method);
+    if (negatives.values > 0)
+        note(std::to_string(negatives.values) + " values are negative, down to " +
+             shortest_text(negatives.lowest) +
+             (question.scheme == "photons"
+                  ? ": chance, see their errors"
+                  : ": the phase function's series is, as far as these --nodes reach"));
+}
+
+/// Refuses an option that the scheme does not know.
+void require_scheme(const CLI::Option* option, const std::string& scheme,
+                    const std::vector<std::string>& knowing) {
+    if (option->count() == 0 || std::find(knowing.begin(), knowing.end(), scheme) != knowing.end())
+        return;
+    std::string names;
+    for (const std::string& name : knowing) names += (names.empty() ? "" : " or ") + name;
+    require(false, "solve", "--scheme", names + " with " + option->get_name(), scheme);
 }
 
 }  // namespace
@@ -211,23 +183,61 @@ void add_solve(CLI::App& app) {
                           "henyey_greenstein:g=G, "
                           "tabulated:file=F.csv, moments:file=F.csv, or a sum 0.6*NAME + 0.4*NAME");
     CLI::Option* const albedo =
-        solve->add_option("--albedo", command->albedo, "Single-scattering albedo, [0, 1]")
+        solve->add_option("--albedo", command->question.albedo, "Single-scattering albedo, [0, 1]")
             ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));
     CLI::Option* const optical_depth =
         solve
-            ->add_option("--optical-depth", command->optical_depth,
+            ->add_option("--optical-depth", command->question.optical_depth,
                          "Vertical optical depth, [0, inf]")
             ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
-    solve->add_option("--nodes", command->nodes, "Gauss nodes of the solver, [1, 512]")
-        ->capture_default_str()
+    solve
+        ->add_option("--nodes", command->question.nodes,
+                     "Gauss nodes of the solver, [1, 512]. Default: 32; h-function 64, markov 16")
         ->check(whole_number(1, 512));
     CLI::Option* const scheme =
         solve
-            ->add_option(
-                "--scheme", command->scheme,
-                "harmonic (doubling as an arithmetic-harmonic mean) or classic (textbook doubling)")
+            ->add_option("--scheme", command->question.scheme,
+                         "harmonic (doubling as an arithmetic-harmonic mean), or a witness: "
+                         "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
+                         "isotropic only), markov (Markov chain), photons (Monte Carlo)")
             ->capture_default_str()
-            ->check(CLI::IsMember({"harmonic", "classic"}));
+            ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
+    CLI::Option* const orders =
+        solve
+            ->add_option("--orders", command->question.orders,
+                         "Light scattered at most this often, [1, 200]; harmonic and markov tell "
+                         "every order")
+            ->check(whole_number(1, 200));
+    CLI::Option* const start =
+        solve
+            ->add_option("--start", command->question.start,
+                         "classic: diamond (default) or single, the thin layer's start")
+            ->check(CLI::IsMember({"single", "diamond"}));
+    CLI::Option* const start_depth =
+        solve
+            ->add_option("--start-depth", command->question.start_depth,
+                         "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
+                         "1e-3 of the smallest cosine")
+            ->check(
+                number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
+    CLI::Option* const sublayers =
+        solve
+            ->add_option("--sublayers", command->question.sublayers,
+                         "markov: sublayers, even, [4, 1024]. Default: 32")
+            ->check(whole_number(4, 1024));
+    CLI::Option* const photons =
+        solve
+            ->add_option("--photons", command->question.photons,
+                         "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")
+            ->check(whole_number(2, 1'000'000'000'000));
+    CLI::Option* const seed =
+        solve->add_option("--seed", command->question.seed, "photons: another draw. Default: 1")
+            ->check(whole_number(0, 1'000'000'000'000'000'000));
+    CLI::Option* const threads =
+        solve
+            ->add_option("--threads", command->question.threads,
+                         "photons: threads; 0: one for each processor. The answer is the same")
+            ->check(whole_number(0, 1024));
     CLI::Option* const layers =
         solve
             ->add_option("--layers", command->layers,
@@ -235,7 +245,7 @@ void add_solve(CLI::App& app) {
                          "albedo, optical_depth; beneath them [below] with lambert_albedo, or with "
                          "phase_function and albedo")
             ->check(file_name())
-            ->excludes(phase, albedo, optical_depth, scheme);
+            ->excludes(phase, albedo, optical_depth, scheme, orders);
     CLI::Option* query = solve
                              ->add_option("--query", command->query,
                                           "CSV with columns mu_in, mu_out, azimuth_deg; - is "
@@ -257,11 +267,20 @@ void add_solve(CLI::App& app) {
         "0.5,1\n"
         "  printf 'mu_in,mu_out,azimuth_deg\\n0.5,0.8,60\\n' \\\n"
         "    | stratus solve --phase rayleigh --albedo 1 --optical-depth 0.3 --query -\n"
+        "  stratus solve --scheme photons --photons 200000 --phase isotropic --albedo 0.9 "
+        "--optical-depth 1\n"
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1");
-    solve->callback([command, query, phase, albedo, optical_depth, layers] {
+    solve->callback([=] {
         for (const CLI::Option* needed : {phase, albedo, optical_depth})
             if (layers->count() == 0 && needed->count() == 0)
                 throw CLI::RequiredError(needed->get_name());
+        const std::string& of = command->question.scheme;
+        require_scheme(orders, of, {"harmonic", "markov", "photons"});
+        require_scheme(start, of, {"classic"});
+        require_scheme(start_depth, of, {"classic"});
+        require_scheme(sublayers, of, {"markov"});
+        for (const CLI::Option* option : {photons, seed, threads})
+            require_scheme(option, of, {"photons"});
         command->asked = query->count() > 0;
         run_solve(*command);
     });

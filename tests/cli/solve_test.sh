@@ -62,6 +62,82 @@ classic=$(figure spherical_albedo)
 expect_ok solve "${layer[@]}" --scheme harmonic
 expect_near "$(figure spherical_albedo)" "$classic" 1e-7
 
+# --- witnesses: every scheme comes to the same, within what it says of its error
+
+query mu_in,mu_out,azimuth_deg 0.5,0.8,60 0.2,0.2,180
+layer=(--phase isotropic --albedo 0.9 --optical-depth 1 --query query.csv)
+expect_ok solve "${layer[@]}"
+R=$(awk -F, 'NR == 2 { print $4 }' "$out") T=$(awk -F, 'NR == 2 { print $5 }' "$out")
+agree() { # agree WITHIN: the condition that the first row has these R and T
+    echo "NR > 2 || (f[\"reflection\"] - $R) ^ 2 <= ($1) ^ 2 && (f[\"transmission\"] - $T) ^ 2 <= ($1) ^ 2"
+}
+sums='(f["reflection"] - f["reflection_single"] - f["reflection_multiple"]) ^ 2 < 1e-30'
+expect_ok solve "${layer[@]}" --scheme h-function
+expect_rows 2 "($(agree 1e-9)) && $sums"
+expect_ok solve "${layer[@]}" --scheme classic --start single --start-depth 1e-6
+expect_rows 2 "($(agree 1e-5)) && $sums"
+expect_ok solve "${layer[@]}" --scheme classic --start diamond --start-depth 1e-5
+expect_rows 2 "($(agree 1e-6)) && $sums"
+expect_ok solve "${layer[@]}" --scheme markov --sublayers 16
+expect_rows 2 "($(agree 'f["reflection_error"] + f["transmission_error"]')) && $sums"
+expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --threads 1
+expect_rows 2 "($(agree '4 * (f["reflection_error"] + f["transmission_error"])')) && f[\"reflection_error\"] > 0"
+cp "$out" photons.csv
+expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --threads 2
+expect_same "$out" photons.csv
+expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --seed 2
+cmp -s "$out" photons.csv && fail "another seed must draw other photons"
+
+# fluxes of each, too
+layer=(--phase isotropic --albedo 0.9 --optical-depth 1 --mu-in 0.5)
+expect_ok solve "${layer[@]}"
+albedo=$(figure spherical_albedo) plane=$(figure plane_albedo)
+expect_ok solve "${layer[@]}" --scheme h-function
+expect_near "$(figure spherical_albedo)" "$albedo" 1e-10
+expect_near "$(figure plane_albedo)" "$plane" 1e-10
+expect_ok solve "${layer[@]}" --scheme markov
+expect_near "$(figure plane_albedo)" "$plane" "$(figure error)"
+expect_ok solve "${layer[@]}" --scheme photons --photons 50000
+expect_json
+expect_near "$(figure plane_albedo)" "$plane" "$(awk -v e="$(figure plane_albedo_error)" 'BEGIN { print 4 * e }')"
+
+# orders one by one
+layer=(--phase rayleigh --albedo 0.8 --optical-depth 1 --query query.csv --orders 3)
+expect_ok solve "${layer[@]}"
+one='(f["reflection_order_1"] - f["reflection_single"]) ^ 2 < 1e-28'
+all='(f["transmission_order_1"] + f["transmission_order_2"] + f["transmission_order_3"] - f["transmission"]) ^ 2 < 1e-28'
+expect_rows 2 "$one && $all"
+second=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) if ($i == "reflection_order_2") c = i } NR == 2 { print $c }' "$out")
+expect_ok solve "${layer[@]}" --scheme markov
+expect_rows 2 "NR > 2 || (f[\"reflection_order_2\"] - $second) ^ 2 < 1e-10"
+expect_ok solve --phase rayleigh --albedo 0.8 --optical-depth 1 --orders 2
+expect_json
+[ "$(figure spherical_albedo_of_order | tr , '\n' | wc -l)" -eq 2 ] || fail "each order needs its flux"
+
+# options that belong to other schemes, and what a witness cannot do
+layer=(solve --phase isotropic --albedo 0.9 --optical-depth 1)
+expect_refused 2 --scheme "photons with --seed" "got harmonic" -- "${layer[@]}" --seed 1
+expect_refused 2 --scheme "photons with --photons" "got markov" -- "${layer[@]}" --scheme markov --photons 10
+expect_refused 2 --scheme "classic with --start" "got harmonic" -- "${layer[@]}" --start single
+expect_refused 2 --scheme "classic with --start-depth" -- "${layer[@]}" --start-depth 1e-3
+expect_refused 2 --scheme "markov with --sublayers" -- "${layer[@]}" --sublayers 8
+expect_refused 2 --scheme "harmonic or markov or photons with --orders" "got classic" -- "${layer[@]}" --scheme classic --orders 2
+expect_refused 2 --orders "[1, 200]" "got 0" -- "${layer[@]}" --orders 0
+expect_refused 2 --start-depth "[1e-15, 1]" "got 2" -- "${layer[@]}" --scheme classic --start-depth 2
+expect_refused 2 --photons "[2, 1000000000000]" "got 1" -- "${layer[@]}" --scheme photons --photons 1
+expect_refused 2 --phase isotropic rayleigh -- solve --scheme h-function --phase rayleigh --albedo 1 --optical-depth 1
+expect_refused 2 optical_depth "[0, inf)" -- solve --scheme markov --phase rayleigh --albedo 1 --optical-depth inf
+expect_refused 2 optical_depth finite -- solve --scheme photons --phase rayleigh --albedo 1 --optical-depth inf
+expect_refused 2 sublayers even "got 5" -- "${layer[@]}" --scheme markov --sublayers 5
+
+# negative answers are not passed over in silence
+query mu_in,mu_out,azimuth_deg 0.3,0.3,60 1,0.3,90 0.6,0.6,20 1,1,0
+layer=(solve --phase henyey_greenstein:g=-0.9 --albedo 0.9 --optical-depth 1 --nodes 2 --query query.csv)
+expect_ok "${layer[@]}"
+expect_says "$err" note negative series --nodes
+expect_ok "${layer[@]}" --quiet
+expect_silent "$err"
+
 # --- stacks
 
 air="[[layers]]

@@ -1,0 +1,340 @@
+#include "methods.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/transfer/isotropic.h>
+#include <stratus/transfer/markov.h>
+#include <stratus/transfer/photons.h>
+#include <stratus/transfer/stack.h>
+
+namespace stratus {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The distinct cosines of geometries, and where each is in the list.
+class Cosines {
+  public:
+    explicit Cosines(const std::vector<Geometry>& geometries) {
+        for (const Geometry& at : geometries)
+            for (const double mu : {at.mu_in, at.mu_out})
+                if (index_.try_emplace(mu, static_cast<int>(values.size())).second)
+                    values.push_back(mu);
+    }
+
+    int operator[](double mu) const { return index_.at(mu); }
+
+    std::vector<double> values;
+
+  private:
+    std::map<double, int> index_;
+};
+
+template <class Vector>
+std::vector<double> to_list(const Vector& values) {
+    return {values.begin(), values.end()};
+}
+
+std::vector<double> beams(double optical_depth, const std::vector<double>& mu) {
+    std::vector<double> list;
+    for (const double cosine : mu) list.push_back(direct_transmittance(optical_depth, cosine));
+    return list;
+}
+
+/// What every solution with fluxes of that name tells. `orders`: where the series stops, 0:
+/// nowhere.
+template <class Solution>
+MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu, double beam_depth,
+                       bool is_conservative, int orders = 0) {
+    MethodFluxes fluxes;
+    fluxes.uniform = {{"spherical_albedo", solution.spherical_albedo},
+                      {"total_transmittance", solution.total_transmittance},
+                      {orders ? "absorptance_and_higher_orders" : "absorptance",
+                       is_conservative && orders == 0
+                           ? 0
+                           : 1 - solution.spherical_albedo - solution.total_transmittance}};
+    if (mu.empty()) return fluxes;
+    fluxes.lists = {{"mu_in", mu},
+                    {"plane_albedo", to_list(solution.plane_albedo)},
+                    {"diffuse_transmittance", to_list(solution.diffuse_transmittance)},
+                    {"direct_transmittance", beams(beam_depth, mu)}};
+    return fluxes;
+}
+
+/// Rows of anything that is solved at a list of cosines and asked by their places in it.
+template <class Solve>
+std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solve solve) {
+    return [solve](const std::vector<Geometry>& geometries) {
+        const Cosines cosines(geometries);
+        const auto solution = solve(cosines.values);
+        std::vector<MethodRow> rows;
+        for (const Geometry& at : geometries) {
+            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
+            rows.push_back({solution.reflection(in, out, at.azimuth),
+                            solution.transmission(in, out, at.azimuth),
+                            {}});
+        }
+        return rows;
+    };
+}
+
+std::vector<std::string> error_columns() { return {"reflection_error", "transmission_error"}; }
+
+std::vector<std::string> order_columns(int orders) {
+    std::vector<std::string> columns;
+    for (const char* side : {"reflection_order_", "transmission_order_"})
+        for (int n = 1; n <= orders; ++n) columns.push_back(side + std::to_string(n));
+    return columns;
+}
+
+// ---- the solver
+// ----------------------------------------------------------------------------------
+
+SolverOptions options_of(const LayerQuestion& question) {
+    SolverOptions options;
+    if (question.nodes) options.nodes = question.nodes;
+    if (question.scheme == "classic") options.scheme = Scheme::classic;
+    if (question.start == "single") options.start = ClassicStart::single;
+    options.start_depth = question.start_depth;
+    options.orders = question.orders;
+    return options;
+}
+
+/// Sums of single values, order by order.
+SolvedValue& operator+=(SolvedValue& sum, const SolvedValue& more) {
+    sum.total += more.total;
+    sum.single += more.single;
+    sum.multiple += more.multiple;
+    return sum;
+}
+
+Method by_solver(const LayerQuestion& question) {
+    const SolverOptions options = options_of(question);
+    Method method;
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const LayerSolution solution = solve_layer(question.phase_function, question.albedo,
+                                                   question.optical_depth, mu, options);
+        MethodFluxes fluxes =
+            fluxes_of(solution, mu, question.optical_depth, question.albedo == 1, question.orders);
+        if (question.orders == 0) return fluxes;
+        std::vector<double> albedo, transmittance;
+        for (const LayerSolution& order : solve_orders(question.phase_function, question.albedo,
+                                                       question.optical_depth, mu, options)) {
+            albedo.push_back(order.spherical_albedo);
+            transmittance.push_back(order.total_transmittance);
+        }
+        fluxes.lists.insert(fluxes.lists.begin(),
+                            {{"spherical_albedo_of_order", albedo},
+                             {"diffuse_transmittance_of_order", transmittance}});
+        return fluxes;
+    };
+    if (question.orders == 0) {
+        method.rows = rows_by([=](const std::vector<double>& mu) {
+            return solve_layer(question.phase_function, question.albedo, question.optical_depth, mu,
+                               options);
+        });
+        return method;
+    }
+    method.more_columns = order_columns(question.orders);
+    method.rows = [=](const std::vector<Geometry>& geometries) {
+        const Cosines cosines(geometries);
+        const std::vector<LayerSolution> orders =
+            solve_orders(question.phase_function, question.albedo, question.optical_depth,
+                         cosines.values, options);
+        std::vector<MethodRow> rows;
+        for (const Geometry& at : geometries) {
+            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
+            MethodRow row{};
+            for (const LayerSolution& order : orders) {
+                const SolvedValue value = order.reflection(in, out, at.azimuth);
+                row.reflection += value;
+                row.more.push_back(value.total);
+            }
+            for (const LayerSolution& order : orders) {
+                const SolvedValue value = order.transmission(in, out, at.azimuth);
+                row.transmission += value;
+                row.more.push_back(value.total);
+            }
+            rows.push_back(row);
+        }
+        return rows;
+    };
+    return method;
+}
+
+// ---- the witnesses
+// -------------------------------------------------------------------------------
+
+Method by_h_function(const LayerQuestion& question) {
+    require(question.phase_function.is_isotropic(), "solve", "--phase",
+            "isotropic for the scheme h-function", question.phase_function.text());
+    const auto solve = [=](const std::vector<double>& mu) {
+        const std::vector<double> cosines = mu.empty() ? std::vector<double>{1} : mu;
+        return question.nodes ? solve_isotropic(question.albedo, question.optical_depth, cosines,
+                                                question.nodes)
+                              : solve_isotropic(question.albedo, question.optical_depth, cosines);
+    };
+    Method method;
+    method.rows = [=](const std::vector<Geometry>& geometries) {
+        const Cosines cosines(geometries);
+        const IsotropicSolution solution = solve(cosines.values);
+        std::vector<MethodRow> rows;
+        for (const Geometry& at : geometries) {
+            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
+            const double R = solution.reflection(in, out), T = solution.transmission(in, out);
+            const double R1 =
+                single_reflection(1, question.albedo, question.optical_depth, at.mu_in, at.mu_out);
+            const double T1 = single_transmission(1, question.albedo, question.optical_depth,
+                                                  at.mu_in, at.mu_out);
+            rows.push_back({{R, R1, R - R1}, {T, T1, T - T1}, {}});
+        }
+        return rows;
+    };
+    method.fluxes = [=](const std::vector<double>& mu) {
+        return fluxes_of(solve(mu), mu, question.optical_depth, question.albedo == 1);
+    };
+    return method;
+}
+
+Method by_markov(const LayerQuestion& question) {
+    MarkovOptions options;
+    if (question.nodes) options.nodes = question.nodes;
+    if (question.sublayers) options.sublayers = question.sublayers;
+    options.orders = question.orders;
+    const auto solve = [=](const std::vector<double>& mu) {
+        return solve_markov(question.phase_function, question.albedo, question.optical_depth, mu,
+                            options);
+    };
+    Method method;
+    method.more_columns = error_columns();
+    for (const std::string& column : order_columns(question.orders))
+        method.more_columns.push_back(column);
+    method.rows = [=](const std::vector<Geometry>& geometries) {
+        const Cosines cosines(geometries);
+        const MarkovSolution solution = solve(cosines.values);
+        std::vector<MethodRow> rows;
+        for (const Geometry& at : geometries) {
+            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
+            const MarkovValue R = solution.reflection(in, out, at.azimuth);
+            const MarkovValue T = solution.transmission(in, out, at.azimuth);
+            MethodRow row{R.value, T.value, {R.error, T.error}};
+            for (int n = 1; n <= question.orders; ++n)
+                row.more.push_back(solution.reflection_of_order(n, in, out, at.azimuth));
+            for (int n = 1; n <= question.orders; ++n)
+                row.more.push_back(solution.transmission_of_order(n, in, out, at.azimuth));
+            rows.push_back(row);
+        }
+        return rows;
+    };
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const MarkovSolution solution = solve(mu);
+        MethodFluxes fluxes =
+            fluxes_of(solution.layer, mu, question.optical_depth, false, question.orders);
+        fluxes.uniform.emplace_back("error", solution.flux_error);
+        return fluxes;
+    };
+    return method;
+}
+
+Method by_photons(const LayerQuestion& question) {
+    PhotonOptions options;
+    if (question.photons) options.photons = question.photons;
+    options.seed = question.seed;
+    options.highest_order = question.orders;
+    options.parallel_for = [threads = question.threads](int count,
+                                                        const std::function<void(int)>& body) {
+        parallel_for(count, threads, body);
+    };
+    const auto solve = [=](const std::vector<Geometry>& geometries) {
+        return solve_photons(question.phase_function, question.albedo, question.optical_depth,
+                             geometries, options);
+    };
+    Method method;
+    method.more_columns = error_columns();
+    method.most_cosines = std::numeric_limits<std::size_t>::max();
+    method.rows = [=](const std::vector<Geometry>& geometries) {
+        std::vector<MethodRow> rows;
+        for (const PhotonGeometry& at : solve(geometries).geometries)
+            rows.push_back({at.reflection.value,
+                            at.transmission.value,
+                            {at.reflection.standard_error, at.transmission.standard_error}});
+        return rows;
+    };
+    method.fluxes = [=](const std::vector<double>& mu) {
+        std::vector<Geometry> vertical;
+        for (const double cosine : mu) vertical.push_back({cosine, 1, 0});
+        const PhotonSolution solution = solve(vertical);
+        const PhotonFluxes& all = solution.uniform;
+        MethodFluxes fluxes;
+        fluxes.uniform = {
+            {"spherical_albedo", all.albedo.value},
+            {"total_transmittance", all.transmittance.value + all.direct_transmittance},
+            {"absorptance", all.absorptance.value},
+            {"spherical_albedo_error", all.albedo.standard_error},
+            {"total_transmittance_error", all.transmittance.standard_error},
+            {"absorptance_error", all.absorptance.standard_error}};
+        if (mu.empty()) return fluxes;
+        std::vector<double> cosines, albedo, diffuse, direct, albedo_error, diffuse_error;
+        for (std::size_t i = 0; i < solution.plane.size(); ++i) {
+            const PhotonFluxes& at = solution.plane[i];
+            cosines.push_back(solution.mu_in[i]);
+            albedo.push_back(at.albedo.value);
+            diffuse.push_back(at.transmittance.value);
+            direct.push_back(at.direct_transmittance);
+            albedo_error.push_back(at.albedo.standard_error);
+            diffuse_error.push_back(at.transmittance.standard_error);
+        }
+        fluxes.lists = {{"mu_in", cosines},
+                        {"plane_albedo", albedo},
+                        {"diffuse_transmittance", diffuse},
+                        {"direct_transmittance", direct},
+                        {"plane_albedo_error", albedo_error},
+                        {"diffuse_transmittance_error", diffuse_error}};
+        return fluxes;
+    };
+    return method;
+}
+
+}  // namespace
+
+Method method_of(const LayerQuestion& question) {
+    if (question.scheme == "h-function") return by_h_function(question);
+    if (question.scheme == "markov") return by_markov(question);
+    if (question.scheme == "photons") return by_photons(question);
+    return by_solver(question);
+}
+
+Method method_of(const Stack& stack, int nodes) {
+    SolverOptions options;
+    if (nodes) options.nodes = nodes;
+    const auto solve = [=](const std::vector<double>& mu) {
+        return solve_stack(stack.layers, stack.below, mu, options);
+    };
+    Method method;
+    method.rows = rows_by(solve);
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const StackSolution solution = solve(mu);
+        double depth = 0;
+        bool is_conservative = !stack.below.is_something() || stack.below.albedo == 1;
+        for (const StackLayer& layer : stack.layers) {
+            depth += layer.optical_depth;
+            is_conservative = is_conservative && layer.albedo == 1;
+        }
+        MethodFluxes fluxes =
+            fluxes_of(solution, mu, solution.is_opaque() ? infinity : depth, is_conservative);
+        if (!stack.below.is_something()) return fluxes;
+        fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
+        if (!mu.empty())
+            fluxes.lists.emplace_back("plane_ground_absorptance",
+                                      to_list(solution.ground_absorptance));
+        return fluxes;
+    };
+    return method;
+}
+
+}  // namespace stratus

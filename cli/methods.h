@@ -1,0 +1,55 @@
+// The ways in which `stratus solve` can solve: the solver itself and the witnesses that check it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <stratus/bake/stack_file.h>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus {
+
+/// One layer and how to solve it; 0 or "" stands for what suits the scheme.
+struct LayerQuestion {
+    PhaseFunction phase_function;
+    double albedo = 0, optical_depth = 0;
+    std::string scheme = "harmonic";
+    int nodes = 0;
+    int orders = 0;          // harmonic, markov: one by one; photons: the last one followed
+    std::string start;       // classic
+    double start_depth = 0;  // classic
+    int sublayers = 0;       // markov
+    std::uint64_t photons = 0, seed = 1;  // photons
+    int threads = 0;                      // photons
+};
+
+/// R and T at one geometry, and the values of the method's own columns.
+struct MethodRow {
+    SolvedValue reflection, transmission;
+    std::vector<double> more;
+};
+
+/// Fluxes by name, in the order in which they are told: under uniform illumination, and lists of
+/// them at cosines or by order.
+struct MethodFluxes {
+    std::vector<std::pair<std::string, double>> uniform;
+    std::vector<std::pair<std::string, std::vector<double>>> lists;
+};
+
+struct Method {
+    std::vector<std::string> more_columns;
+    std::size_t most_cosines = 64;  // solved at once: extra directions cost as much as nodes do
+    std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows;
+    std::function<MethodFluxes(const std::vector<double>& mu)> fluxes;
+};
+
+/// Errors   std::invalid_argument for what a scheme cannot solve.
+Method method_of(const LayerQuestion& question);
+Method method_of(const Stack& stack, int nodes);
+
+}  // namespace stratus

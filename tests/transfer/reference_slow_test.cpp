@@ -29,12 +29,12 @@ INSTANTIATE_TEST_SUITE_P(Phase, DiscreteOrdinates64,
                                          Accuracy{"hg75", 1e-9}, Accuracy{"hg85", 1e-9}),
                          [](const auto& row) { return row.param.phase; });
 
-TEST(DiscreteOrdinates64, AreMetByAPeakOf095ButForItsNeighbourhood) {
-    // 128 moments do not resolve g = 0.95 (0.95^128 = 1e-3): what truncation leaves shows where
-    // Theta is small, 3.7e-3 at worst, and hardly anywhere else, 3.4e-6 in the median.
+TEST(DiscreteOrdinates64, AreMetByAPeakOf095) {
+    // 128 moments do not resolve g = 0.95 (0.95^128 = 1e-3): 9.5e-5 measured at worst, 1.7e-6 in
+    // the median.
     const std::vector<Compared> all = test::compare_geometries("hg95", 64);
-    EXPECT_LE(all.back().error, 5e-3) << all.back().row;
-    EXPECT_LE(all[all.size() / 2].error, 1e-5) << all[all.size() / 2].row;
+    EXPECT_LE(all.back().error, 2e-4) << all.back().row;
+    EXPECT_LE(all[all.size() / 2].error, 4e-6) << all[all.size() / 2].row;
 }
 
 TEST(DiscreteOrdinates64, AreMetInFluxesByAPeakOf095) {

@@ -222,6 +222,7 @@ class TableSolver {
         const Eigen::Index azimuths = cosines_.cols();
         const auto count = std::min(cosines_.rows(), static_cast<Eigen::Index>(modes.size()));
         Eigen::VectorXd series(count);
+        std::vector<double> directions(static_cast<std::size_t>(azimuths));
         for (Eigen::Index i = 0; i < mus; ++i)
             for (Eigen::Index j = i; j < mus; ++j) {
                 for (Eigen::Index m = 0; m < count; ++m)
@@ -229,12 +230,16 @@ class TableSolver {
                 const Eigen::VectorXd sum = cosines_.topRows(count).transpose() * series;
                 const PeakCorrection correction_here =
                     correction(static_cast<int>(i), static_cast<int>(j));
+                for (std::size_t k = 0; k < directions.size(); ++k)
+                    directions[k] = cos_scattering_angle({mu[static_cast<std::size_t>(i)],
+                                                          mu[static_cast<std::size_t>(j)],
+                                                          table_.azimuth.values[k]});
+                const std::vector<double> scattered_again =
+                    sum_legendre(correction_here.legendre, directions);
                 for (Eigen::Index k = 0; k < azimuths; ++k) {
                     const auto direction = static_cast<std::size_t>((i * mus + j) * azimuths + k);
-                    const double cosine = cos_scattering_angle(
-                        {mu[static_cast<std::size_t>(i)], mu[static_cast<std::size_t>(j)],
-                         table_.azimuth.values[static_cast<std::size_t>(k)]});
-                    double sample = sum(k) + correction_here(phase[direction], cosine);
+                    double sample = sum(k) + correction_here.single * phase[direction] +
+                                    scattered_again[static_cast<std::size_t>(k)];
                     if (below.size()) sample += below(i, j) * below_phase_[direction];
                     out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
                         rounded_(sample);

@@ -88,6 +88,7 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
             cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) *
                                                    angles.azimuth[static_cast<std::size_t>(k)]);
     Eigen::VectorXd series(count), sum(cosines.rows());
+    std::vector<double> directions(angles.azimuth.size());
     const int n = static_cast<int>(angles.mu.size());
     for (int i = 0; i < n; ++i)
         for (int j = i; j < n; ++j) {
@@ -95,13 +96,16 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
                 series(m) = modes[static_cast<std::size_t>(m)](i, j);
             sum.noalias() = cosines * series;
             const PeakCorrection correction_here = correction(i, j);
+            for (std::size_t k = 0; k < directions.size(); ++k)
+                directions[k] = cos_scattering_angle({layer.mu(i), layer.mu(j), angles.azimuth[k]});
+            const std::vector<double> scattered_again =
+                sum_legendre(correction_here.legendre, directions);
             const double once =
                 single(1, layer.albedo, layer.optical_depth, layer.mu(i), layer.mu(j));
             for (int k = 0; k < static_cast<int>(sum.size()); ++k) {
                 const std::size_t at = angles.at(i, j, k), mirrored = angles.at(j, i, k);
-                const double cosine = cos_scattering_angle(
-                    {layer.mu(i), layer.mu(j), angles.azimuth[static_cast<std::size_t>(k)]});
-                double multiple = sum(k) + correction_here(phase[at], cosine);
+                double multiple = sum(k) + correction_here.single * phase[at] +
+                                  scattered_again[static_cast<std::size_t>(k)];
                 double total = once * phase[at];
                 if (below) {
                     multiple += below->correction(i, j) * below->phase[at];

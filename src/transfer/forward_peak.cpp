@@ -1,6 +1,7 @@
 #include <stratus/transfer/forward_peak.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -71,6 +72,16 @@ std::vector<double> ForwardPeak::path_moments(double s) const {
     const double w = albedo_, wf = w * fraction_;
     const double hit = -std::expm1(-kappa_ * s) / kappa_;
     const double straight = ein_difference(1, kappa_, wf, s);
+    // Ein(s) - Ein((1 - x) s) = sum_n x^n P(n, s) / n, P the regularised gamma function.
+    std::array<double, 12> of_power;  // to 1e-13 up to x = 0.1
+    for (std::size_t n = 0; n < of_power.size(); ++n)
+        of_power[n] = (std::isinf(s) ? 1 : boost::math::gamma_p(static_cast<double>(n + 1), s)) /
+                      static_cast<double>(n + 1);
+    const auto less = [&](double x) {
+        double sum = 0;
+        for (std::size_t n = of_power.size(); n-- > 0;) sum = x * (of_power[n] + sum);
+        return sum;
+    };
     std::vector<double> G(chi_.size());
     for (std::size_t l = 0; l < G.size(); ++l) {
         const double q = chi_[l] - rest_[l], beyond = exact_[l] ? 0 : w * (q - fraction_);
@@ -78,7 +89,9 @@ std::vector<double> ForwardPeak::path_moments(double s) const {
         if (s < thin_path)  // all that is linear in s cancels
             G[l] = s * s / 2 * path_curvature(l);
         else if (rest_[l] == 0)
-            G[l] = ein_difference(1, b, w * chi_[l], s) - w * q * hit;
+            G[l] = (std::abs(w * chi_[l]) < 0.1 ? less(w * chi_[l])
+                                                : ein_difference(1, b, w * chi_[l], s)) -
+                   w * q * hit;
         else
             G[l] = straight + (beyond == 0 ? 0 : ein_difference(a, b, beyond, s)) - w * q * hit;
         G[l] *= 2 * static_cast<double>(l) + 1;
@@ -124,22 +137,20 @@ std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in
     // The mean of F between the two slant depths, times tau / (4 mu mu0).
     const double factor = optical_depth / (4 * mu_in * mu_out);
     std::vector<double> sum;
-    if (std::abs(in - out) > 0.5) {
+    if (std::abs(in - out) > 0.05) {
         sum = path_moments(in);
         const std::vector<double> less = path_moments(out);
         for (std::size_t l = 0; l < sum.size(); ++l)
             sum[l] = factor * (sum[l] - less[l]) / (in - out);
         return sum;
     }
-    using Gauss = boost::math::quadrature::gauss<double, 7>;  // F is smooth over half a unit
-    sum.assign(chi_.size(), 0);
-    for (std::size_t k = 0; k < Gauss::abscissa().size(); ++k)
-        for (const double x : {Gauss::abscissa()[k], -Gauss::abscissa()[k]}) {
-            if (x == 0 && std::signbit(x)) continue;  // the middle once
-            const std::vector<double> F = path_moments_slope((in + out) / 2 + x * (in - out) / 2);
-            for (std::size_t l = 0; l < sum.size(); ++l)
-                sum[l] += factor * Gauss::weights()[k] / 2 * F[l];
-        }
+    // Three Gauss points: F hardly bends over so short a way.
+    const double reach = std::sqrt(0.6) * (in - out) / 2, middle = (in + out) / 2;
+    sum = path_moments_slope(middle);
+    const std::vector<double> before = path_moments_slope(middle - reach);
+    const std::vector<double> after = path_moments_slope(middle + reach);
+    for (std::size_t l = 0; l < sum.size(); ++l)
+        sum[l] = factor * (8 * sum[l] + 5 * (before[l] + after[l])) / 18;
     return sum;
 }
 
@@ -213,16 +224,24 @@ std::vector<double> peak_moments(const PhaseFunction& phase_function) {
     }
 }
 
-double sum_legendre(const std::vector<double>& coefficients, double x) {
-    double sum = 0, next = 0;  // Clenshaw
+std::vector<double> sum_legendre(const std::vector<double>& coefficients,
+                                 const std::vector<double>& x) {
+    // Clenshaw, all x side by side
+    std::vector<double> sum(x.size(), 0), next(x.size(), 0);
     for (std::size_t l = coefficients.size(); l-- > 0;) {
-        const double order = static_cast<double>(l);
-        const double now = coefficients[l] + (2 * order + 1) / (order + 1) * x * sum -
-                           (order + 1) / (order + 2) * next;
-        next = sum;
-        sum = now;
+        const double order = static_cast<double>(l), c = coefficients[l];
+        const double up = (2 * order + 1) / (order + 1), back = (order + 1) / (order + 2);
+        for (std::size_t k = 0; k < x.size(); ++k) {
+            const double now = c + up * x[k] * sum[k] - back * next[k];
+            next[k] = sum[k];
+            sum[k] = now;
+        }
     }
     return sum;
+}
+
+double sum_legendre(const std::vector<double>& coefficients, double x) {
+    return sum_legendre(coefficients, std::vector<double>{x})[0];
 }
 
 }  // namespace stratus

@@ -65,7 +65,9 @@ double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
 /// 0.998): such a peak is left to TMS alone.
 std::vector<double> peak_moments(const PhaseFunction& phase_function);
 
-/// sum_l coefficients[l] P_l(x).
+/// sum_l coefficients[l] P_l(x), of one x or of many at once.
 double sum_legendre(const std::vector<double>& coefficients, double x);
+std::vector<double> sum_legendre(const std::vector<double>& coefficients,
+                                 const std::vector<double>& x);
 
 }  // namespace stratus

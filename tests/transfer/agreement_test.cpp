@@ -244,6 +244,7 @@ Answer classic(const Layer& of) {
 /// w = 0.9, of orders that fall off as n^(-3/2) besides; in thin layers light escapes.
 int orders_needed(const Layer& of) {
     if (of.albedo < 0.5) return 30;
+    if (of.optical_depth <= 0.1) return 20;
     if (of.optical_depth <= 1) return 60;
     return of.albedo < 1 && of.phase_function.is_isotropic() ? 200 : 0;
 }

@@ -140,6 +140,11 @@ double largest_change(const std::vector<double>& before, const std::vector<doubl
 /// methods goes to the report (--gtest_output).
 void expect_all_agree(const std::vector<Answer>& answers) {
     int comparisons = 0;
+    for (const Answer& each : answers)
+        for (const auto& [value, error, node_error] : each.stated)
+            if (error < infinity && error + node_error > 0.25 * value + 1e-3)
+                ADD_FAILURE() << each.method << " states an error that says nothing: " << error
+                              << " and " << node_error << " of " << value;
     for (std::size_t a = 0; a < answers.size(); ++a)
         for (std::size_t b = 0; b < a; ++b) {
             const Answer &A = answers[a], &B = answers[b];

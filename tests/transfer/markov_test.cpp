@@ -85,16 +85,12 @@ TEST_P(MarkovChain, MeetsTheSolverWithinTheErrorThatItStates) {
     EXPECT_LT(chain.flux_error, 1e-2 * of.optical_depth);  // and says something
 }
 
+/// All modes; six of them, and other layers, in agreement_test.
 std::vector<Layer> layers() {
     std::vector<Layer> all;
-    for (const auto& [name, text, nodes] :
-         {std::tuple{"isotropic", "isotropic", 8},
-          {"rayleigh", "rayleigh", 8},
-          {"forward", "henyey_greenstein:g=0.5", 8},
-          {"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5", 8}})
-        for (const double albedo : {0.3, 0.99, 1.0})
-            for (const double optical_depth : {0.1, 1.0, 8.0})
-                all.push_back({name, text, nodes, albedo, optical_depth});
+    for (const double optical_depth : {0.1, 1.0, 8.0})
+        all.push_back({"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5",
+                       8, 0.99, optical_depth});
     return all;
 }
 

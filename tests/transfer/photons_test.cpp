@@ -121,17 +121,13 @@ TEST_P(PhotonsInALayer, AreReflectedTransmittedOrAbsorbed) {
     }
 }
 
+/// Broader phase functions meet all other methods in agreement_test.
 std::vector<Layer> layers() {
     std::vector<Layer> all;
-    for (const auto& [name, text] :
-         {std::pair{"isotropic", "isotropic"},
-          {"rayleigh", "rayleigh"},
-          {"forward", "henyey_greenstein:g=0.75"},
-          {"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5"}})
-        for (const double albedo : {0.5, 0.99, 1.0})
-            for (const double optical_depth : {0.05, 1.0, 8.0, infinity})
-                if (albedo < 1 || optical_depth < infinity)
-                    all.push_back({name, text, albedo, optical_depth});
+    for (const double albedo : {0.5, 0.99, 1.0})
+        for (const double optical_depth : {0.05, 1.0, 8.0, infinity})
+            if (albedo < 1 || optical_depth < infinity)
+                all.push_back({"forward", "henyey_greenstein:g=0.75", albedo, optical_depth});
     return all;
 }
 

@@ -71,7 +71,8 @@ struct PhotonSolution {
 ///          errors are honest (spread over seeds within 20 % of them from 5000 photons on) up to g
 ///          = 0.75, grazing cosines and layers of 1e-6 included. They are too small where few
 ///          photons carry the answer: forward peaks (g = 0.99: 1e6 photons are not enough), T of
-///          absorbing layers below 1e-5, and, for `single` alone, cosines below 0.02.
+///          absorbing layers below 1e-5 (below 1e-4 where paths end after a few orders), and, for
+///          `single` alone, cosines below 0.02.
 /// Cost     photons x collisions x geometries; collisions grow like the depth at w = 1.
 /// Threads  the same bits with every `parallel_for`; a beam's numbers depend on its own mu_in only.
 PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,

@@ -333,21 +333,26 @@ class CostMeter {
     }
 
     void sweep_solvers() {
+        const std::vector<SolverOptions> variants = solver_variants(recipe_);
+        sweep_nodes({variants.begin(), variants.begin() + 1});  // the cheapest by far
         // Random points are solved to a hundredth of the finest tolerance that is measured.
         const double enough = 1e-2 * finest_share * recipe_.tolerance;
-        double least_most = 1;
+        for (const CostPoint& point : solvers_) {
+            point_nodes_ = point.solver.nodes;
+            if (point.error_most <= enough) break;
+        }
+        sweep_nodes({variants.begin() + 1, variants.end()});
+    }
+
+    void sweep_nodes(const std::vector<SolverOptions>& variants) {
         for (const int nodes : {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128}) {
             if (2 * nodes > study_.reference_nodes || !is_time_left(share_of_solver_errors)) break;
-            if (least_most > enough) point_nodes_ = nodes;
             double least = 1;
-            for (SolverOptions solver : solver_variants(recipe_)) {
+            for (SolverOptions solver : variants) {
                 show("solving");
                 solver.nodes = nodes;
                 const std::vector<CostPoint> points = try_solver(solver);
-                for (const CostPoint& point : points) {
-                    least = std::min(least, point.error_largest);
-                    least_most = std::min(least_most, point.error_most);
-                }
+                for (const CostPoint& point : points) least = std::min(least, point.error_largest);
                 solvers_.insert(solvers_.end(), points.begin(), points.end());
             }
             if (least <= converged) break;

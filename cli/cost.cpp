@@ -102,14 +102,20 @@ PlotPanel make_panel(const CostStudy& study, CostPoint::Kind kind, const char* f
     return panel;
 }
 
+bool starts(const CostPoint& point, ClassicStart start) {
+    return point.solver.scheme == Scheme::classic && point.solver.start == start;
+}
+
 PlotPanel panel_of_solvers(const CostStudy& study) {
     PlotPanel panel =
         make_panel(study, CostPoint::Kind::solver, "frontier",
                    {{"harmonic doubling",
                      [](const CostPoint& p) { return p.solver.scheme == Scheme::harmonic; }},
-                    {"classic doubling",
-                     [](const CostPoint& p) { return p.solver.scheme == Scheme::classic; }}});
-    panel.title = "Solver: nodes, modes and scheme";
+                    {"classic, diamond start",
+                     [](const CostPoint& p) { return starts(p, ClassicStart::diamond); }},
+                    {"classic, single start",
+                     [](const CostPoint& p) { return starts(p, ClassicStart::single); }}});
+    panel.title = "Solver: nodes, modes, scheme and start";
     panel.x_title = "time of one solve, one thread (s)";
     panel.y_title = "relative error of R and T, 99.9 % within";
     return panel;

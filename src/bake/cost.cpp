@@ -37,17 +37,35 @@ constexpr int most_reference_nodes = 256;
 constexpr int random_points = 6000;
 constexpr unsigned point_seed = 7;  // neither the bake's check nor verify's default
 
+/// Depths that the classic scheme starts from; 0: its own choice (solve.h).
+constexpr double start_depths[] = {0, 1e-3, 1e-6};
+
 constexpr double largest_table = 1 << 30;  // bytes
 
 /// Tolerances finer than this share of the recipe's own are not measured.
 constexpr double finest_share = 0.25;
 
-/// Solvers that are swept, each over nodes and modes.
-std::vector<SolverOptions> solver_variants() {
-    SolverOptions harmonic, classic;
-    harmonic.scheme = Scheme::harmonic;
+/// What the recipe says of its solver.
+SolverOptions solver_of(const Recipe& recipe) {
+    SolverOptions solver;
+    solver.orders = recipe.orders;
+    return solver;
+}
+
+/// Solvers that are swept, each over nodes and modes: one for each start of the classic scheme,
+/// which counts no orders and takes nothing beneath.
+std::vector<SolverOptions> solver_variants(const Recipe& recipe) {
+    std::vector<SolverOptions> variants{solver_of(recipe)};
+    if (recipe.orders != 0 || recipe.below.is_something()) return variants;
+    SolverOptions classic = variants.front();
     classic.scheme = Scheme::classic;
-    return {harmonic, classic};
+    for (const ClassicStart start : {ClassicStart::diamond, ClassicStart::single})
+        for (const double start_depth : start_depths) {
+            classic.start = start;
+            classic.start_depth = start_depth;
+            variants.push_back(classic);
+        }
+    return variants;
 }
 
 /// An axis whose sampling is swept.
@@ -115,8 +133,8 @@ class Probes {
         std::vector<Layers> of_albedo(albedos_.size());
         parallel_for(static_cast<int>(albedos_.size()), threads_, [&](int a) {
             const auto at = static_cast<std::size_t>(a);
-            auto solved =
-                solve_ladder(recipe_.phase_function, {albedos_[at]}, ladder_, mu_, solver)[0];
+            auto solved = solve_ladder(recipe_.phase_function, {albedos_[at]}, ladder_, mu_, solver,
+                                       recipe_.below)[0];
             const std::size_t stride = std::max<std::size_t>(1, solved.size() / 6);
             for (std::size_t d = (solved.size() - 1) % stride; d < solved.size(); d += stride)
                 of_albedo[at].push_back(std::move(solved[d]));
@@ -153,7 +171,7 @@ class Probes {
         for (const auto begun = Clock::now(); seconds_since(begun) < enough;) {
             const auto started = Clock::now();
             solve_layer(recipe_.phase_function, recipe_.albedo.max, recipe_.optical_depth.max, mu_,
-                        solver);
+                        solver, recipe_.below);
             best = std::min(best, seconds_since(started));
         }
         return best;
@@ -239,7 +257,7 @@ class CostMeter {
     /// Doubles the nodes until that changes nothing.
     void find_reference() {
         show("converging");
-        SolverOptions solver;
+        SolverOptions solver = solver_of(recipe_);
         solver.nodes = 24;
         while (reference_.total.empty()) {
             try {
@@ -315,21 +333,26 @@ class CostMeter {
     }
 
     void sweep_solvers() {
+        const std::vector<SolverOptions> variants = solver_variants(recipe_);
+        sweep_nodes({variants.begin(), variants.begin() + 1});  // the cheapest by far
         // Random points are solved to a hundredth of the finest tolerance that is measured.
         const double enough = 1e-2 * finest_share * recipe_.tolerance;
-        double least_most = 1;
+        for (const CostPoint& point : solvers_) {
+            point_nodes_ = point.solver.nodes;
+            if (point.error_most <= enough) break;
+        }
+        sweep_nodes({variants.begin() + 1, variants.end()});
+    }
+
+    void sweep_nodes(const std::vector<SolverOptions>& variants) {
         for (const int nodes : {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128}) {
             if (2 * nodes > study_.reference_nodes || !is_time_left(share_of_solver_errors)) break;
-            if (least_most > enough) point_nodes_ = nodes;
             double least = 1;
-            for (SolverOptions solver : solver_variants()) {
+            for (SolverOptions solver : variants) {
                 show("solving");
                 solver.nodes = nodes;
                 const std::vector<CostPoint> points = try_solver(solver);
-                for (const CostPoint& point : points) {
-                    least = std::min(least, point.error_largest);
-                    least_most = std::min(least_most, point.error_most);
-                }
+                for (const CostPoint& point : points) least = std::min(least, point.error_largest);
                 solvers_.insert(solvers_.end(), points.begin(), points.end());
             }
             if (least <= converged) break;
@@ -360,9 +383,10 @@ class CostMeter {
     }
 
     /// Points that are alike share their time.
-    using SolverKey = std::tuple<Scheme, int, int>;
+    using SolverKey = std::tuple<Scheme, ClassicStart, double, int, int>;
     static SolverKey key_of(const CostPoint& point) {
-        return {point.solver.scheme, point.solver.nodes, point.solver.modes};
+        const SolverOptions& of = point.solver;
+        return {of.scheme, of.start, of.start_depth, of.nodes, of.modes};
     }
 
     /// Several rounds over all points, so that no point's time is that of one busy moment; leaves
@@ -414,8 +438,7 @@ class CostMeter {
                                recipe_.reflection,
                                recipe_.transmission,
                                recipe_.below};
-        SolverOptions solver;
-        solver.orders = recipe_.orders;
+        SolverOptions solver = solver_of(recipe_);
         solver.nodes = std::max(point_nodes_, chosen.nodes + 8);
         solver.mode_tolerance = 1e-4 * recipe_.tolerance;
         VerifyOptions options;
@@ -458,6 +481,7 @@ class CostMeter {
         CostPoint point;
         point.kind = CostPoint::Kind::table;
         point.discretisation = d;
+        point.solver = solver_of(recipe_);
         point.solver.nodes = d.nodes;
         point.solver.modes = d.modes;
         point.solver.scheme = d.scheme;
@@ -514,7 +538,9 @@ class CostMeter {
 
     bool can_vary(const SweptAxis& axis) const {
         if (axis.samples == &Discretisation::azimuth_samples)
-            return !recipe_.phase_function.is_isotropic();
+            return !recipe_.phase_function.is_isotropic() ||
+                   (recipe_.below.kind == Below::Kind::layer &&
+                    !recipe_.below.phase_function.is_isotropic());
         const Range& range = axis.samples == &Discretisation::albedo_samples
                                  ? recipe_.albedo
                                  : recipe_.optical_depth;
@@ -715,6 +741,15 @@ constexpr CostColumn columns[] = {
     {"scheme", "of the solver: harmonic or classic", Of::both,
      [](const CostPoint& p) {
          return std::string(p.solver.scheme == Scheme::classic ? "classic" : "harmonic");
+     }},
+    {"start", "of the classic scheme: diamond or single", Of::both,
+     [](const CostPoint& p) {
+         if (p.solver.scheme != Scheme::classic) return std::string();
+         return std::string(p.solver.start == ClassicStart::single ? "single" : "diamond");
+     }},
+    {"start_depth", "of the classic scheme, at most; 0: 1e-3 of the smallest cosine", Of::both,
+     [](const CostPoint& p) {
+         return p.solver.scheme == Scheme::classic ? number(p.solver.start_depth) : "";
      }},
     {"nodes", "Gauss nodes of the solver", Of::both,
      [](const CostPoint& p) { return std::to_string(p.solver.nodes); }},

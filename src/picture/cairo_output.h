@@ -3,11 +3,13 @@
 
 #include <cairo.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace stratus {
 
@@ -25,8 +27,13 @@ inline cairo_status_t append_to_file(void* file, const unsigned char* bytes, uns
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-[[noreturn]] inline void fail(const std::filesystem::path& path, const std::string& reason) {
-    throw std::runtime_error(path.string() + ": " + reason);
+/// Says why `path` could not be written: what the system (errno) or else Cairo says.
+///
+/// Errors   std::system_error, so that write_atomically names the file that the user knows;
+/// std::runtime_error with Cairo's reason.
+[[noreturn]] inline void fail(const std::filesystem::path& path, cairo_status_t status) {
+    if (errno != 0) throw std::system_error(errno, std::generic_category(), path.string());
+    throw std::runtime_error(path.string() + ": " + cairo_status_to_string(status));
 }
 
 }  // namespace stratus

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -461,7 +460,7 @@ void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem:
 
     errno = 0;
     std::ofstream file(svg, std::ios::binary);
-    if (!file) fail(svg, std::strerror(errno));
+    if (!file) fail(svg, CAIRO_STATUS_WRITE_ERROR);
     const Surface surface(
         cairo_svg_surface_create_for_stream(append_to_file, &file, page_width, height));
     {
@@ -478,8 +477,7 @@ void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem:
     cairo_surface_finish(surface.get());
     const cairo_status_t status = cairo_surface_status(surface.get());
     file.close();
-    if (status != CAIRO_STATUS_SUCCESS || !file)
-        fail(svg, errno != 0 ? std::strerror(errno) : cairo_status_to_string(status));
+    if (status != CAIRO_STATUS_SUCCESS || !file) fail(svg, status);
 }
 
 }  // namespace stratus

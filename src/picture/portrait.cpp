@@ -663,16 +663,15 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
 // ---- The whole
 
 void write_png(const Canvas& canvas, const std::filesystem::path& png) {
-    if (const cairo_status_t status = cairo_status(canvas.cairo()); status != CAIRO_STATUS_SUCCESS)
-        fail(png, cairo_status_to_string(status));
     errno = 0;
+    if (const cairo_status_t status = cairo_status(canvas.cairo()); status != CAIRO_STATUS_SUCCESS)
+        fail(png, status);
     std::ofstream file(png, std::ios::binary);
-    if (!file) fail(png, std::strerror(errno));
+    if (!file) fail(png, CAIRO_STATUS_WRITE_ERROR);
     const cairo_status_t status =
         cairo_surface_write_to_png_stream(canvas.surface(), append_to_file, &file);
     file.close();
-    if (status != CAIRO_STATUS_SUCCESS || !file)
-        fail(png, errno != 0 ? std::strerror(errno) : cairo_status_to_string(status));
+    if (status != CAIRO_STATUS_SUCCESS || !file) fail(png, status);
 }
 
 }  // namespace

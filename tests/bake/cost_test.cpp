@@ -271,7 +271,9 @@ TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
             EXPECT_EQ(header[c], cost_columns()[c].first);
             const bool is_tables =
                 std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
+            const bool is_starts = header[c] == "start" || header[c] == "start_depth";
             const bool belongs = header[c] == "tolerance" ? point.tolerance > 0
+                                 : is_starts              ? point.solver.scheme == Scheme::classic
                                  : header[c] == "solve_seconds"
                                      ? point.kind == Kind::solver
                                      : !is_tables || point.kind == Kind::table;
@@ -279,6 +281,72 @@ TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
         }
     }
     EXPECT_EQ(rows, measured().study.points.size());
+}
+
+/// The least error of so many nodes, whatever the modes.
+double least_error(const CostStudy& study, int nodes, Scheme scheme,
+                   ClassicStart start = ClassicStart::diamond, double start_depth = 0) {
+    double least = INFINITY;
+    for (const CostPoint& point : study.points)
+        if (point.kind == Kind::solver && point.solver.nodes == nodes &&
+            point.solver.scheme == scheme && point.solver.start == start &&
+            point.solver.start_depth == start_depth)
+            least = std::min(least, point.error_largest);
+    return least;
+}
+
+TEST(Cost, SweepsEveryStartOfClassicDoubling) {
+    const CostStudy& study = measured().study;
+    constexpr int nodes = 16;
+    const auto classic = [&](ClassicStart start, double start_depth) {
+        return least_error(study, nodes, Scheme::classic, start, start_depth);
+    };
+    const double harmonic = least_error(study, nodes, Scheme::harmonic);
+    for (const ClassicStart start : {ClassicStart::diamond, ClassicStart::single}) {
+        // what 16 nodes leave is left by both schemes; a start at 3e-8 adds less than 1e-6: the
+        // error is of the first order, and 3e-5 at 1e-6
+        EXPECT_NEAR(classic(start, 0), harmonic, 1e-6);
+        EXPECT_LT(10 * classic(start, 1e-6), classic(start, 1e-3));
+        EXPECT_LT(10 * harmonic, classic(start, 1e-3));
+    }
+    EXPECT_LT(classic(ClassicStart::diamond, 1e-3), classic(ClassicStart::single, 1e-3));
+}
+
+/// One layer with these lines added to its recipe.
+CostStudy study_of(const std::string& lines) {
+    CostOptions options;
+    options.seconds = 1e6;
+    options.rounds = 1;
+    return measure_cost(parse_recipe("phase_function = 'isotropic'\n"
+                                     "tolerance = 0.1\n"
+                                     "optical_depth = { min = 1.0, max = 1.0 }\n"
+                                     "albedo = { min = 0.9, max = 0.9 }\n"
+                                     "sides = ['reflection']\n" +
+                                     lines),
+                        options);
+}
+
+TEST(Cost, MeasuresWhatTheRecipeCountsAndLiesOn) {
+    const double plain = least_error(study_of(""), 4, Scheme::harmonic);
+    for (const char* const lines : {"orders = 3\n", "[below]\nlambert_albedo = 0.8\n",
+                                    "[below]\nphase_function = 'rayleigh'\nalbedo = 0.7\n"}) {
+        const CostStudy study = study_of(lines);
+        EXPECT_TRUE(std::isfinite(least_error(study, 4, Scheme::harmonic)));
+        EXPECT_NE(least_error(study, 4, Scheme::harmonic), plain) << lines;
+        int chosen = 0;
+        for (const CostPoint& point : study.points) {
+            EXPECT_EQ(point.solver.scheme, Scheme::harmonic) << lines;
+            EXPECT_EQ(point.solver.orders, lines[0] == 'o' ? 3 : 0);
+            if (point.tolerance != 0.1) continue;
+            ++chosen;
+            EXPECT_LE(point.error_most, 0.1) << lines;
+        }
+        EXPECT_EQ(chosen, 2) << "a solver and a table";
+        EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
+                              [](const CostPoint& p) { return p.varied == "azimuth_samples"; }),
+                  std::string(lines).find("rayleigh") != std::string::npos)
+            << "the azimuth matters where either phase function asks for it";
+    }
 }
 
 TEST(Cost, MeasuresTheRecipesOwnToleranceHoweverShortTheTime) {

@@ -10,9 +10,9 @@ optical_depth = { min = 1.0, max = 1.0 }
 albedo = { min = 0.9, max = 0.9 }
 sides = ["reflection"]
 RECIPE
-header=kind,varied,tolerance,scheme,nodes,modes,mu_samples,azimuth_samples,optical_depth_samples_per_octave
-header+=,albedo_samples,error_median,error_99_9,error_largest,solve_seconds,bake_seconds,bytes,lookup_ns,on_frontier
-header+=,times_frontier
+header=kind,varied,tolerance,scheme,start,start_depth,nodes,modes,mu_samples,azimuth_samples
+header+=,optical_depth_samples_per_octave,albedo_samples,error_median,error_99_9,error_largest,solve_seconds
+header+=,bake_seconds,bytes,lookup_ns,on_frontier,times_frontier
 
 # --- answers
 
@@ -26,7 +26,8 @@ expect_header "$header"
 own='f["kind"] == "solver" && f["solve_seconds"] > 0 && f["bytes"] == ""'
 own+=' || f["kind"] == "table" && f["bytes"] > 0 && f["lookup_ns"] > 0 && f["solve_seconds"] == ""'
 expect_rows "$(($(wc -l <cost.csv) - 1))" "$own"
-for row in '^solver,tolerance,0.1,harmonic,' '^solver,nodes and modes,,harmonic,' '^solver,nodes and modes,,classic,' \
+for row in '^solver,tolerance,0.1,harmonic,' '^solver,nodes and modes,,harmonic,,,' \
+    '^solver,nodes and modes,,classic,diamond,0,' '^solver,nodes and modes,,classic,single,1e-06,' \
     '^table,tolerance,0.1,' '^table,mu_samples,,'; do
     grep -q "$row" cost.csv || fail "the answer needs a row $row"
 done
@@ -81,7 +82,7 @@ expect_refused 2 extra -- cost tiny.toml extra
 sed 's/0.1$/0.2/' tiny.toml >bad.toml
 expect_refused 2 tolerance "[1e-6, 0.1]" "got 0.2" -- cost bad.toml -o older.csv --svg older.svg
 
-# an answer that no disk takes; the longer one has been written then
-through "$size_limited" expect_refused 1 older "too large" -- cost tiny.toml --seconds 1 --quiet -o "$logs/cost.csv" \
+# a figure that no disk takes; the few rows have been written then
+through "$size_limited" expect_refused 1 older.svg: "too large" -- cost tiny.toml --seconds 1e-3 --quiet -o "$logs/cost.csv" \
     --svg older.svg
 finish

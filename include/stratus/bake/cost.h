@@ -1,9 +1,9 @@
 // What accuracy costs: time of the solver, bytes and lookup time of a table, over the error that is
 // left.
 //
-// Two kinds of points are measured for a recipe. `solver`: nodes x modes x scheme, errors at
-// representative albedos, depths and directions against a solution that doubling its nodes does not
-// change. `table`: how finely each axis is sampled, errors of lookups at random points. What
+// Two kinds of points are measured for a recipe. `solver`: nodes x modes x scheme x start, errors
+// at representative albedos, depths and directions against a solution that doubling its nodes does
+// not change. `table`: how finely each axis is sampled, errors of lookups at random points. What
 // `tolerance` chooses is measured among them. Errors are relative as in accuracy.h.
 //
 // The frontier of a kind are the points that no other undercuts in error and in cost: seconds of

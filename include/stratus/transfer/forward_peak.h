@@ -14,7 +14,8 @@
 //     R += sum_l (2l+1) P_l(cos Theta) G_l(tau/mu + tau/mu0) / (4 (mu + mu0))
 //     T += sum_l (2l+1) P_l(cos Theta) [G_l(tau/mu0) - G_l(tau/mu)] / (4 (mu - mu0))
 //
-// The second-order correction of [NT88], IMS, is the first term of this in f for T.
+// Where the series is cut sharply the term of order f^2 in T is the second-order correction of
+// [NT88], IMS.
 #pragma once
 
 #include <vector>

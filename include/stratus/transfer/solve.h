@@ -128,9 +128,11 @@ class LayerSolution {
 /// Solves one layer at the cosines `mu`.
 ///
 /// Range    albedo [0, 1]; optical_depth [0, inf]; mu in [1e-100, 1], none: at the Gauss nodes;
-/// options as stated there. Errors   std::invalid_argument naming argument, range and value.
+///          options as stated there.
+/// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
-/// depth. Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
+///          depth.
+/// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {},
                           const Below& below = {});
@@ -139,7 +141,7 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 /// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
 ///
 /// Range    options.orders [1, 200], with the harmonic scheme; the rest as for solve_layer.
-/// Accuracy every order to rounding, however weak (ordered_layer.h).
+/// Accuracy every order to rounding, however weak (src/transfer/ordered_ladder.h).
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options);

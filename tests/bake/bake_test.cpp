@@ -68,7 +68,9 @@ TEST(Bake, StopsTheSeriesWhereTheRecipeDoes) {
     recipe.discretisation.mu_samples = 24;
     Table table = bake(recipe);
     EXPECT_EQ(table.highest_order, 3);
-    const Verification verification = verify(table);
+    VerifyOptions few;
+    few.samples = 200;  // orders cost more than their sum
+    const Verification verification = verify(table, few);
     EXPECT_TRUE(verification.meets(2e-2)) << verification.samples.back().error;
     EXPECT_EQ(verification.energy_defect, -1);  // w = 1 does not close without the higher orders
 

@@ -20,6 +20,12 @@ constexpr double thinnest_depth = 1e-280;
 /// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
 constexpr double conservative_depth = 1048576;  // 2^20
 
+/// T of a conservative layer over T of one of depth `deepest`, given T there and at half of it: 1/T
+/// grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of it. R takes up
+/// what T loses.
+double transmitted_share_beyond(double deepest, double of_half, double of_deepest,
+                                double optical_depth);
+
 /// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
 /// until the rest is rounding, and some for g near 1.
 int most_doublings_to_infinity(double optical_depth);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include <stratus/runtime/single_scattering.h>
+
+#include "options.h"
 
 namespace stratus {
 
@@ -65,21 +65,16 @@ void LayerModes::solve_pack(int first) {
     const VectorXd beam = directions_.mu.unaryExpr(
         [this](double mu) { return direct_transmittance(task_.optical_depth, mu); });
     for (std::size_t lane = 0; lane < tasks.size(); ++lane) {
-        auto [R, T] = ladder.matrices(static_cast<int>(lane));
-        if (!R.allFinite() || !T.allFinite())
-            throw std::runtime_error(
-                "solve: nodes must be more for this phase function: its series of " +
-                std::to_string(task_.moments.size()) + " moments is too negative in mode " +
-                std::to_string(tasks[lane].mode) + ", got " + std::to_string(directions_.nodes));
+        ModeMatrices layer = ladder.matrices(static_cast<int>(lane));
+        require_finite(layer, tasks[lane].mode, directions_);
+        MatrixXd &R = layer.reflection, &T = layer.transmission;
         if (infinite) {
             layers_.push_back({R + T, {}, {}, {}});  // LaneLadder::is_converged
             continue;
         }
         if (beyond && tasks[lane].mode == 0) {
-            // 1/T grows in proportion to the depth, and R takes up what T loses. [vdH80]
-            const double passed = transmittance(T);
-            const double growth = (1 / passed - 1 / of_half) / (last / 2);
-            const double kept = 1 / (1 + growth * passed * (task_.optical_depth - last));
+            const double kept = transmitted_share_beyond(last, of_half, transmittance(T),
+                                                         task_.optical_depth);
             R += (1 - kept) * T;
             T *= kept;
         }

@@ -1,5 +1,8 @@
 #include "options.h"
 
+#include <stdexcept>
+#include <string>
+
 #include <stratus/runtime/argument.h>
 
 namespace stratus {
@@ -44,6 +47,14 @@ Below truncated(const Below& below, const Truncation& truncation) {
 void check_below(const Below& below) {
     require(below.albedo >= 0 && below.albedo <= 1, "solve", "albedo of what lies beneath",
             "in [0, 1]", below.albedo);
+}
+
+void require_finite(const ModeMatrices& layer, int mode, const Directions& directions) {
+    if (layer.reflection.allFinite() && layer.transmission.allFinite()) return;
+    throw std::runtime_error("solve: nodes must be more for this phase function: its series of " +
+                             std::to_string(2 * directions.nodes) +
+                             " moments is too negative in mode " + std::to_string(mode) +
+                             ", got " + std::to_string(directions.nodes));
 }
 
 SolvedValue put_together(double single, double corrected, double orders) {

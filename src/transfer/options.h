@@ -1,6 +1,7 @@
 // What the solver's options mean to those who follow them.
 #pragma once
 
+#include <stratus/transfer/layer.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
@@ -26,6 +27,9 @@ Below truncated(const Below& below, const Truncation& truncation);
 
 /// Throws std::invalid_argument when its albedo is out of range.
 void check_below(const Below& below);
+
+/// Throws std::runtime_error, asking for more nodes, when a mode of a layer came out not finite.
+void require_finite(const ModeMatrices& layer, int mode, const Directions& directions);
 
 /// A value from its closed form, the same after truncation, and the orders above.
 SolvedValue put_together(double single, double corrected, double orders);

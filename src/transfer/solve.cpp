@@ -103,20 +103,7 @@ class LadderRun {
                         static_cast<std::size_t>(std::min(mode + group, most)));
                     solution.transmission_modes.resize(solution.reflection_modes.size());
                 }
-            std::vector<int> modes;
-            std::vector<std::pair<int, std::size_t>> pairs;
-            for (int m = mode; m < std::min(mode + group, most); ++m) {
-                modes.push_back(m);
-                for (std::size_t a = 0; a < albedos_.size(); ++a) pairs.emplace_back(m, a);
-            }
-            if (!order_weights_.empty()) {
-                run_orders(modes);
-                pairs.clear();
-            }
-            for (std::size_t i = 0; i < pairs.size(); i += lanes)
-                run_pack({pairs.begin() + static_cast<std::ptrdiff_t>(i),
-                          pairs.begin() +
-                              static_cast<std::ptrdiff_t>(std::min(pairs.size(), i + lanes))});
+            solve_modes(mode, std::min(mode + group, most));
             if (!options_.modes && !first_group &&
                 is_negligible(mode, std::min(group, most - mode)))
                 break;
@@ -176,6 +163,23 @@ class LadderRun {
     double first_depth(std::size_t a) const {
         return truncation_.optical_depth(
             ladder_.octaves ? ladder_.first : directions_.mu.minCoeff(), albedos_[a]);
+    }
+
+    /// All modes from `first` to before `end`, all albedos.
+    void solve_modes(int first, int end) {
+        if (!order_weights_.empty()) {
+            run_orders(first, end);
+            return;
+        }
+        std::vector<std::pair<int, std::size_t>> pairs;
+        for (int mode = first; mode < end; ++mode)
+            for (std::size_t a = 0; a < albedos_.size(); ++a) pairs.emplace_back(mode, a);
+        for (auto pack = pairs.begin(); pack != pairs.end();) {
+            const auto end_of_pack =
+                pack + std::min<std::ptrdiff_t>(lane_count, pairs.end() - pack);
+            run_pack({pack, end_of_pack});
+            pack = end_of_pack;
+        }
     }
 
     void run_pack(const std::vector<std::pair<int, std::size_t>>& pairs) {
@@ -239,7 +243,9 @@ class LadderRun {
     }
 
     /// Up to eight modes, all albedos.
-    void run_orders(const std::vector<int>& modes) {
+    void run_orders(int first_mode, int end) {
+        std::vector<int> modes;
+        for (int mode = first_mode; mode < end; ++mode) modes.push_back(mode);
         const double first = ladder_.octaves ? ladder_.first : directions_.mu.minCoeff();
         const int doublings = count_doublings(directions_, first);
         OrderedLadder ladder(directions_, truncation_.moments, truncation_.fraction, modes,
@@ -280,11 +286,7 @@ class LadderRun {
         const auto at = static_cast<std::size_t>(mode);
         const VectorXd s = directions_.s.tail(count);
         const VectorXd unscale = s.cwiseInverse();
-        if (!layer.reflection.allFinite() || !layer.transmission.allFinite())
-            throw std::runtime_error(
-                "solve: nodes must be more for this phase function: its series of " +
-                std::to_string(2 * options_.nodes) + " moments is too negative in mode " +
-                std::to_string(mode) + ", got " + std::to_string(options_.nodes));
+        require_finite(layer, mode, directions_);
         if (infinite)
             layer.reflection += layer.transmission;  // LaneLadder::is_converged
         else if (below_.is_something())
@@ -514,14 +516,12 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
         return as_layer(solve_stack({{phase_function, albedo, optical_depth}}, below, mu, options));
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && options.orders == 0 && optical_depth > last) {
-        // 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of
-        // it, and R takes up what T loses.
         std::vector<LayerSolution> octave =
             solve_ladder(phase_function, {albedo}, {last / 2, 2, false}, mu, options)[0];
         LayerSolution& solution = octave[1];
-        const double T = solution.total_transmittance;
-        const double growth = (1 / T - 1 / octave[0].total_transmittance) / (last / 2);
-        const double kept = 1 / (1 + growth * T * (optical_depth - last));
+        const double kept =
+            transmitted_share_beyond(last, octave[0].total_transmittance,
+                                     solution.total_transmittance, optical_depth);
         solution.optical_depth = optical_depth;
         for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
             solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];

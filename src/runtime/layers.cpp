@@ -1,0 +1,175 @@
+#include "layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+
+namespace stratus {
+namespace {
+
+/// Where less than this of the law of diffusion is left at the deepest sample, that sample is the
+/// limit itself.
+constexpr double least_deficit = 1e-5;
+
+/// What is asked of the multiply scattered part.
+struct Query {
+    Stencil albedo_stencil;
+    double albedo;  // clamped to the axis; 1 where samples are not divided by anything
+    double optical_depth;
+    double diffusion_exponent;
+};
+
+int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
+
+/// One side of a table, and the layers of it that a query needs.
+class Side {
+  public:
+    Side(const TableView& table, const float* samples, const float* weight,
+         const Query& query) noexcept
+        : table_(table),
+          samples_(samples),
+          weight_(weight),
+          depths_(table.optical_depth.size()),
+          layer_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
+                      table.azimuth.count) {
+        layers_.optical_depth = query.optical_depth;
+        layers_.fades = table.lies_on_something() && table.below->kind == Below::Kind::surface &&
+                        table.optical_depth.count > 0 &&
+                        query.optical_depth < table.optical_depth.lowest;
+    }
+
+    const Layers& layers() const noexcept { return layers_; }
+
+    /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
+    /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
+    /// none to take it.
+    bool add_depth(const Query& query, int depth, double share) noexcept {
+        double handed_on = 0;
+        for (int l = 0; l < used(table_.albedo); ++l) {
+            const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
+            handed_on = add(query.albedo_stencil.first + l, depth, part) ? 0 : part;
+        }
+        return handed_on == 0;
+    }
+
+    /// Cubic along optical depth within the finite samples. A depth that no sample can speak for
+    /// hands its share to the one above it.
+    void add_depths(const Query& query, double scale) noexcept {
+        const Stencil depth = table_.optical_depth.stencil(query.optical_depth);
+        double handed_on = 0;
+        for (int t = used(table_.optical_depth) - 1; t >= 0; --t) {
+            const double share = scale * double{depth.weight[t]} + handed_on;
+            handed_on = add_depth(query, depth.first + t, share) ? 0 : share;
+        }
+    }
+
+    /// Between the deepest finite sample and the one at infinity the distance from the limit dies
+    /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
+    /// deficit is spent hand their share of it on, as above.
+    void add_between_last_and_infinity(const Query& query) noexcept {
+        const double length = table_.extrapolation_length, highest = table_.optical_depth.highest;
+        const bool over_below = table_.lies_on_something();
+        const double deficit =
+            reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
+        const int last = table_.optical_depth.count - 1;
+        double handed_on = 0;
+        for (int l = 0; l < used(table_.albedo); ++l) {
+            const int albedo = query.albedo_stencil.first + l;
+            const double exponent = table_.diffusion_exponent[albedo];
+            const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
+            const double weight = double{query.albedo_stencil.weight[l]};
+            const bool spent = deepest < least_deficit;
+            const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
+            handed_on = spent ? weight + handed_on : 0;
+            add(albedo, last + 1, query.albedo * (weight - share));
+            if (!spent)
+                add(albedo, last,
+                    query.albedo * share *
+                        (over_below ? 1 : reflection_scale(highest, exponent, length)));
+        }
+    }
+
+  private:
+    /// False when the sample is too small to be scaled back up.
+    bool add(int albedo, int depth, double share) noexcept {
+        const std::ptrdiff_t at = std::ptrdiff_t{albedo} * depths_ + depth;
+        if (weight_[at] == 0) return false;
+        if (share != 0)
+            layers_.layer[layers_.count++] = {samples_ + at * layer_size_,
+                                              static_cast<float>(share * double{weight_[at]}),
+                                              depth};
+        return true;
+    }
+
+    const TableView& table_;
+    const float* samples_;
+    const float* weight_;
+    int depths_;
+    std::ptrdiff_t layer_size_;
+    Layers layers_;
+};
+
+Query query_of(const TableView& table, double albedo, double optical_depth) noexcept {
+    Query query{table.albedo.stencil(albedo),
+                std::clamp(albedo, table.albedo.lowest, table.albedo.highest), optical_depth, 0};
+    for (int l = 0; l < used(table.albedo); ++l)
+        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} *
+                                    table.diffusion_exponent[query.albedo_stencil.first + l];
+    query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
+    const AxisView& depth = table.optical_depth;
+    if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
+    if (table.lies_on_something()) query.albedo = 1;
+    return query;
+}
+
+}  // namespace
+
+Layers reflection_layers(const TableView& table, double albedo, double optical_depth) noexcept {
+    const Query query = query_of(table, albedo, optical_depth);
+    const AxisView& depth = table.optical_depth;
+    Side side(table, table.reflection_multiple, table.reflection_weight, query);
+    if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
+        side.add_between_last_and_infinity(query);
+    else if (table.lies_on_something())
+        side.add_depths(query, 1);
+    else
+        side.add_depths(
+            query, query.albedo * reflection_scale(query.optical_depth, query.diffusion_exponent,
+                                                   table.extrapolation_length));
+    return side.layers();
+}
+
+Layers transmission_layers(const TableView& table, double albedo, double optical_depth) noexcept {
+    const AxisView& depth = table.optical_depth;
+    const Query query = query_of(table, albedo, optical_depth);
+    Side side(table, table.transmission_multiple, table.transmission_weight, query);
+    if (depth.count == 0) return side.layers();  // nothing passes a layer without end
+    const double scale =
+        query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
+                                          table.extrapolation_length);
+    if (query.optical_depth > depth.highest)
+        side.add_depth(query, depth.count - 1, scale);
+    else
+        side.add_depths(query, scale);
+    return side.layers();
+}
+
+double directional_factor(const TableView& table, const Layers& layers, double mu_in,
+                          double mu_out) noexcept {
+    const double in = std::clamp(mu_in, table.mu_in.lowest, table.mu_in.highest);
+    const double out = std::clamp(mu_out, table.mu_out.lowest, table.mu_out.highest);
+    if (!table.lies_on_something())
+        return intercepted_share(layers.optical_depth, in) *
+               intercepted_share(layers.optical_depth, out);
+    if (!layers.fades) return 1;
+    // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
+    const auto taken_out = [&](double depth) {
+        return intercepted_share(depth, in) + intercepted_share(depth, out);
+    };
+    return taken_out(layers.optical_depth) / taken_out(table.optical_depth.lowest);
+}
+
+}  // namespace stratus

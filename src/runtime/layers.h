@@ -1,0 +1,38 @@
+// Which samples of a table speak for one optical depth and albedo, and by how much each: cubic
+// along both axes, the laws of diffusion between the deepest sample and infinity, the way around
+// samples that float cannot hold.
+#pragma once
+
+#include <stratus/runtime/table.h>
+
+namespace stratus {
+
+constexpr int window = 4;  // samples of a cubic
+
+/// One (albedo, optical_depth) of a side: where its directions start, its share of the answer, its
+/// depth.
+struct Layer {
+    const float* samples;
+    float share;
+    int depth;
+};
+
+/// The layers that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights
+/// of its depth along both directions: no more than 4 albedos by 4 depths.
+struct Layers {
+    Layer layer[window * window];
+    int count = 0;
+    double optical_depth = 0;  // clamped to the table
+    bool fades = false;        // see `directional_factor`
+};
+
+/// Needs a table that has this side.
+Layers reflection_layers(const TableView& table, double albedo, double optical_depth) noexcept;
+Layers transmission_layers(const TableView& table, double albedo, double optical_depth) noexcept;
+
+/// What the sum over the layers is to be multiplied by along both directions: what the samples were
+/// divided by.
+double directional_factor(const TableView& table, const Layers& layers, double mu_in,
+                          double mu_out) noexcept;
+
+}  // namespace stratus

@@ -120,6 +120,11 @@ const char* axis_scale_name(AxisScale scale) noexcept {
     return "";
 }
 
+double AxisView::value(int sample) const noexcept {
+    if (sample == 0) return lowest;
+    return sample == count - 1 ? highest : value_at(scale, first + sample / inverse_step);
+}
+
 double AxisView::index(double value) const noexcept {
     if (count < 2) return 0;
     const double coordinate = coordinate_of(scale, clamped(value, lowest, highest));

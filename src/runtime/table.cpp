@@ -164,6 +164,7 @@ std::size_t Table::sample_count() const noexcept {
 TableView Table::view() const noexcept {
     TableView view;
     view.phase_function = &phase_function;
+    view.phase_curve = &phase_curve;
     view.below = &below;
     view.albedo = albedo.view();
     view.optical_depth = optical_depth.view();
@@ -179,6 +180,7 @@ TableView Table::view() const noexcept {
     view.mu_out_weight = mu_out_weight.data();
     view.diffusion_exponent = diffusion_exponent.data();
     view.extrapolation_length = extrapolation_length;
+    view.tolerance = tolerance;
     return view;
 }
 
@@ -192,6 +194,7 @@ void prepare(Table& table) {
     check_numbers(table);
     check_below(table);
     work_out_weights(table);
+    table.phase_curve = PhaseCurve(table.phase_function);
 }
 
 }  // namespace stratus

@@ -41,6 +41,9 @@ struct AxisView {
     /// Samples in all, the one at infinity included.
     int size() const noexcept { return count + (ends_at_infinity ? 1 : 0); }
 
+    /// Value of a finite sample, to rounding.
+    double value(int sample) const noexcept;
+
     /// Fractional index of a value, clamped to the finite samples [0, count - 1]; 0 for
     /// not-a-number.
     double index(double value) const noexcept;

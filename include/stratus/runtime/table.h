@@ -12,15 +12,21 @@
 
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/below.h>
+#include <stratus/runtime/effects.h>
+#include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
 
 namespace stratus {
+
+template <int channels>
+class SliceOf;
 
 /// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
 /// or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
-    const Below* below;  // null: nothing
+    const PhaseCurve* phase_curve;  // the same, for slices
+    const Below* below;             // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     const float* reflection_multiple;    // null when the table has no such side
@@ -34,10 +40,17 @@ struct TableView {
     const float* mu_out_weight;
     const double* diffusion_exponent;  // over albedo
     double extrapolation_length;       // optical depth
+    double tolerance;                  // that the samples were baked for; 0: unknown
 
     bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
     bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
     bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
+
+    /// The layer of one optical depth and albedo, ready for fast lookups: see slice.h, which is to
+    /// be included. Two milliseconds.
+    SliceOf<1> bind(double optical_depth, double albedo, const Effects& effects = {}) const;
+    SliceOf<3> bind_rgb(const double (&optical_depth)[3], const double (&albedo)[3],
+                        const Effects& effects = {}) const;
 };
 
 /// A whole table, as files hold it.
@@ -76,6 +89,7 @@ struct Table {
     // Worked out by `prepare`, not stored in files: see TableView.
     std::vector<float> reflection_weight, transmission_weight;
     std::vector<float> mu_in_weight, mu_out_weight;
+    PhaseCurve phase_curve;
 
     /// Number of samples of one side.
     std::size_t sample_count() const noexcept;

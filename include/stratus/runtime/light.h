@@ -1,0 +1,363 @@
+// The arithmetic of a bound slice (slice.h) in single precision: closed-form single scattering and
+// higher orders interpolated linearly, for effects that are known when the program is compiled.
+//
+// Slices call these functions through pointers that `bind` picked; a renderer that knows what it
+// wants calls them itself, with nothing in between. F is float, or a class of many floats side by
+// side that has the arithmetic operators and its own versions of the functions under "lanes";
+// nothing here branches on a number. All functions have internal linkage: copies that were compiled
+// for different processors stay apart.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/phase_curve.h>
+
+namespace stratus {
+
+/// A direction in the local frame of a surface, z along its normal; unit length, pointing away.
+struct Vector {
+    float x, y, z;
+};
+
+/// Directions of scattering. The azimuth comes as sin^2 of its half.
+template <class F>
+struct LightPathOf {
+    F mu_in, mu_out;      // (0, 1]
+    F sine_in, sine_out;  // sqrt(1 - mu^2)
+    F half_azimuth;       // sin^2(azimuth / 2), [0, 1]
+};
+using LightPath = LightPathOf<float>;
+
+/// How single scattering finds its phase function.
+enum class PhaseForm {
+    none,        // single scattering is not asked for
+    polynomial,  // in cos Theta
+    one_lobe,    // a polynomial and a Henyey-Greenstein lobe
+    two_lobes,
+    sampled,
+    composed,  // sampled, with opposition and a layer beneath sampled beside it; reflection alone
+};
+
+/// How orders n >= 2 are stored.
+enum class Orders {
+    none,
+    without_azimuth,
+    with_azimuth,
+};
+
+/// One side of a slice for `channels` colours.
+template <int channels>
+struct SideView {
+    PhaseCurveView phase;
+    float optical_depth[channels];   // at most 1e30
+    float quarter_albedo[channels];  // w / 4
+    float surface[channels];         // R of a Lambert surface beneath; 0: none
+    float beneath[channels];         // w / 4 of a layer beneath; 0: none
+
+    // Orders n >= 2 over (mu, mu', azimuth), channels innermost. Row i over mu has mu' = 0 .. i +
+    // 1: the larger of both places comes first, R and T being symmetric.
+    const float* sample;
+    int last_mu, azimuths;
+    float mu_first, mu_step_inverse;  // place = (sqrt(1 - mu^(1/4)) - first) * step_inverse
+    // What samples were divided by: level + slope * (shares intercepted along both directions).
+    float level, slope;
+};
+
+// ---- lanes
+
+[[gnu::always_inline]] static inline float root(float x) { return std::sqrt(x); }
+[[gnu::always_inline]] static inline float larger(float a, float b) { return a > b ? a : b; }
+[[gnu::always_inline]] static inline float smaller(float a, float b) { return a < b ? a : b; }
+
+/// `yes` where a < b, else `no`.
+[[gnu::always_inline]] static inline float where_less(float a, float b, float yes, float no) {
+    return a < b ? yes : no;
+}
+
+/// Without its fraction, towards 0; |x| < 2^31.
+[[gnu::always_inline]] static inline std::int32_t truncated(float x) {
+    return static_cast<std::int32_t>(x);
+}
+
+[[gnu::always_inline]] static inline float as_float(std::int32_t n) {
+    return static_cast<float>(n);
+}
+
+/// 2^-n for n in [0, 126].
+[[gnu::always_inline]] static inline float power_of_half(std::int32_t n) {
+    const std::int32_t bits = (127 - n) << 23;
+    float power;
+    std::memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+/// samples[index] and the one `stride` further on.
+template <class F>
+struct Neighbours {
+    F here, next;
+};
+[[gnu::always_inline]] static inline Neighbours<float> neighbours(const float* samples,
+                                                                  std::int32_t index, int stride) {
+    return {samples[index], samples[index + stride]};
+}
+
+// ---- elementary functions
+
+/// exp(-x) and 1 - exp(-x), each with its relative accuracy.
+template <class F>
+struct Attenuation {
+    F passed, taken;
+};
+
+/// Range    x >= 0; beyond 87 nothing passes. Accuracy 2e-7 of either.
+template <class F>
+[[gnu::always_inline]] static inline Attenuation<F> attenuation(F x) {
+    const F most(87.0f);
+    const F at = smaller(x, most);
+    const auto n = truncated(at * 1.44269504f + 0.5f);
+    const F whole = as_float(n);
+    const F r = (whole * 0.693359375f - at) - whole * 2.12194440e-4f;  // |r| <= ln(2) / 2
+    // exp(r) - 1, Taylor
+    const F p =
+        r * (r * (r * (r * (r * (r * (r * 0.000198412698f + 0.00138888889f) + 0.00833333333f) +
+                            0.0416666667f) +
+                       0.166666667f) +
+                  0.5f) +
+             1.0f);
+    const F power = power_of_half(n);
+    const F below = power * p;
+    return {where_less(x, most, power + below, F(0.0f)), (1.0f - power) - below};
+}
+
+/// sin^2(azimuth / 2) for any azimuth in radians.
+template <class F>
+[[gnu::always_inline]] static inline F half_azimuth_of(F azimuth) {
+    // sin^2(azimuth / 2) has period 2 pi and is even.
+    const F turns = larger(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
+    const F x = (turns - as_float(truncated(turns + 0.5f))) * static_cast<float>(pi);
+    const F q = x * x;  // x = azimuth / 2 in [-pi/2, pi/2]
+    const F sine = x * (q * (q * (q * (q * (q * -2.50507e-8f + 2.75573137e-6f) - 0.000198412701f) +
+                                  0.00833333315f) -
+                             0.166666667f) +
+                        1.0f);
+    return smaller(sine * sine, F(1.0f));
+}
+
+constexpr float least_cosine = 1e-30f;  // so that nothing is divided by 0
+
+template <class F>
+[[gnu::always_inline]] static inline F sine_of(F mu) {
+    return root(larger((1.0f - mu) * (mu + 1.0f), F(0.0f)));
+}
+
+template <class F>
+[[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
+    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)), sine_of(mu_in),
+            sine_of(mu_out), half_azimuth_of(azimuth)};
+}
+
+/// Between two unit vectors in a frame whose z is the normal, both pointing away from the layer.
+template <class F>
+[[gnu::always_inline]] static inline LightPathOf<F> light_path(F xi, F yi, F zi, F xo, F yo, F zo) {
+    const F sine_in = root(xi * xi + yi * yi), sine_out = root(xo * xo + yo * yo);
+    // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0).
+    const F half = (xi * xo + yi * yo) / larger(sine_in * sine_out, F(least_cosine)) * 0.5f + 0.5f;
+    return {larger(larger(zi, zi * -1.0f), F(least_cosine)),
+            larger(larger(zo, zo * -1.0f), F(least_cosine)), sine_in, sine_out,
+            larger(smaller(half, F(1.0f)), F(0.0f))};
+}
+
+/// 1 - cos Theta and 1 + cos Theta, each to the last bits of its small values.
+template <class F>
+struct Versines {
+    F forward, backward;
+};
+
+/// For light that leaves on the lit side.
+template <class F>
+[[gnu::always_inline]] static inline Versines<F> versines_reflected(const LightPathOf<F>& path) {
+    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
+    const F along = path.sine_in - path.sine_out;
+    const F sines = path.sine_in * path.sine_out * 2.0f;
+    return {(sum * sum + along * along) * 0.5f + sines * path.half_azimuth,
+            (difference * difference + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
+}
+
+/// For light that leaves on the far side.
+template <class F>
+[[gnu::always_inline]] static inline Versines<F> versines_transmitted(const LightPathOf<F>& path) {
+    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
+    const F along = path.sine_in - path.sine_out;
+    const F sines = path.sine_in * path.sine_out * 2.0f;
+    return {(difference * difference + along * along) * 0.5f + sines * path.half_azimuth,
+            (sum * sum + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
+}
+
+// ---- phase functions
+
+template <class F>
+[[gnu::always_inline]] static inline F lobe_value(const PhaseLobe& lobe,
+                                                  const Versines<F>& versine) {
+    const F base =
+        versine.forward * lobe.forward + (versine.backward * lobe.backward + lobe.offset);
+    return lobe.scale / (base * root(base));
+}
+
+/// Value `k` of `width` side by side at a versine.
+template <int width, class F>
+[[gnu::always_inline]] static inline void sampled_values(const PhaseCurveView& curve,
+                                                         const Versines<F>& versine, F* value) {
+    const F x = (root(versine.forward * 0.5f) - root(versine.backward * 0.5f)) * 0.5f + 0.5f;
+    // Never the last sample itself: there is one beyond each.
+    const F place = larger(smaller(x, F(1 - 1e-6f)), F(0.0f)) * static_cast<float>(curve.last);
+    const auto index = truncated(place);
+    const F fraction = place - as_float(index);
+    for (int k = 0; k < width; ++k) {
+        const Neighbours<F> at = neighbours(curve.sample + k, index * width, width);
+        value[k] = at.here + fraction * (at.next - at.here);
+    }
+}
+
+template <PhaseForm form, class F>
+[[gnu::always_inline]] static inline F phase_value(const PhaseCurveView& curve,
+                                                   const Versines<F>& versine) {
+    if constexpr (form == PhaseForm::sampled) {
+        F value[1];
+        sampled_values<1>(curve, versine, value);
+        return value[0];
+    } else {
+        F value = versine.forward * (versine.forward * curve.polynomial[2] + curve.polynomial[1]) +
+                  curve.polynomial[0];
+        if constexpr (form == PhaseForm::one_lobe || form == PhaseForm::two_lobes)
+            value = value + lobe_value(curve.lobe[0], versine);
+        if constexpr (form == PhaseForm::two_lobes)
+            value = value + lobe_value(curve.lobe[1], versine);
+        return value;
+    }
+}
+
+// ---- higher orders
+
+/// Place of a cosine among the samples of a slice.
+template <class F, int channels>
+[[gnu::always_inline]] static inline F mu_place(const SideView<channels>& side, F mu) {
+    const F complement = larger(1.0f - root(root(mu)), F(0.0f));
+    const F place = (root(complement) - side.mu_first) * side.mu_step_inverse;
+    // Never the last sample itself: there is one beyond each.
+    return larger(smaller(place, F(static_cast<float>(side.last_mu) * (1 - 1e-6f))), F(0.0f));
+}
+
+/// Orders n >= 2 as they are stored, bilinear or trilinear.
+template <Orders orders, int channels, class F>
+[[gnu::always_inline]] static inline void interpolate(const SideView<channels>& side,
+                                                      const LightPathOf<F>& path, F* value) {
+    const F in = mu_place(side, path.mu_in), out = mu_place(side, path.mu_out);
+    const F high = larger(in, out), low = smaller(in, out);
+    const auto i = truncated(high), j = truncated(low);
+    const F fi = high - as_float(i), fj = low - as_float(j);
+    const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
+    const int column = azimuths * channels;
+    const auto row = (i * (i + 3) / 2 + j) * column;
+    const auto next = row + (i + 2) * column;
+    if constexpr (orders == Orders::without_azimuth) {
+        for (int c = 0; c < channels; ++c) {
+            const Neighbours<F> a = neighbours(side.sample + c, row, column);
+            const Neighbours<F> b = neighbours(side.sample + c, next, column);
+            const F near = a.here + fj * (a.next - a.here), far = b.here + fj * (b.next - b.here);
+            value[c] = near + fi * (far - near);
+        }
+    } else {
+        const F place = root(path.half_azimuth) * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
+        const auto k = truncated(place);
+        const F f = place - as_float(k);
+        const F w11 = fi * fj, w01 = fj - w11, w10 = fi - w11, w00 = (1.0f - fi) - w01;
+        for (int c = 0; c < channels; ++c) {
+            const auto at = k * channels;
+            const Neighbours<F> p = neighbours(side.sample + c, row + at, channels);
+            const Neighbours<F> q = neighbours(side.sample + column + c, row + at, channels);
+            const Neighbours<F> r = neighbours(side.sample + c, next + at, channels);
+            const Neighbours<F> s = neighbours(side.sample + column + c, next + at, channels);
+            const F near = w00 * p.here + w01 * q.here + w10 * r.here + w11 * s.here;
+            const F far = w00 * p.next + w01 * q.next + w10 * r.next + w11 * s.next;
+            value[c] = near + f * (far - near);
+        }
+    }
+}
+
+// ---- one side of a layer
+
+/// R of the layer, per channel.
+template <PhaseForm form, Orders orders, int channels, class F>
+[[gnu::always_inline]] static inline void reflected(const SideView<channels>& side,
+                                                    const LightPathOf<F>& path, F* value) {
+    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
+    const F inverse_sum = 1.0f / (path.mu_in + path.mu_out);
+    F curve[3];  // phase function, the same times opposition's bump, that of a layer beneath
+    if constexpr (form == PhaseForm::composed)
+        sampled_values<3>(side.phase, versines_reflected(path), curve);
+    else if constexpr (form != PhaseForm::none)
+        curve[0] = phase_value<form>(side.phase, versines_reflected(path));
+    if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    for (int c = 0; c < channels; ++c) {
+        Attenuation<F> both;
+        F shares;
+        if constexpr (orders == Orders::none) {
+            both = attenuation((inverse_in + inverse_out) * side.optical_depth[c]);
+        } else {
+            const Attenuation<F> in = attenuation(inverse_in * side.optical_depth[c]);
+            const Attenuation<F> out = attenuation(inverse_out * side.optical_depth[c]);
+            shares = in.taken * out.taken;
+            both = {in.passed * out.passed, in.taken + out.taken - shares};
+        }
+        // [Blinn82] 2.4, and what lies beneath seen through the layer
+        F single(0.0f);
+        if constexpr (form != PhaseForm::none)
+            single = curve[0] * both.taken * inverse_sum * side.quarter_albedo[c] +
+                     both.passed * side.surface[c];
+        if constexpr (form == PhaseForm::composed) {
+            const F half_way =
+                root(both.passed) + 1.0f;  // taken / half_way^2: the tanh of effects.h
+            single = single + inverse_sum * (curve[1] * (both.taken * both.taken) /
+                                                 (half_way * half_way) * side.quarter_albedo[c] +
+                                             curve[2] * both.passed * side.beneath[c]);
+        }
+        if constexpr (orders == Orders::none)
+            value[c] = single;
+        else
+            value[c] = single + value[c] * (shares * side.slope + side.level);
+    }
+}
+
+/// Diffuse T of the layer, per channel.
+template <PhaseForm form, Orders orders, int channels, class F>
+[[gnu::always_inline]] static inline void transmitted(const SideView<channels>& side,
+                                                      const LightPathOf<F>& path, F* value) {
+    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
+    const F steep = smaller(inverse_in, inverse_out), shallow = larger(inverse_in, inverse_out);
+    F phase;
+    if constexpr (form != PhaseForm::none)
+        phase = phase_value<form>(side.phase, versines_transmitted(path));
+    if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    for (int c = 0; c < channels; ++c) {
+        const F path_depth = steep * side.optical_depth[c];
+        const Attenuation<F> beam = attenuation(path_depth);
+        F single(0.0f);
+        if constexpr (form != PhaseForm::none) {
+            // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
+            const F z = larger((shallow - steep) * side.optical_depth[c], F(1e-30f));
+            single = phase * beam.passed * path_depth * shallow * (attenuation(z).taken / z) *
+                     side.quarter_albedo[c];
+        }
+        if constexpr (orders == Orders::none) {
+            value[c] = single;
+        } else {
+            const F shares = beam.taken * attenuation(shallow * side.optical_depth[c]).taken;
+            value[c] = single + value[c] * (shares * side.slope + side.level);
+        }
+    }
+}
+
+}  // namespace stratus

@@ -1,0 +1,60 @@
+// A phase function in single precision, as fast lookups evaluate it: a polynomial and up to two
+// Henyey-Greenstein lobes where that is all it is, else samples.
+//
+// The argument is y = 1 - cos Theta, and 1 + cos Theta beside it: each keeps its precision in the
+// peak where it is small. Samples lie uniformly over (1 + sin(Theta/2) - cos(Theta/2)) / 2, nearly
+// the angle itself, and are joined linearly.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include <stratus/runtime/phase_function.h>
+
+namespace stratus {
+
+/// scale / (offset + forward (1 - cos Theta) + backward (1 + cos Theta))^(3/2).
+struct PhaseLobe {
+    float scale, offset, forward, backward;
+};
+
+/// What a fast lookup reads; trivially copyable.
+struct PhaseCurveView {
+    float polynomial[3] = {0, 0, 0};  // in y
+    PhaseLobe lobe[2] = {{0, 1, 0, 0}, {0, 1, 0, 0}};
+    const float* sample = nullptr;  // null: polynomial and lobes are all
+    int last = 0;                   // index of the last sample
+};
+
+/// A phase function made ready for fast lookups.
+class PhaseCurve {
+  public:
+    /// Isotropic.
+    PhaseCurve() : PhaseCurve(PhaseFunction()) {}
+
+    /// Closed where all terms are; samples of the whole function else.
+    ///
+    /// Accuracy 1e-6 of the value, or what 32,768 intervals give where a peak is too narrow.
+    explicit PhaseCurve(const PhaseFunction& phase_function);
+
+    /// Samples of any function of cos Theta, of several side by side: value(cos, out) writes
+    /// `width` of them.
+    static PhaseCurve sampled(int width,
+                              const std::function<void(double cos_theta, double* value)>& value);
+
+    PhaseCurveView view() const noexcept;
+
+    std::size_t sample_count() const noexcept { return samples_.size(); }
+
+    /// How many lobes of the view are in use.
+    int lobes() const noexcept { return lobes_; }
+
+  private:
+    PhaseCurveView closed_;
+    int lobes_ = 0;
+    std::vector<float> samples_;
+    int width_ = 1;
+};
+
+}  // namespace stratus

@@ -1,0 +1,52 @@
+// The functions of light.h for every combination of effects, one light path at a time or many side
+// by side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
+//
+// Files compiled for newer processors use no inline function of external linkage, so that none of
+// their code can end up shared with the rest of the program.
+#pragma once
+
+#include <stratus/runtime/light.h>
+
+namespace stratus {
+
+constexpr int paths_at_once = 64;
+
+/// Light paths side by side.
+struct LightPaths {
+    alignas(64) float mu_in[paths_at_once], mu_out[paths_at_once];
+    alignas(64) float sine_in[paths_at_once], sine_out[paths_at_once];
+    alignas(64) float half_azimuth[paths_at_once];
+};
+
+/// A side of a layer: between two cosines and an azimuth, between two vectors (light.h), or at
+/// `paths_at_once` light paths: value[c * paths_at_once + i].
+template <int channels>
+struct SideKernel {
+    void (*at_angles)(const SideView<channels>&, float mu_in, float mu_out, float azimuth,
+                      float* value);
+    void (*at_vectors)(const SideView<channels>&, const Vector& wi, const Vector& wo, float* value);
+    void (*many)(const SideView<channels>&, const LightPaths&, float* value);
+};
+
+/// Places in the lists of kernels.
+constexpr int phase_forms = 6, order_forms = 3;
+
+struct Kernels {
+    const char* instruction_set;
+    // Over [PhaseForm][Orders]; null where nothing is asked for.
+    SideKernel<1> reflected[phase_forms][order_forms], transmitted[phase_forms][order_forms];
+    SideKernel<3> reflected_rgb[phase_forms][order_forms],
+        transmitted_rgb[phase_forms][order_forms];
+    void (*paths_of_angles)(const float* mu_in, const float* mu_out, const float* azimuth,
+                            LightPaths& paths);
+    void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
+};
+
+/// For the widest instruction set that this processor has and this build contains: "avx512",
+/// "avx2" or "generic".
+const Kernels& kernels() noexcept;
+
+/// A named one, for tests and benchmarks; null when this processor lacks it.
+const Kernels* kernels(const char* instruction_set) noexcept;
+
+}  // namespace stratus

@@ -1,0 +1,91 @@
+#include <stratus/runtime/phase_curve.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace stratus {
+namespace {
+
+constexpr int fewest_intervals = 256, most_intervals = 1 << 15;
+constexpr double sampling_accuracy = 1e-6;  // of a value, half-way between samples
+
+/// cos Theta at a place x in [0, 1] of the samples: sin(Theta/2 - pi/4) = sqrt(2) (x - 1/2).
+double cos_theta_at(double x) {
+    const double sine = std::clamp(std::sqrt(2.0) * (x - 0.5), -std::sqrt(0.5), std::sqrt(0.5));
+    return -2 * sine * std::sqrt(1 - sine * sine);  // cos(2 asin(sine) + pi/2)
+}
+
+}  // namespace
+
+PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, double*)>& value) {
+    const auto stride = static_cast<std::size_t>(width);
+    std::vector<double> samples((fewest_intervals + 1) * stride);
+    for (std::size_t i = 0; i <= fewest_intervals; ++i)
+        value(cos_theta_at(static_cast<double>(i) / fewest_intervals), &samples[i * stride]);
+    // Halving the intervals shows how far off straight lines were.
+    std::size_t intervals = fewest_intervals;
+    for (bool straight = false; !straight && intervals < most_intervals; intervals *= 2) {
+        straight = true;
+        std::vector<double> finer((2 * intervals + 1) * stride);
+        for (std::size_t i = 0; i <= intervals; ++i) {
+            const double* const left = &samples[i * stride];
+            std::copy(left, left + stride, &finer[2 * i * stride]);
+            if (i == intervals) break;
+            double* const middle = &finer[(2 * i + 1) * stride];
+            value(cos_theta_at((static_cast<double>(i) + 0.5) / static_cast<double>(intervals)),
+                  middle);
+            for (std::size_t k = 0; k < stride; ++k)
+                if (std::abs((left[k] + left[k + stride]) / 2 - middle[k]) >
+                    4 * sampling_accuracy * std::abs(middle[k]))
+                    straight = false;
+        }
+        samples = std::move(finer);
+    }
+    PhaseCurve curve;
+    curve.width_ = width;
+    curve.samples_.assign(samples.begin(), samples.end());
+    return curve;
+}
+
+PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
+    double polynomial[3] = {0, 0, 0};
+    bool closed = true;
+    for (const auto& [weight, term] : phase_function.terms()) {
+        if (std::holds_alternative<Isotropic>(term)) {
+            polynomial[0] += weight;
+        } else if (std::holds_alternative<Rayleigh>(term)) {
+            // 3/4 (1 + (1 - y)^2)
+            polynomial[0] += weight * 1.5;
+            polynomial[1] -= weight * 1.5;
+            polynomial[2] += weight * 0.75;
+        } else if (const auto* linear = std::get_if<Anisotropic>(&term)) {
+            polynomial[0] += weight * (1 - linear->x);
+            polynomial[1] += weight * linear->x;
+        } else if (const auto* lobe = std::get_if<HenyeyGreenstein>(&term);
+                   lobe != nullptr && lobes_ < 2) {
+            const double size = std::abs(lobe->g);
+            closed_.lobe[lobes_++] = {static_cast<float>(weight * (1 - size) * (1 + size)),
+                                      static_cast<float>((1 - size) * (1 - size)),
+                                      static_cast<float>(std::max(0.0, 2 * lobe->g)),
+                                      static_cast<float>(std::max(0.0, -2 * lobe->g))};
+        } else {
+            closed = false;
+        }
+    }
+    if (!closed) {
+        *this = sampled(1, [&](double c, double* value) { *value = phase_function(c); });
+        return;
+    }
+    for (int i = 0; i < 3; ++i) closed_.polynomial[i] = static_cast<float>(polynomial[i]);
+}
+
+PhaseCurveView PhaseCurve::view() const noexcept {
+    PhaseCurveView view = closed_;
+    if (samples_.empty()) return view;
+    view.sample = samples_.data();
+    view.last = static_cast<int>(samples_.size()) / width_ - 1;
+    return view;
+}
+
+}  // namespace stratus

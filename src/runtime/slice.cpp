@@ -1,0 +1,638 @@
+#include <stratus/runtime/slice.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/single_scattering.h>
+
+#include "kernels/kernels.h"
+#include "layers.h"
+
+namespace stratus {
+namespace {
+
+constexpr const char* door = "bind";
+constexpr double usual_tolerance = 1e-3;  // of a table that does not say
+/// Share of the tolerance that straight lines along each of the three axes may use up.
+constexpr double share_of_tolerance = 0.25;
+constexpr double darkest_share = 0.01;  // of the largest value, below which errors count less
+
+// Intervals along an axis while its need is found out, and of the slice.
+constexpr int probed = 32, fewest = 16, most_along_mu = 128, most_along_azimuth = 128;
+
+std::size_t size(int n) { return static_cast<std::size_t>(n); }
+
+/// Values over three axes, the last contiguous.
+struct Sheet {
+    int count[3];
+    std::vector<float> value;
+
+    Sheet(int a, int b, int c) : count{a, b, c}, value(size(a) * size(b) * size(c)) {}
+
+    float* row(int i, int j) {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+    const float* row(int i, int j) const {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+};
+
+/// Samples of an axis and their weights, for each place of a finer one.
+using Stencils = std::vector<Stencil>;
+
+double mu_at(double v) { return std::pow((1 - v) * (1 + v), 4); }  // v = sqrt(1 - mu^(1/4))
+
+double v_at(double mu) { return std::sqrt(std::max(0.0, 1 - std::pow(mu, 0.25))); }
+
+/// Cosines of a slice, from the table's largest to its smallest.
+struct MuPlaces {
+    double first, step;
+    int intervals;
+
+    MuPlaces(const AxisView& axis, int intervals_)
+        : first(v_at(axis.highest)),
+          step((v_at(axis.lowest) - first) / intervals_),
+          intervals(intervals_) {}
+
+    double mu(int i) const { return mu_at(first + step * i); }
+
+    Stencils stencils(const AxisView& axis) const {
+        Stencils all;
+        for (int i = 0; i <= intervals; ++i) all.push_back(axis.stencil(mu(i)));
+        return all;
+    }
+};
+
+double azimuth_at(int k, int intervals) {
+    return 2 * std::asin(std::min(1.0, static_cast<double>(k) / intervals));
+}
+
+Stencils azimuth_stencils(const AxisView& axis, int intervals) {
+    Stencils all;
+    for (int k = 0; k <= intervals; ++k) all.push_back(axis.stencil(azimuth_at(k, intervals)));
+    return all;
+}
+
+/// The sum over the layers that speak for a medium, as samples are stored: over (mu_in, mu_out,
+/// azimuth), to be multiplied by the shares intercepted.
+Sheet summed(const TableView& table, const Layers& layers) {
+    Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
+    const int columns = table.azimuth.count;
+    for (int n = 0; n < layers.count; ++n) {
+        const Layer& layer = layers.layer[n];
+        const float* const in = table.mu_in_weight + layer.depth * table.mu_in.count;
+        const float* const out = table.mu_out_weight + layer.depth * table.mu_out.count;
+        const float* from = layer.samples;
+        float* to = sum.value.data();
+        for (int i = 0; i < table.mu_in.count; ++i)
+            for (int j = 0; j < table.mu_out.count; ++j) {
+                const float share = layer.share * in[i] * out[j];
+                for (int k = 0; k < columns; ++k) *to++ += share * *from++;
+            }
+    }
+    return sum;
+}
+
+/// Cubic along one axis of a sheet.
+Sheet refined_azimuth(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(sheet.count[0], sheet.count[1], static_cast<int>(stencils.size()));
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j) {
+            const float* const from = sheet.row(i, j);
+            float* const to = finer.row(i, j);
+            for (std::size_t k = 0; k < stencils.size(); ++k) {
+                float value = 0;
+                for (int s = 0; s < std::min(window, sheet.count[2]); ++s)
+                    value += stencils[k].weight[s] * from[stencils[k].first + s];
+                to[k] = value;
+            }
+        }
+    return finer;
+}
+
+/// A row of values from up to four others.
+void add_rows(const Stencil& stencil, int available, int columns,
+              const float* const (&from)[window], float* to) {
+    if (available < window) {
+        for (int s = 0; s < available; ++s)
+            for (int k = 0; k < columns; ++k) to[k] += stencil.weight[s] * from[s][k];
+        return;
+    }
+    const float a = stencil.weight[0], b = stencil.weight[1], c = stencil.weight[2],
+                d = stencil.weight[3];
+    for (int k = 0; k < columns; ++k)
+        to[k] = a * from[0][k] + b * from[1][k] + c * from[2][k] + d * from[3][k];
+}
+
+Sheet refined_out(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(sheet.count[0], static_cast<int>(stencils.size()), sheet.count[2]);
+    const int available = std::min(window, sheet.count[1]);
+    for (int i = 0; i < finer.count[0]; ++i)
+        for (int j = 0; j < finer.count[1]; ++j) {
+            const Stencil& stencil = stencils[size(j)];
+            const float* from[window] = {};
+            for (int s = 0; s < available; ++s) from[s] = sheet.row(i, stencil.first + s);
+            add_rows(stencil, available, finer.count[2], from, finer.row(i, j));
+        }
+    return finer;
+}
+
+/// Along mu_in; in row i only the columns up to `reach(i)` are worked out.
+template <class Reach>
+Sheet refined_in(const Sheet& sheet, const Stencils& stencils, const Reach& reach) {
+    Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
+    const int available = std::min(window, sheet.count[0]);
+    for (int i = 0; i < finer.count[0]; ++i) {
+        const Stencil& stencil = stencils[size(i)];
+        const float* from[window] = {};
+        for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
+        const int columns = std::min(reach(i) + 1, sheet.count[1]) * sheet.count[2];
+        add_rows(stencil, available, columns, from, finer.row(i, 0));
+    }
+    return finer;
+}
+
+/// Intervals with which straight lines are exact enough, from what `probed` of them are off by.
+int intervals_for(double error, double allowed, int most) {
+    const double needed = std::ceil(probed * std::sqrt(error / allowed));
+    return static_cast<int>(std::clamp(needed, double{fewest}, static_cast<double>(most)));
+}
+
+/// Errors relative to the totals where they were met, each with the share of lookups that it stands
+/// for.
+class Errors {
+  public:
+    void add(double error, double total, double share) {
+        errors_.push_back({std::abs(error), total, share});
+    }
+
+    /// What all but `rare` of the lookups stay below; totals below `least` count as that.
+    double common(double least) const {
+        constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
+        constexpr double highest = 16;
+        double share[bins] = {}, all = 0;
+        for (const Error& at : errors_) {
+            all += at.share;
+            if (at.error == 0) continue;
+            const double down = std::log2(highest * std::max(at.total, least) / at.error);
+            const int bin = static_cast<int>(std::clamp(down * bins_an_octave, 0.0, bins - 1.0));
+            share[bin] += at.share;
+        }
+        int bin = 0;
+        for (double above = share[0]; above <= rare * all && bin + 1 < bins; above += share[bin])
+            ++bin;
+        return highest * std::exp2(-static_cast<double>(bin) / bins_an_octave);
+    }
+
+  private:
+    static constexpr double rare = 1e-3;
+    struct Error {
+        double error, total, share;
+    };
+    std::vector<Error> errors_;
+};
+
+/// Orders n >= 2 of one channel while they are refined.
+template <class Single>
+class Refinement {
+  public:
+    /// `single` gives single scattering at (mu_in, mu_out, azimuth).
+    Refinement(const TableView& table, const Layers& layers, const Single& single)
+        : table_(table), layers_(layers), single_(single), sheet_(summed(table, layers)) {
+        if (!layers_.fades) return;
+        for (int i = 0; i < sheet_.count[0]; ++i)
+            for (int j = 0; j < sheet_.count[1]; ++j)
+                for (int k = 0; k < sheet_.count[2]; ++k)
+                    sheet_.row(i, j)[k] *= static_cast<float>(directional_factor(
+                        table_, layers_, table_.mu_in.value(i), table_.mu_out.value(j)));
+    }
+
+    /// What straight lines between `probed` + 1 samples are off by along mu and along azimuth,
+    /// relative to R or T: an eighth of the second differences.
+    std::array<double, 2> errors_of_straight_lines() const {
+        const MuPlaces places(table_.mu_in, probed);
+        const int cosines = sheet_.count[1], columns = sheet_.count[2];
+        const Sheet along_mu =
+            refined_in(sheet_, places.stencils(table_.mu_in), [&](int) { return cosines; });
+        const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few speak for all
+        Errors of_mu, of_azimuth;
+        double largest = 0;
+        for (int i = 1; i < probed; ++i)
+            for (int j = 0; j < cosines; ++j) {
+                const double in = places.mu(i), out = table_.mu_out.value(j);
+                const double factor = divided_by(in, out);
+                const double share = (places.mu(i - 1) - places.mu(i + 1)) * share_of_out(j);
+                for (int k = 0; k < columns; k += azimuth_step) {
+                    const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
+                    const double total = at(i) * factor + single_(in, out, table_.azimuth.value(k));
+                    of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total, share);
+                    if (in >= 0.1 && out >= 0.1) largest = std::max(largest, total);
+                }
+            }
+        if (columns > 1) {
+            const Sheet along_azimuth =
+                refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, probed));
+            constexpr int cosine_step = 3;
+            for (int i = 0; i < sheet_.count[0]; i += cosine_step)
+                for (int j = 0; j <= i; j += cosine_step) {
+                    const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                    const double factor = divided_by(in, out);
+                    const double share = share_of_out(i) * share_of_out(j);
+                    const float* const row = along_azimuth.row(i, j);
+                    for (int k = 1; k < probed; ++k) {
+                        const double bend =
+                            double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
+                        const double total =
+                            double{row[k]} * factor + single_(in, out, azimuth_at(k, probed));
+                        of_azimuth.add(
+                            bend / 8 * factor, total,
+                            share * (azimuth_at(k + 1, probed) - azimuth_at(k - 1, probed)));
+                    }
+                }
+        }
+        return {of_mu.common(darkest_share * largest), of_azimuth.common(darkest_share * largest)};
+    }
+
+    /// All samples: row i over mu holds mu' = 0 .. i + 1 by azimuth, `stride` apart.
+    void write(const MuPlaces& places, int azimuths, int stride, float* to) const {
+        const Stencils cosines = places.stencils(table_.mu_in);
+        Sheet finer = azimuths > 1
+                          ? refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, azimuths - 1))
+                          : sheet_;
+        finer = refined_out(finer, cosines);
+        finer = refined_in(finer, cosines, [](int i) { return i + 1; });
+        const auto row_length = [&](int i) {
+            return size(std::min(i + 1, places.intervals) + 1) * size(azimuths);
+        };
+        for (int i = 0; i <= places.intervals; ++i) {
+            const float* const from = finer.row(i, 0);
+            for (std::size_t k = 0; k < row_length(i); ++k) to[k * size(stride)] = from[k];
+            to += size(i + 2) * size(azimuths) * size(stride);
+        }
+    }
+
+  private:
+    /// Of lookups at any cosine, those nearest to sample j of the table.
+    double share_of_out(int j) const {
+        const AxisView& axis = table_.mu_out;
+        return axis.value(std::min(j + 1, axis.count - 1)) - axis.value(std::max(j - 1, 0));
+    }
+
+    double divided_by(double mu_in, double mu_out) const {
+        return table_.lies_on_something() ? 1 : directional_factor(table_, layers_, mu_in, mu_out);
+    }
+
+    const TableView& table_;
+    const Layers& layers_;
+    const Single& single_;
+    Sheet sheet_;
+};
+
+/// Refines the orders n >= 2 of a side; `single` gives single scattering of channel c at (c, mu_in,
+/// mu_out, azimuth).
+template <int channels, class Single>
+std::vector<float> refined(const TableView& table, const Layers (&layers)[channels],
+                           const Single& single, SideView<channels>& view) {
+    double mu_error = 0, azimuth_error = 0;
+    const auto for_each_channel = [&](auto&& use) {
+        for (int c = 0; c < channels; ++c) {
+            const auto of_channel = [&](double in, double out, double azimuth) {
+                return single(c, in, out, azimuth);
+            };
+            use(c, Refinement(table, layers[c], of_channel));
+        }
+    };
+    for_each_channel([&](int, const auto& refinement) {
+        const auto [along_mu, along_azimuth] = refinement.errors_of_straight_lines();
+        mu_error = std::max(mu_error, along_mu);
+        azimuth_error = std::max(azimuth_error, along_azimuth);
+    });
+    const double allowed =
+        share_of_tolerance * (table.tolerance > 0 ? table.tolerance : usual_tolerance);
+    const int azimuths =
+        table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, most_along_azimuth);
+    const MuPlaces places(
+        table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, most_along_mu));
+    // Rows 0 to `intervals`, the last one column short.
+    const std::size_t rows = size(places.intervals + 1);
+    std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels);
+    for_each_channel([&](int c, const auto& refinement) {
+        refinement.write(places, azimuths, channels, samples.data() + c);
+    });
+    view.sample = samples.data();
+    view.azimuths = azimuths;
+    view.last_mu = places.intervals;
+    view.mu_first = static_cast<float>(places.first);
+    view.mu_step_inverse = places.step > 0 ? static_cast<float>(1 / places.step) : 0;
+    return samples;
+}
+
+PhaseForm form_of(const PhaseCurve& curve) {
+    if (curve.view().sample != nullptr) return PhaseForm::sampled;
+    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
+                                   PhaseForm::two_lobes};
+    return forms[curve.lobes()];
+}
+
+/// Single scattering on the lit side with all that acts on it there.
+PhaseCurve composed(const PhaseFunction& phase_function, const Below* below,
+                    const Opposition& opposition) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const bool with_depth = opposition.law == Opposition::Law::blinn;
+    return PhaseCurve::sampled(3, [&](double c, double* value) {
+        const double phase = phase_function(c);
+        const double bump = opposition_factor(opposition, c, infinity, 1, 1) - 1;
+        value[0] = with_depth ? phase : phase * (1 + bump);
+        value[1] = with_depth ? phase * bump : 0;
+        value[2] =
+            below != nullptr && below->kind == Below::Kind::layer ? below->phase_function(c) : 0;
+    });
+}
+
+template <int channels>
+const SideKernel<channels>& kernel_of(bool reflected, PhaseForm form, Orders orders) {
+    const Kernels& all = kernels();
+    const auto f = static_cast<std::size_t>(form), o = static_cast<std::size_t>(orders);
+    if constexpr (channels == 1)
+        return (reflected ? all.reflected : all.transmitted)[f][o];
+    else
+        return (reflected ? all.reflected_rgb : all.transmitted_rgb)[f][o];
+}
+
+template <int channels>
+auto value_of(const float (&value)[channels], float factor) noexcept {
+    if constexpr (channels == 1)
+        return value[0] * factor;
+    else
+        return Rgb{value[0] * factor, value[1] * factor, value[2] * factor};
+}
+
+}  // namespace
+
+template <int channels>
+SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
+                           const Below* below, const Medium<channels>& medium,
+                           const Effects& effects)
+    : medium_(medium) {
+    check_effects(effects);
+    for (int c = 0; c < channels; ++c) {
+        require(medium.optical_depth[c] >= 0, door, "optical_depth", "in [0, inf]",
+                medium.optical_depth[c]);
+        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, door, "albedo", "in [0, 1]",
+                medium.albedo[c]);
+        medium_.optical_depth[c] = denser(medium.optical_depth[c], effects.density);
+    }
+    one_sided_ = below != nullptr && below->is_something();
+    if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
+    const auto set_medium = [&](SideView<channels>& view, double deepest) {
+        for (int c = 0; c < channels; ++c) {
+            view.optical_depth[c] = static_cast<float>(std::min(medium_.optical_depth[c], deepest));
+            view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
+        }
+        view.level = one_sided_ ? 1 : 0;
+        view.slope = one_sided_ ? 0 : 1;
+    };
+    if (effects.reflection) {
+        SideView<channels>& view = reflection_.view;
+        set_medium(view, 1e30);
+        reflection_.form = PhaseForm::none;
+        if (effects.single) {
+            const bool layer_below = one_sided_ && below->kind == Below::Kind::layer;
+            const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
+            reflection_.phase = plain ? curve : composed(phase_function, below, effects.opposition);
+            reflection_.form = plain ? form_of(curve) : PhaseForm::composed;
+            for (int c = 0; c < channels; ++c) {
+                view.surface[c] =
+                    one_sided_ && !layer_below ? static_cast<float>(below->albedo) : 0;
+                view.beneath[c] = layer_below ? static_cast<float>(below->albedo / 4) : 0;
+            }
+        }
+    }
+    if (effects.transmission && !one_sided_) {
+        set_medium(transmission_.view, 1e4);  // nothing passes a hundred
+        transmission_.form = effects.single ? form_of(curve) : PhaseForm::none;
+        if (effects.single) transmission_.phase = curve;
+    }
+    for (Side* side : {&reflection_, &transmission_}) side->view.phase = side->phase.view();
+    set_kernels();
+}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
+                           const Effects& effects)
+    : SliceOf(phase_function, PhaseCurve(phase_function), nullptr, medium, effects) {}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& medium,
+                           const Effects& effects)
+    : SliceOf(*table.phase_function, *table.phase_curve, table.below, medium, effects) {
+    require(table.mu_in.count == table.mu_out.count && table.mu_in.lowest == table.mu_out.lowest &&
+                table.mu_in.highest == table.mu_out.highest,
+            door, "mu_out of the table", "the same axis as mu_in", "another");
+    if (!effects.multiple) return;
+    const Orders orders = table.azimuth.count > 1 ? Orders::with_azimuth : Orders::without_azimuth;
+    const auto add_orders = [&](Side& side, bool reflected) {
+        Layers layers[channels];
+        for (int c = 0; c < channels; ++c)
+            layers[c] =
+                reflected ? reflection_layers(table, medium_.albedo[c], medium_.optical_depth[c])
+                          : transmission_layers(table, medium_.albedo[c], medium_.optical_depth[c]);
+        const auto single = [&](int c, double mu_in, double mu_out, double azimuth) {
+            if (side.kernel == nullptr) return 0.0;
+            float value[channels];
+            side.kernel->at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
+                                   static_cast<float>(azimuth), value);
+            return double{value[c]};
+        };
+        side.sample = refined(table, layers, single, side.view);
+        side.orders = orders;
+    };
+    if (effects.reflection && table.has_reflection()) add_orders(reflection_, true);
+    if (effects.transmission && table.has_transmission()) add_orders(transmission_, false);
+    set_kernels();
+}
+
+template <int channels>
+void SliceOf<channels>::set_kernels() {
+    const auto kernel = [](const Side& side, bool reflected) -> const SideKernel<channels>* {
+        const SideKernel<channels>& found = kernel_of<channels>(reflected, side.form, side.orders);
+        return found.at_angles == nullptr ? nullptr : &found;
+    };
+    reflection_.kernel = kernel(reflection_, true);
+    transmission_.kernel = kernel(transmission_, false);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::at(const Side& side, float mu_in, float mu_out,
+                                                        float azimuth) const noexcept {
+    float value[channels] = {};
+    if (side.kernel != nullptr) side.kernel->at_angles(side.view, mu_in, mu_out, azimuth, value);
+    return value_of(value, 1);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::reflection(float mu_in, float mu_out,
+                                                                float azimuth) const noexcept {
+    return at(reflection_, mu_in, mu_out, azimuth);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, float mu_out,
+                                                                  float azimuth) const noexcept {
+    return at(transmission_, mu_in, mu_out, azimuth);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
+                                                          const Vector& wo) const noexcept {
+    const float sides = wi.z * wo.z;
+    if (!(sides != 0) || (one_sided_ && !(wi.z > 0 && wo.z > 0))) return Value{};
+    const Side& side = sides > 0 ? reflection_ : transmission_;
+    float value[channels] = {};
+    if (side.kernel != nullptr) side.kernel->at_vectors(side.view, wi, wo, value);
+    return value_of(value, static_cast<float>(1 / pi));
+}
+
+namespace {
+
+/// Blocks of `paths_at_once` lookups; the last may be shorter. use(first, count).
+template <class Use>
+void in_blocks(std::size_t count, const Use& use) noexcept {
+    for (std::size_t first = 0; first < count; first += paths_at_once)
+        use(first, std::min<std::size_t>(paths_at_once, count - first));
+}
+
+/// `count` numbers where a kernel wants `paths_at_once`: themselves, or a copy that ends in the
+/// last.
+class Block {
+  public:
+    const float* of(const float* numbers, std::size_t count) noexcept {
+        if (count == paths_at_once) return numbers;
+        std::copy(numbers, numbers + count, copy_);
+        std::fill(copy_ + count, copy_ + paths_at_once, numbers[count - 1]);
+        return copy_;
+    }
+
+  private:
+    float copy_[paths_at_once];
+};
+
+}  // namespace
+
+template <int channels>
+void SliceOf<channels>::many(const Side& side, std::size_t count, const float* mu_in,
+                             const float* mu_out, const float* azimuth,
+                             float* value) const noexcept {
+    if (side.kernel == nullptr) {
+        std::fill(value, value + channels * count, 0.0f);
+        return;
+    }
+    const Kernels& all = kernels();
+    in_blocks(count, [&](std::size_t first, std::size_t here) {
+        Block in, out, around;
+        LightPaths paths;
+        alignas(64) float found[channels * paths_at_once];
+        all.paths_of_angles(in.of(mu_in + first, here), out.of(mu_out + first, here),
+                            around.of(azimuth + first, here), paths);
+        side.kernel->many(side.view, paths, found);
+        for (int c = 0; c < channels; ++c)
+            std::copy(found + c * paths_at_once, found + c * paths_at_once + here,
+                      value + static_cast<std::size_t>(c) * count + first);
+    });
+}
+
+template <int channels>
+void SliceOf<channels>::reflection(std::size_t count, const float* mu_in, const float* mu_out,
+                                   const float* azimuth, float* value) const noexcept {
+    many(reflection_, count, mu_in, mu_out, azimuth, value);
+}
+
+template <int channels>
+void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, const float* mu_out,
+                                     const float* azimuth, float* value) const noexcept {
+    many(transmission_, count, mu_in, mu_out, azimuth, value);
+}
+
+template <int channels>
+void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
+                             float* value) const noexcept {
+    const Kernels& all = kernels();
+    in_blocks(count, [&](std::size_t first, std::size_t here) {
+        Block blocks[6];
+        const float *in[3], *out[3];
+        for (int d = 0; d < 3; ++d) {
+            in[d] = blocks[d].of(wi[d] + first, here);
+            out[d] = blocks[d + 3].of(wo[d] + first, here);
+        }
+        LightPaths paths;
+        alignas(64) float reflected[channels * paths_at_once] = {},
+                                               transmitted[channels * paths_at_once] = {};
+        all.paths_of_vectors(in, out, paths);
+        bool any[2] = {false, false};
+        for (std::size_t i = 0; i < here; ++i) any[in[2][i] * out[2][i] > 0 ? 0 : 1] = true;
+        if (any[0] && reflection_.kernel != nullptr)
+            reflection_.kernel->many(reflection_.view, paths, reflected);
+        if (any[1] && transmission_.kernel != nullptr)
+            transmission_.kernel->many(transmission_.view, paths, transmitted);
+        for (std::size_t i = 0; i < here; ++i) {
+            const float sides = in[2][i] * out[2][i];
+            const bool seen = sides != 0 && (!one_sided_ || (in[2][i] > 0 && out[2][i] > 0));
+            const float scale = seen ? static_cast<float>(1 / pi) : 0.0f;
+            for (std::size_t c = 0; c < channels; ++c)
+                value[c * count + first + i] =
+                    scale * (sides > 0 ? reflected : transmitted)[c * paths_at_once + i];
+        }
+    });
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
+    float value[channels];
+    for (int c = 0; c < channels; ++c)
+        value[c] =
+            one_sided_
+                ? 0
+                : static_cast<float>(direct_transmittance(medium_.optical_depth[c], double{mu}));
+    return value_of(value, 1);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
+    float value[channels];
+    for (int c = 0; c < channels; ++c)
+        value[c] = one_sided_
+                       ? 0
+                       : static_cast<float>(transparency(double{forward_phase_}, medium_.albedo[c],
+                                                         medium_.optical_depth[c], double{mu}));
+    return value_of(value, 1);
+}
+
+template <int channels>
+std::size_t SliceOf<channels>::bytes() const noexcept {
+    std::size_t numbers = 0;
+    for (const Side* side : {&reflection_, &transmission_})
+        numbers += side->sample.size() + side->phase.sample_count();
+    return sizeof *this + numbers * sizeof(float);
+}
+
+template class SliceOf<1>;
+template class SliceOf<3>;
+
+Slice TableView::bind(double optical_depth, double albedo, const Effects& effects) const {
+    return Slice(*this, {{optical_depth}, {albedo}}, effects);
+}
+
+RgbSlice TableView::bind_rgb(const double (&optical_depth)[3], const double (&albedo)[3],
+                             const Effects& effects) const {
+    Medium<3> medium;
+    std::copy(optical_depth, optical_depth + 3, medium.optical_depth);
+    std::copy(albedo, albedo + 3, medium.albedo);
+    return RgbSlice(*this, medium, effects);
+}
+
+}  // namespace stratus

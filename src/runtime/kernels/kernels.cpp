@@ -102,6 +102,7 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 #define STRATUS_NAME_OF(isa) #isa
 #define STRATUS_NAME(isa) STRATUS_NAME_OF(isa)
 
+extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
 constexpr Kernels kernels{STRATUS_NAME(STRATUS_ISA),
                           STRATUS_LIST(Side::reflected, 1),
@@ -109,6 +110,7 @@ constexpr Kernels kernels{STRATUS_NAME(STRATUS_ISA),
                           STRATUS_LIST(Side::reflected, 3),
                           STRATUS_LIST(Side::transmitted, 3),
                           paths_of_angles,
-                          paths_of_vectors};
+                          paths_of_vectors,
+                          &textured_kernels};
 
 }  // namespace stratus::STRATUS_ISA

@@ -1,0 +1,640 @@
+#include <stratus/runtime/textured_table.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/diffusion.h>
+
+#include "kernels/kernels.h"
+#include "kernels/textured.h"
+
+namespace stratus {
+
+/// One side, with the memory that its view points to.
+struct TexturedMemory {
+    TexturedSide view{};
+    const TexturedKernel* kernel = nullptr;
+    PhaseCurve phase;
+    std::vector<TexturedBlock> blocks;
+    std::vector<std::vector<FunctionRow>> rows;
+    std::vector<float> block_of_cell, place;
+    std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
+};
+
+namespace {
+
+constexpr int window = 4;                 // samples of a cubic
+constexpr double usual_tolerance = 1e-3;  // of a table that does not say
+
+// Shares of the tolerance: by which the functions may miss a layer, and straight lines between
+// cosines all but the worst hundredth of the directions.
+constexpr double basis_share = 0.15, line_share = 0.2, rare = 0.01;
+
+constexpr double darkest_share = 0.01, faintest = 1e-8;  // below which errors count less
+
+/// As lookup.h has it: the deepest sample of reflection is the limit itself.
+constexpr double least_deficit = 1e-5;
+
+enum class Lit { above, below };  // R, T
+
+std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+double mu_at(double v) { return std::pow((1 - v) * (1 + v), 4); }
+double v_at(double mu) { return std::sqrt(std::max(0.0, 1 - std::pow(mu, 0.25))); }
+
+/// Samples of an axis of coefficients, never fewer than a cubic needs: short axes are sampled again
+/// on the polynomial through all they have.
+struct Resampling {
+    int from, to;
+
+    explicit Resampling(int count) : from(count), to(std::max(window, count)) {}
+
+    double weight(int old_sample, int new_sample) const {
+        if (from == to) return old_sample == new_sample ? 1 : 0;
+        const double at = static_cast<double>(new_sample) * (from - 1) / (to - 1);
+        double product = 1;  // Lagrange
+        for (int other = 0; other < from; ++other)
+            if (other != old_sample) product *= (at - other) / (old_sample - other);
+        return product;
+    }
+
+    TexturedAxis axis(const AxisView& view) const {
+        const double finer = from > 1 ? static_cast<double>(to - 1) / (from - 1) : 0;
+        return {static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
+                static_cast<float>(to - 1)};
+    }
+};
+
+/// The samples of one side, as lookups interpolate them.
+class Samples {
+  public:
+    Samples(const TableView& table, Lit lit)
+        : table_(table),
+          samples_(lit == Lit::above ? table.reflection_multiple : table.transmission_multiple),
+          weight_(lit == Lit::above ? table.reflection_weight : table.transmission_weight),
+          lit_(lit) {
+        for (int i = 0; i < table.mu_in.count; ++i)
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k < table.azimuth.count; ++k) {
+                    const Geometry at = geometry(i, j, k);
+                    phase_.push_back((*table.phase_function)(
+                        lit == Lit::above ? cos_scattering_angle_reflected(at)
+                                          : cos_scattering_angle_transmitted(at)));
+                }
+    }
+
+    const TableView& table() const { return table_; }
+    int azimuths() const { return table_.azimuth.count; }
+    int pairs() const { return table_.mu_in.count * (table_.mu_in.count + 1) / 2; }
+
+    static int pair(int i, int j) { return i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+
+    /// One layer over (pair of cosines, every `step`-th azimuth).
+    std::vector<float> layer(int albedo, int depth, int step) const {
+        // A sample too small to be scaled back up is spoken for as in lookup.h.
+        const std::ptrdiff_t depths = table_.optical_depth.size();
+        int speaker = albedo;
+        while (speaker < table_.albedo.count && weight_[speaker * depths + depth] == 0) ++speaker;
+        if (speaker == table_.albedo.count)
+            return depth > 0
+                       ? layer(albedo, depth - 1, step)
+                       : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
+        const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
+        const std::ptrdiff_t at = speaker * depths + depth;
+        const float* const from = samples_ + at * cosines * cosines * columns;
+        const float* const in = table_.mu_in_weight + depth * cosines;
+        const float* const out = table_.mu_out_weight + depth * cosines;
+        std::vector<float> values;
+        values.reserve(size(pairs()) * size((columns - 1) / step + 1));
+        for (std::ptrdiff_t i = 0; i < cosines; ++i)
+            for (std::ptrdiff_t j = 0; j <= i; ++j) {
+                const float share = 0.5f * weight_[at] * in[i] * out[j];
+                const float* const there = from + (i * cosines + j) * columns;
+                const float* const back = from + (j * cosines + i) * columns;
+                for (std::ptrdiff_t k = 0; k < columns; k += step)
+                    values.push_back(share * (there[k] + back[k]));
+            }
+        return values;
+    }
+
+    /// What an error of a layer's values is to be multiplied by to be relative to R or T, the
+    /// darkest azimuth's, over pairs of cosines.
+    std::vector<float> importance(int albedo, int depth) const {
+        const std::ptrdiff_t layer_at =
+            std::ptrdiff_t{albedo} * table_.optical_depth.size() + depth;
+        std::vector<float> found(size(pairs()));
+        if (weight_[layer_at] == 0) return found;
+        const std::vector<float> values = layer(albedo, depth, 1);
+        const double w = table_.albedo.value(albedo), tau = depth_of(depth);
+        const float* const share = table_.mu_in_weight + std::ptrdiff_t{depth} * table_.mu_in.count;
+        double largest = faintest / darkest_share;
+        for (int i = 0; i < table_.mu_in.count; ++i)
+            for (int j = 0; j <= i; ++j) {
+                const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
+                const double factor =
+                    1 / (double{weight_[layer_at]} * double{share[i]} * double{share[j]});
+                const std::size_t first = size(pair(i, j)) * size(azimuths());
+                const double order = lit_ == Lit::above ? single_reflection(1, w, tau, mu, other)
+                                                        : single_transmission(1, w, tau, mu, other);
+                double darkest = HUGE_VAL;
+                for (int k = 0; k < azimuths(); ++k) {
+                    double total =
+                        factor * double{values[first + size(k)]} + order * phase_[first + size(k)];
+                    if (table_.lies_on_something())
+                        total += single_reflection_below(*table_.below, tau, geometry(i, j, k));
+                    darkest = std::min(darkest, total);
+                    if (other >= 0.1) largest = std::max(largest, total);
+                }
+                found[size(pair(i, j))] = static_cast<float>(darkest);
+            }
+        for (int i = 0; i < table_.mu_in.count; ++i)
+            for (int j = 0; j <= i; ++j) {
+                float& at = found[size(pair(i, j))];
+                at = static_cast<float>(
+                    1 / (double{weight_[layer_at]} * double{share[i]} * double{share[j]}) /
+                    std::max(double{at}, darkest_share * largest));
+            }
+        return found;
+    }
+
+    /// Infinity for the last of an axis that ends there.
+    double depth_of(int depth) const {
+        return depth < table_.optical_depth.count ? table_.optical_depth.value(depth)
+                                                  : std::numeric_limits<double>::infinity();
+    }
+
+  private:
+    Geometry geometry(int i, int j, int k) const {
+        return {table_.mu_in.value(i), table_.mu_in.value(j), table_.azimuth.value(k)};
+    }
+
+    const TableView& table_;
+    const float* samples_;
+    const float* weight_;
+    Lit lit_;
+    std::vector<double> phase_;  // over (pair, azimuth)
+};
+
+/// Layers of neighbouring depths, thinned out along azimuth.
+struct Layers {
+    int albedos;
+    std::vector<int> depths;                                    // samples of the table
+    std::vector<const std::vector<float>*> values, importance;  // over (albedo, depth)
+    int azimuths;
+
+    int count() const { return static_cast<int>(values.size()); }
+};
+
+/// Functions that are orthogonal over the block's directions, as sums over layers.
+struct Basis {
+    std::vector<int> pivot;                       // layers
+    std::vector<double> norm;                     // of what was left of a pivot
+    std::vector<std::vector<float>> coefficient;  // over layers
+    double error = 0;                             // largest of any layer, relative to R or T
+};
+
+/// Takes the layer that is met worst into the basis until all are met.
+Basis greedy(const Layers& layers, double allowed) {
+    const std::size_t columns = layers.values[0]->size();
+    const std::size_t pairs = columns / size(layers.azimuths);
+    std::vector<float> weight(pairs);
+    for (const auto* of_layer : layers.importance)
+        for (std::size_t p = 0; p < pairs; ++p)
+            weight[p] += (*of_layer)[p] * (*of_layer)[p] / static_cast<float>(layers.count());
+    std::vector<std::vector<float>> rest;
+    for (const auto* of_layer : layers.values) rest.push_back(*of_layer);
+
+    const auto error_of = [&](int l) {
+        const float* const left = rest[size(l)].data();
+        float most = 0;
+        for (std::size_t p = 0; p < pairs; ++p) {
+            float here = 0;
+            for (int k = 0; k < layers.azimuths; ++k)
+                here = std::max(here, std::abs(left[p * size(layers.azimuths) + size(k)]));
+            most = std::max(most, here * (*layers.importance[size(l)])[p]);
+        }
+        return double{most};
+    };
+    Basis basis;
+    std::vector<double> error(size(layers.count()));
+    std::vector<float> function(columns), weighted(columns);
+    for (int l = 0; l < layers.count(); ++l) error[size(l)] = error_of(l);
+    basis.coefficient.resize(size(layers.count()));
+    for (;;) {
+        const auto worst = std::max_element(error.begin(), error.end());
+        basis.error = *worst;
+        if (basis.error <= allowed || basis.pivot.size() == size(functions)) return basis;
+        const auto pivot = size(worst - error.begin());
+        double square = 0;
+        for (std::size_t p = 0; p < pairs; ++p)
+            for (std::size_t k = p * size(layers.azimuths); k < (p + 1) * size(layers.azimuths);
+                 ++k) {
+                weighted[k] = weight[p] * rest[pivot][k];
+                square += double{weighted[k]} * double{rest[pivot][k]};
+            }
+        const double norm = std::sqrt(square);
+        for (std::size_t k = 0; k < columns; ++k) {
+            function[k] = static_cast<float>(double{rest[pivot][k]} / norm);
+            weighted[k] = static_cast<float>(double{weighted[k]} / norm);
+        }
+        basis.pivot.push_back(static_cast<int>(pivot));
+        basis.norm.push_back(norm);
+        for (int l = 0; l < layers.count(); ++l) {
+            float* const left = rest[size(l)].data();
+            float partial[functions] = {};  // side by side, to be fast
+            std::size_t k = 0;
+            for (; k + functions <= columns; k += functions)
+                for (std::size_t s = 0; s < functions; ++s)
+                    partial[s] += left[k + s] * weighted[k + s];
+            float share = 0;
+            for (; k < columns; ++k) share += left[k] * weighted[k];
+            for (const float part : partial) share += part;
+            basis.coefficient[size(l)].push_back(share);
+            for (k = 0; k < columns; ++k) left[k] -= share * function[k];
+            error[size(l)] = error_of(l);
+        }
+    }
+}
+
+/// Where the cosines of a block lie, finer where straight lines need it.
+struct Places {
+    double v_first, v_step;   // of the segments
+    int first[segments + 1];  // place at which a segment begins
+
+    int last() const { return first[segments]; }
+
+    double mu(int place) const {
+        const int at = std::min(place, last());
+        int segment = 0;
+        while (segment + 1 < segments && first[segment + 1] <= at) ++segment;
+        return mu_at(v_first + v_step * (segment + static_cast<double>(at - first[segment]) /
+                                                       (first[segment + 1] - first[segment])));
+    }
+};
+
+Places places_for(const AxisView& axis, const Layers& layers, double allowed) {
+    constexpr int probed = 16;  // intervals a segment
+    constexpr int most = 64;    // steps a segment
+    Places places{v_at(axis.highest), 0, {}};
+    places.v_step = (v_at(axis.lowest) - places.v_first) / segments;
+    std::vector<Stencil> stencils;
+    for (int i = 0; i <= segments * probed; ++i)
+        stencils.push_back(axis.stencil(mu_at(places.v_first + places.v_step * i / probed)));
+    std::vector<float> errors[segments];
+    const int used = std::min(window, axis.count), azimuths = layers.azimuths;
+    const int layer_step = std::max(1, layers.count() / 40),
+              azimuth_step = std::max(1, azimuths / 4);
+    std::vector<float> along(stencils.size()), error(stencils.size());
+    for (int l = 0; l < layers.count(); l += layer_step) {
+        const std::vector<float>&values = *layers.values[size(l)],
+              &importance = *layers.importance[size(l)];
+        for (int j = 0; j < axis.count; ++j) {
+            std::fill(error.begin(), error.end(), 0.0f);
+            for (int k = 0; k < azimuths; k += azimuth_step) {
+                for (std::size_t i = 0; i < stencils.size(); ++i) {
+                    along[i] = 0;
+                    for (int s = 0; s < used; ++s)
+                        along[i] +=
+                            stencils[i].weight[s] *
+                            values[size(Samples::pair(stencils[i].first + s, j) * azimuths + k)];
+                }
+                for (std::size_t i = 1; i + 1 < stencils.size(); ++i)
+                    error[i] =
+                        std::max(error[i], std::abs(along[i - 1] - 2 * along[i] + along[i + 1]));
+            }
+            for (std::size_t i = 1; i + 1 < stencils.size(); ++i) {
+                float importance_here = 0;
+                for (int s = 0; s < used; ++s)
+                    importance_here += std::max(0.0f, stencils[i].weight[s]) *
+                                       importance[size(Samples::pair(stencils[i].first + s, j))];
+                errors[i / probed].push_back(error[i] * importance_here);
+            }
+        }
+    }
+    for (int segment = 0; segment < segments; ++segment) {
+        auto& found = errors[segment];
+        const auto common =
+            static_cast<std::ptrdiff_t>((1 - rare) * static_cast<double>(found.size()));
+        std::nth_element(found.begin(), found.begin() + common, found.end());
+        // An eighth of the second difference, of steps `probed` times as long as here.
+        const double with_one_step = double{found[size(common)]} * probed * probed / 8;
+        const double steps = std::ceil(std::sqrt(with_one_step / allowed));
+        places.first[segment + 1] =
+            places.first[segment] + static_cast<int>(std::clamp(steps, 1.0, double{most}));
+    }
+    return places;
+}
+
+/// The functions over (mu, mu', azimuth), as TexturedBlock has them.
+std::vector<FunctionRow> refined(const Samples& samples, const Layers& layers, const Basis& basis,
+                                 const Places& places) {
+    const TableView& table = samples.table();
+    const int cosines = table.mu_in.count, azimuths = samples.azimuths();
+    const std::size_t columns = size(samples.pairs()) * size(azimuths);
+    // At the table's own directions, all azimuths.
+    std::vector<FunctionRow> at_samples(columns, FunctionRow{});
+    for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
+        const int pivot = basis.pivot[f], depths = static_cast<int>(layers.depths.size());
+        const std::vector<float> whole =
+            samples.layer(pivot / depths, layers.depths[size(pivot % depths)], 1);
+        for (std::size_t c = 0; c < columns; ++c) {
+            double left = double{whole[c]};
+            for (std::size_t earlier = 0; earlier < f; ++earlier)
+                left -= double{basis.coefficient[size(pivot)][earlier]} *
+                        double{at_samples[c].value[earlier]};
+            at_samples[c].value[f] = static_cast<float>(left / basis.norm[f]);
+        }
+    }
+    const int count = places.last() + 2, used = std::min(window, cosines);
+    std::vector<Stencil> stencils;
+    for (int i = 0; i < count; ++i) stencils.push_back(table.mu_in.stencil(places.mu(i)));
+    const auto add = [&](const FunctionRow* from, float share, FunctionRow* to) {
+        for (int k = 0; k < azimuths; ++k)
+            for (int f = 0; f < functions; ++f) to[k].value[f] += share * from[k].value[f];
+    };
+    // Finer in mu', then in mu.
+    std::vector<FunctionRow> finer(size(cosines) * size(count + 1) * size(azimuths), FunctionRow{});
+    for (int i = 0; i < cosines; ++i)
+        for (int j = 0; j <= count; ++j)
+            for (int s = 0; s < used; ++s) {
+                const Stencil& stencil = stencils[size(std::min(j, count - 1))];
+                add(&at_samples[size(Samples::pair(i, stencil.first + s) * azimuths)],
+                    stencil.weight[s], &finer[size((i * (count + 1) + j) * azimuths)]);
+            }
+    const int rows = azimuths > 1 ? azimuths + 2 : 1, inside = azimuths > 1 ? 1 : 0;
+    std::vector<FunctionRow> all(size(count) * size(count + 3) / 2 * size(rows), FunctionRow{});
+    FunctionRow* to = all.data();
+    for (int i = 0; i < count; ++i)
+        for (int j = 0; j <= i + 1; ++j, to += rows) {
+            for (int s = 0; s < used; ++s)
+                add(&finer[size(((stencils[size(i)].first + s) * (count + 1) + j) * azimuths)],
+                    stencils[size(i)].weight[s], to + inside);
+            if (azimuths > 1) {
+                to[0] = to[2];
+                to[azimuths + 1] = to[azimuths - 1];
+            }
+        }
+    return all;
+}
+
+/// Coefficients over (albedo, optical depth), axes no shorter than a cubic.
+std::vector<FunctionRow> coefficients(const Layers& layers, const Basis& basis, int finite,
+                                      int infinite) {
+    const Resampling albedo(layers.albedos), depth(std::max(finite, 1));
+    const int depths = finite + infinite;
+    std::vector<FunctionRow> all(size(albedo.to) * size(depth.to + infinite), FunctionRow{});
+    for (int a = 0; a < albedo.to; ++a)
+        for (int d = 0; d < depth.to + infinite; ++d)
+            for (int l = 0; l < layers.albedos; ++l)
+                for (int t = 0; t < depths; ++t) {
+                    const bool both_infinite = t == finite && d == depth.to;
+                    const double share = t < finite && d < depth.to ? depth.weight(t, d)
+                                         : both_infinite            ? 1
+                                                                    : 0;
+                    const auto& of_layer = basis.coefficient[size(l * depths + t)];
+                    for (std::size_t f = 0; f < of_layer.size(); ++f)
+                        all[size(a * (depth.to + infinite) + d)].value[f] +=
+                            static_cast<float>(share * albedo.weight(l, a) * double{of_layer[f]});
+                }
+    return all;
+}
+
+PhaseForm form_of(const PhaseCurve& curve) {
+    if (curve.view().sample != nullptr) return PhaseForm::sampled;
+    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
+                                   PhaseForm::two_lobes};
+    return forms[curve.lobes()];
+}
+
+/// Single scattering, and of what lies beneath on the lit side.
+void set_closed_forms(const TableView& table, Lit lit, TexturedMemory& side) {
+    side.phase = PhaseCurve(*table.phase_function);
+    PhaseForm form = form_of(side.phase);
+    if (lit == Lit::above && table.lies_on_something()) {
+        const Below& below = *table.below;
+        side.view.over_surface = below.kind == Below::Kind::surface;
+        if (side.view.over_surface) {
+            side.view.surface_albedo = static_cast<float>(below.albedo);
+        } else {
+            side.view.beneath_quarter = static_cast<float>(below.albedo / 4);
+            side.phase = PhaseCurve::sampled(3, [&](double cos_theta, double* value) {
+                value[0] = (*table.phase_function)(cos_theta);
+                value[1] = 0;
+                value[2] = below.phase_function(cos_theta);
+            });
+            form = PhaseForm::composed;
+        }
+    }
+    side.view.phase = side.phase.view();
+    const TexturedKernels& all = *kernels().textured;
+    side.kernel = &(lit == Lit::above
+                        ? all.reflected
+                        : all.transmitted)[static_cast<int>(form)][table.azimuth.count > 1 ? 1 : 0];
+}
+
+/// The axes of the coefficients and the scales along them.
+void set_axes(const TableView& table, Lit lit, TexturedMemory& side) {
+    TexturedSide& view = side.view;
+    const AxisView &albedo = table.albedo, &depth = table.optical_depth;
+    const Resampling albedos(albedo.count);
+    view.albedo = albedos.axis(albedo);
+    view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
+    view.lowest_albedo = static_cast<float>(albedo.lowest);
+    view.highest_albedo = static_cast<float>(albedo.highest);
+    view.lowest_depth = static_cast<float>(depth.lowest);
+    view.ends_at_infinity = lit == Lit::above && depth.ends_at_infinity;
+    view.highest_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
+    view.deepest = depth.ends_at_infinity ? 1e30f : view.highest_depth;
+    view.divided = !table.lies_on_something();
+    view.extrapolation_length = static_cast<float>(table.extrapolation_length);
+    for (int a = 0; a < albedos.to; ++a) {
+        double exponent = 0;
+        for (int l = 0; l < albedos.from; ++l)
+            exponent += albedos.weight(l, a) * table.diffusion_exponent[l];
+        exponent = std::max(0.0, exponent);
+        const double length = table.extrapolation_length;
+        const double deficit =
+            depth.count > 0 ? reflection_deficit(depth.highest, exponent, length) : 0;
+        side.diffusion_exponent.push_back(static_cast<float>(exponent));
+        side.inverse_deficit.push_back(deficit < least_deficit ? 0
+                                                               : static_cast<float>(1 / deficit));
+        side.deepest_scale.push_back(view.divided ? static_cast<float>(1 / (1 + deficit)) : 1);
+    }
+    view.diffusion_exponent = side.diffusion_exponent.data();
+    view.inverse_deficit = side.inverse_deficit.data();
+    view.deepest_scale = side.deepest_scale.data();
+}
+
+/// Adds a block's memory; its cells are to point at it.
+void add_block(TexturedMemory& side, std::vector<FunctionRow> function,
+               std::vector<FunctionRow> coefficient, int first_depth, int depths,
+               const int (&first_place)[segments + 1]) {
+    side.blocks.push_back({function.data(), coefficient.data(), first_depth, depths});
+    side.rows.push_back(std::move(function));
+    side.rows.push_back(std::move(coefficient));
+    for (const int place : first_place) side.place.push_back(static_cast<float>(place));
+}
+
+/// Orders n >= 2 that a table does not hold.
+void set_nothing(TexturedMemory& side, int azimuths) {
+    int place[segments + 1] = {};
+    const std::size_t albedos = side.diffusion_exponent.size();
+    add_block(side, std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
+              std::vector<FunctionRow>(albedos * window, FunctionRow{}), 0, window, place);
+    side.view.optical_depth = {0, 0, window - 1};
+    side.view.ends_at_infinity = false;
+    side.block_of_cell.assign(window, 0.0f);
+}
+
+/// Cuts the optical depths into blocks as deep as sixteen functions reach.
+void set_blocks(const Samples& samples, TexturedMemory& side) {
+    const TableView& table = samples.table();
+    const AxisView& depth = table.optical_depth;
+    const double tolerance = table.tolerance > 0 ? table.tolerance : usual_tolerance;
+    const int azimuth_step = std::max(1, (samples.azimuths() - 1) / 8);
+    std::vector<std::vector<float>> values, importance;
+    for (int a = 0; a < table.albedo.count; ++a)
+        for (int d = 0; d < depth.size(); ++d) {
+            values.push_back(samples.layer(a, d, azimuth_step));
+            importance.push_back(samples.importance(a, d));
+        }
+    const auto layers_of = [&](int first, int last, bool and_infinity) {
+        Layers layers{table.albedo.count, {}, {}, {}, (samples.azimuths() - 1) / azimuth_step + 1};
+        for (int d = first; d <= last; ++d) layers.depths.push_back(d);
+        if (and_infinity) layers.depths.push_back(depth.count);
+        for (int a = 0; a < table.albedo.count; ++a)
+            for (const int d : layers.depths) {
+                layers.values.push_back(&values[size(a * depth.size() + d)]);
+                layers.importance.push_back(&importance[size(a * depth.size() + d)]);
+            }
+        return layers;
+    };
+    const int last = depth.count - 1;
+    const bool short_axis = depth.count < window;
+    int guess = 8;
+    for (int cell = 0; cell == 0 || cell < last;) {
+        const int cells = short_axis ? std::max(1, last) : std::min(guess, last - cell);
+        const bool at_end = cell + cells >= last;
+        const int first_row = short_axis ? 0 : std::clamp(cell - 1, 0, last - (window - 1));
+        const int last_row =
+            short_axis ? last : std::min(std::max(cell + cells + 1, first_row + window - 1), last);
+        const bool and_infinity = at_end && side.view.ends_at_infinity;
+        const Layers layers = layers_of(first_row, last_row, and_infinity);
+        const Basis basis = greedy(layers, basis_share * tolerance);
+        if (basis.error > basis_share * tolerance && cells > 1 && !short_axis) {
+            guess = std::max(1, cells * 3 / 4);
+            continue;
+        }
+        const Places places = places_for(table.mu_in, layers, line_share * tolerance);
+        const int finite = last_row - first_row + 1, infinite = and_infinity ? 1 : 0;
+        add_block(side, refined(samples, layers, basis, places),
+                  coefficients(layers, basis, finite, infinite), first_row,
+                  std::max(window, finite) + infinite, places.first);
+        side.block_of_cell.resize(size(short_axis ? window : cell + cells + (at_end ? 1 : 0)),
+                                  static_cast<float>(side.blocks.size() - 1));
+        cell += cells;
+        guess = cells + 1;
+    }
+    const double first = v_at(table.mu_in.highest), end = v_at(table.mu_in.lowest);
+    side.view.v_first = static_cast<float>(first);
+    side.view.segments_per_v = end > first ? static_cast<float>(segments / (end - first)) : 0;
+}
+
+std::unique_ptr<const TexturedMemory> textured(const TableView& table, Lit lit) {
+    auto side = std::make_unique<TexturedMemory>();
+    set_closed_forms(table, lit, *side);
+    set_axes(table, lit, *side);
+    side->view.azimuths = table.azimuth.count;
+    const bool held = lit == Lit::above ? table.has_reflection()
+                                        : table.has_transmission() && table.optical_depth.count > 0;
+    if (held)
+        set_blocks(Samples(table, lit), *side);
+    else
+        set_nothing(*side, table.azimuth.count);
+    side->view.block = side->blocks.data();
+    side->view.block_of_cell = side->block_of_cell.data();
+    side->view.place = side->place.data();
+    return side;
+}
+
+Scattered at_one(const TexturedMemory& side, double albedo, double optical_depth,
+                 const Geometry& geometry) noexcept {
+    double azimuth = geometry.azimuth;
+    if (!(azimuth >= 0 && azimuth <= pi)) azimuth = std::abs(std::remainder(azimuth, 2 * pi));
+    float single_multiple[2];
+    side.kernel->one(side.view,
+                     {static_cast<float>(albedo), static_cast<float>(1 - albedo),
+                      static_cast<float>(optical_depth), static_cast<float>(geometry.mu_in),
+                      static_cast<float>(geometry.mu_out), static_cast<float>(azimuth)},
+                     single_multiple);
+    return {double{single_multiple[0]}, double{single_multiple[1]}};
+}
+
+void at_many(const TexturedMemory& side, const TexturedPoints& points, float* total) noexcept {
+    const std::size_t rest = points.count % points_at_once, whole = points.count - rest;
+    side.kernel->many(side.view, points, whole, total);
+    if (rest == 0) return;
+    alignas(64) float copy[5][points_at_once], found[points_at_once];
+    const float* const from[5] = {points.albedo, points.optical_depth, points.mu_in, points.mu_out,
+                                  points.azimuth};
+    for (int q = 0; q < 5; ++q) {
+        std::fill(copy[q], copy[q] + points_at_once, 0.5f);
+        std::copy(from[q] + whole, from[q] + points.count, copy[q]);
+    }
+    side.kernel->many(side.view, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once},
+                      points_at_once, found);
+    std::copy(found, found + rest, total + whole);
+}
+
+}  // namespace
+
+TexturedTable::TexturedTable(const TableView& table) {
+    const AxisView &in = table.mu_in, &out = table.mu_out;
+    require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
+            "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
+    reflection_ = textured(table, Lit::above);
+    if (!table.lies_on_something()) transmission_ = textured(table, Lit::below);
+}
+
+TexturedTable::TexturedTable(TexturedTable&&) noexcept = default;
+TexturedTable& TexturedTable::operator=(TexturedTable&&) noexcept = default;
+TexturedTable::~TexturedTable() = default;
+
+Scattered TexturedTable::reflection(double albedo, double optical_depth,
+                                    const Geometry& geometry) const noexcept {
+    return at_one(*reflection_, albedo, optical_depth, geometry);
+}
+
+Scattered TexturedTable::transmission(double albedo, double optical_depth,
+                                      const Geometry& geometry) const noexcept {
+    if (transmission_ == nullptr) return {};
+    return at_one(*transmission_, albedo, optical_depth, geometry);
+}
+
+void TexturedTable::reflection(const TexturedPoints& points, float* total) const noexcept {
+    at_many(*reflection_, points, total);
+}
+
+void TexturedTable::transmission(const TexturedPoints& points, float* total) const noexcept {
+    if (transmission_ == nullptr)
+        std::fill(total, total + points.count, 0.0f);
+    else
+        at_many(*transmission_, points, total);
+}
+
+std::size_t TexturedTable::bytes() const noexcept {
+    std::size_t sum = 0;
+    for (const TexturedMemory* side : {reflection_.get(), transmission_.get()}) {
+        if (side == nullptr) continue;
+        for (const auto& rows : side->rows) sum += rows.size() * sizeof(FunctionRow);
+        sum += side->phase.sample_count() * sizeof(float);
+    }
+    return sum;
+}
+
+}  // namespace stratus

@@ -1,5 +1,7 @@
 #include <stratus/runtime/textured_table.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -35,7 +37,7 @@ constexpr double usual_tolerance = 1e-3;  // of a table that does not say
 // cosines all but the worst hundredth of the directions.
 constexpr double basis_share = 0.15, line_share = 0.2, rare = 0.01;
 
-constexpr double darkest_share = 0.01, faintest = 1e-8;  // below which errors count less
+constexpr float darkest_share = 0.01f, faintest = 1e-8f;  // below which errors count less
 
 /// As lookup.h has it: the deepest sample of reflection is the limit itself.
 constexpr double least_deficit = 1e-5;
@@ -122,43 +124,39 @@ class Samples {
         return values;
     }
 
-    /// What an error of a layer's values is to be multiplied by to be relative to R or T, the
-    /// darkest azimuth's, over pairs of cosines.
-    std::vector<float> importance(int albedo, int depth) const {
-        const std::ptrdiff_t layer_at =
-            std::ptrdiff_t{albedo} * table_.optical_depth.size() + depth;
-        std::vector<float> found(size(pairs()));
-        if (weight_[layer_at] == 0) return found;
-        const std::vector<float> values = layer(albedo, depth, 1);
+    /// What an error of a layer's values is to be multiplied by to be relative to R or T; over the
+    /// same directions.
+    std::vector<float> importance(int albedo, int depth, int step) const {
+        const std::ptrdiff_t at = std::ptrdiff_t{albedo} * table_.optical_depth.size() + depth;
+        std::vector<float> found = layer(albedo, depth, step);
         const double w = table_.albedo.value(albedo), tau = depth_of(depth);
+        if (weight_[at] == 0 || w == 0) {  // fainter than float can tell
+            std::fill(found.begin(), found.end(), 0.0f);
+            return found;
+        }
         const float* const share = table_.mu_in_weight + std::ptrdiff_t{depth} * table_.mu_in.count;
-        double largest = faintest / darkest_share;
+        const auto factor = [&](int i, int j) { return 1 / (weight_[at] * share[i] * share[j]); };
+        float largest = 0;
+        std::size_t n = 0;
         for (int i = 0; i < table_.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j) {
                 const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
-                const double factor =
-                    1 / (double{weight_[layer_at]} * double{share[i]} * double{share[j]});
-                const std::size_t first = size(pair(i, j)) * size(azimuths());
                 const double order = lit_ == Lit::above ? single_reflection(1, w, tau, mu, other)
                                                         : single_transmission(1, w, tau, mu, other);
-                double darkest = HUGE_VAL;
-                for (int k = 0; k < azimuths(); ++k) {
-                    double total =
-                        factor * double{values[first + size(k)]} + order * phase_[first + size(k)];
+                for (int k = 0; k < azimuths(); k += step, ++n) {
+                    double single = order * phase_[size(pair(i, j) * azimuths() + k)];
                     if (table_.lies_on_something())
-                        total += single_reflection_below(*table_.below, tau, geometry(i, j, k));
-                    darkest = std::min(darkest, total);
-                    if (other >= 0.1) largest = std::max(largest, total);
+                        single += single_reflection_below(*table_.below, tau, geometry(i, j, k));
+                    found[n] = factor(i, j) * found[n] + static_cast<float>(single);
+                    if (other >= 0.1) largest = std::max(largest, found[n]);
                 }
-                found[size(pair(i, j))] = static_cast<float>(darkest);
             }
+        const float least = std::max(darkest_share * largest, faintest);
+        n = 0;
         for (int i = 0; i < table_.mu_in.count; ++i)
-            for (int j = 0; j <= i; ++j) {
-                float& at = found[size(pair(i, j))];
-                at = static_cast<float>(
-                    1 / (double{weight_[layer_at]} * double{share[i]} * double{share[j]}) /
-                    std::max(double{at}, darkest_share * largest));
-            }
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k < azimuths(); k += step, ++n)
+                    found[n] = factor(i, j) / std::max(found[n], least);
         return found;
     }
 
@@ -201,23 +199,18 @@ struct Basis {
 /// Takes the layer that is met worst into the basis until all are met.
 Basis greedy(const Layers& layers, double allowed) {
     const std::size_t columns = layers.values[0]->size();
-    const std::size_t pairs = columns / size(layers.azimuths);
-    std::vector<float> weight(pairs);
+    std::vector<float> weight(columns);
     for (const auto* of_layer : layers.importance)
-        for (std::size_t p = 0; p < pairs; ++p)
-            weight[p] += (*of_layer)[p] * (*of_layer)[p] / static_cast<float>(layers.count());
+        for (std::size_t k = 0; k < columns; ++k)
+            weight[k] += (*of_layer)[k] * (*of_layer)[k] / static_cast<float>(layers.count());
     std::vector<std::vector<float>> rest;
     for (const auto* of_layer : layers.values) rest.push_back(*of_layer);
 
     const auto error_of = [&](int l) {
-        const float* const left = rest[size(l)].data();
+        const float *const left = rest[size(l)].data(), *const of =
+                                                            layers.importance[size(l)]->data();
         float most = 0;
-        for (std::size_t p = 0; p < pairs; ++p) {
-            float here = 0;
-            for (int k = 0; k < layers.azimuths; ++k)
-                here = std::max(here, std::abs(left[p * size(layers.azimuths) + size(k)]));
-            most = std::max(most, here * (*layers.importance[size(l)])[p]);
-        }
+        for (std::size_t k = 0; k < columns; ++k) most = std::max(most, std::abs(left[k] * of[k]));
         return double{most};
     };
     Basis basis;
@@ -231,12 +224,10 @@ Basis greedy(const Layers& layers, double allowed) {
         if (basis.error <= allowed || basis.pivot.size() == size(functions)) return basis;
         const auto pivot = size(worst - error.begin());
         double square = 0;
-        for (std::size_t p = 0; p < pairs; ++p)
-            for (std::size_t k = p * size(layers.azimuths); k < (p + 1) * size(layers.azimuths);
-                 ++k) {
-                weighted[k] = weight[p] * rest[pivot][k];
-                square += double{weighted[k]} * double{rest[pivot][k]};
-            }
+        for (std::size_t k = 0; k < columns; ++k) {
+            weighted[k] = weight[k] * rest[pivot][k];
+            square += double{weighted[k]} * double{rest[pivot][k]};
+        }
         const double norm = std::sqrt(square);
         for (std::size_t k = 0; k < columns; ++k) {
             function[k] = static_cast<float>(double{rest[pivot][k]} / norm);
@@ -289,33 +280,24 @@ Places places_for(const AxisView& axis, const Layers& layers, double allowed) {
     const int used = std::min(window, axis.count), azimuths = layers.azimuths;
     const int layer_step = std::max(1, layers.count() / 40),
               azimuth_step = std::max(1, azimuths / 4);
-    std::vector<float> along(stencils.size()), error(stencils.size());
-    for (int l = 0; l < layers.count(); l += layer_step) {
-        const std::vector<float>&values = *layers.values[size(l)],
-              &importance = *layers.importance[size(l)];
-        for (int j = 0; j < axis.count; ++j) {
-            std::fill(error.begin(), error.end(), 0.0f);
+    std::vector<float> along(stencils.size()), importance(stencils.size());
+    for (int l = 0; l < layers.count(); l += layer_step)
+        for (int j = 0; j < axis.count; ++j)
             for (int k = 0; k < azimuths; k += azimuth_step) {
                 for (std::size_t i = 0; i < stencils.size(); ++i) {
-                    along[i] = 0;
-                    for (int s = 0; s < used; ++s)
-                        along[i] +=
-                            stencils[i].weight[s] *
-                            values[size(Samples::pair(stencils[i].first + s, j) * azimuths + k)];
+                    along[i] = importance[i] = 0;
+                    for (int s = 0; s < used; ++s) {
+                        const float share = stencils[i].weight[s];
+                        const auto at =
+                            size(Samples::pair(stencils[i].first + s, j) * azimuths + k);
+                        along[i] += share * (*layers.values[size(l)])[at];
+                        importance[i] += std::max(0.0f, share) * (*layers.importance[size(l)])[at];
+                    }
                 }
                 for (std::size_t i = 1; i + 1 < stencils.size(); ++i)
-                    error[i] =
-                        std::max(error[i], std::abs(along[i - 1] - 2 * along[i] + along[i + 1]));
+                    errors[i / probed].push_back(
+                        std::abs(along[i - 1] - 2 * along[i] + along[i + 1]) * importance[i]);
             }
-            for (std::size_t i = 1; i + 1 < stencils.size(); ++i) {
-                float importance_here = 0;
-                for (int s = 0; s < used; ++s)
-                    importance_here += std::max(0.0f, stencils[i].weight[s]) *
-                                       importance[size(Samples::pair(stencils[i].first + s, j))];
-                errors[i / probed].push_back(error[i] * importance_here);
-            }
-        }
-    }
     for (int segment = 0; segment < segments; ++segment) {
         auto& found = errors[segment];
         const auto common =
@@ -501,7 +483,7 @@ void set_blocks(const Samples& samples, TexturedMemory& side) {
     for (int a = 0; a < table.albedo.count; ++a)
         for (int d = 0; d < depth.size(); ++d) {
             values.push_back(samples.layer(a, d, azimuth_step));
-            importance.push_back(samples.importance(a, d));
+            importance.push_back(samples.importance(a, d, azimuth_step));
         }
     const auto layers_of = [&](int first, int last, bool and_infinity) {
         Layers layers{table.albedo.count, {}, {}, {}, (samples.azimuths() - 1) / azimuth_step + 1};
@@ -531,6 +513,13 @@ void set_blocks(const Samples& samples, TexturedMemory& side) {
             continue;
         }
         const Places places = places_for(table.mu_in, layers, line_share * tolerance);
+        if (std::getenv("TXDBG")) {
+            std::fprintf(stderr, "rows %d-%d cells %d K %d err %.2g n %d:", first_row, last_row,
+                         cells, (int)basis.pivot.size(), basis.error / tolerance, places.last());
+            for (int q = 0; q < segments; ++q)
+                std::fprintf(stderr, " %d", places.first[q + 1] - places.first[q]);
+            std::fprintf(stderr, "\n");
+        }
         const int finite = last_row - first_row + 1, infinite = and_infinity ? 1 : 0;
         add_block(side, refined(samples, layers, basis, places),
                   coefficients(layers, basis, finite, infinite), first_row,

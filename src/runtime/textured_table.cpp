@@ -35,7 +35,7 @@ constexpr double usual_tolerance = 1e-3;  // of a table that does not say
 
 // Shares of the tolerance: by which the functions may miss a layer, and straight lines between
 // cosines all but the worst hundredth of the directions.
-constexpr double basis_share = 0.15, line_share = 0.2, rare = 0.01;
+constexpr double basis_share = 0.2, line_share = 0.25, rare = 0.01;
 
 constexpr float darkest_share = 0.01f, faintest = 1e-8f;  // below which errors count less
 
@@ -178,14 +178,22 @@ class Samples {
     std::vector<double> phase_;  // over (pair, azimuth)
 };
 
-/// Layers of neighbouring depths, thinned out along azimuth.
+/// Neighbouring samples of one axis of the layers.
+struct Rows {
+    int first, count;
+
+    int last() const { return first + count - 1; }
+};
+
+/// The layers of a block, thinned out along azimuth.
 struct Layers {
-    int albedos;
-    std::vector<int> depths;                                    // samples of the table
+    Rows albedos, depths;                                       // depths: finite ones
+    bool and_infinity;                                          // after the depths
     std::vector<const std::vector<float>*> values, importance;  // over (albedo, depth)
     int azimuths;
 
     int count() const { return static_cast<int>(values.size()); }
+    int depth_count() const { return depths.count + (and_infinity ? 1 : 0); }
 };
 
 /// Functions that are orthogonal over the block's directions, as sums over layers.
@@ -196,60 +204,81 @@ struct Basis {
     double error = 0;                             // largest of any layer, relative to R or T
 };
 
-/// Takes the layer that is met worst into the basis until all are met.
+/// Takes the layer that is met worst into the basis until all are met. Of many albedos a few speak
+/// for all.
 Basis greedy(const Layers& layers, double allowed) {
+    constexpr int speaking_albedos = 12;
+    const int albedo_step = (layers.albedos.count - 1) / speaking_albedos + 1;
     const std::size_t columns = layers.values[0]->size();
+    std::vector<int> speakers, others;
+    for (int l = 0; l < layers.count(); ++l) {
+        const int from_last = layers.albedos.count - 1 - l / layers.depth_count();
+        (from_last % albedo_step == 0 ? speakers : others).push_back(l);
+    }
     std::vector<float> weight(columns);
-    for (const auto* of_layer : layers.importance)
-        for (std::size_t k = 0; k < columns; ++k)
-            weight[k] += (*of_layer)[k] * (*of_layer)[k] / static_cast<float>(layers.count());
-    std::vector<std::vector<float>> rest;
-    for (const auto* of_layer : layers.values) rest.push_back(*of_layer);
-
+    std::vector<std::vector<float>> rest(size(layers.count()));
+    for (const int l : speakers) {
+        rest[size(l)] = *layers.values[size(l)];
+        for (std::size_t k = 0; k < columns; ++k) {
+            const float of_layer = (*layers.importance[size(l)])[k];
+            weight[k] += of_layer * of_layer / static_cast<float>(layers.count());
+        }
+    }
     const auto error_of = [&](int l) {
-        const float *const left = rest[size(l)].data(), *const of =
-                                                            layers.importance[size(l)]->data();
+        const float* const left = rest[size(l)].data();
+        const float* const importance = layers.importance[size(l)]->data();
         float most = 0;
-        for (std::size_t k = 0; k < columns; ++k) most = std::max(most, std::abs(left[k] * of[k]));
+        for (std::size_t k = 0; k < columns; ++k)
+            most = std::max(most, std::abs(left[k] * importance[k]));
         return double{most};
     };
     Basis basis;
-    std::vector<double> error(size(layers.count()));
-    std::vector<float> function(columns), weighted(columns);
-    for (int l = 0; l < layers.count(); ++l) error[size(l)] = error_of(l);
     basis.coefficient.resize(size(layers.count()));
+    std::vector<double> error(size(layers.count()));
+    std::vector<std::vector<float>> function, weighted;
+    const auto take_away = [&](int l, std::size_t f) {
+        float* const left = rest[size(l)].data();
+        float partial[functions] = {};  // side by side, to be fast
+        std::size_t k = 0;
+        for (; k + functions <= columns; k += functions)
+            for (std::size_t s = 0; s < functions; ++s)
+                partial[s] += left[k + s] * weighted[f][k + s];
+        float share = 0;
+        for (; k < columns; ++k) share += left[k] * weighted[f][k];
+        for (const float part : partial) share += part;
+        basis.coefficient[size(l)].push_back(share);
+        for (k = 0; k < columns; ++k) left[k] -= share * function[f][k];
+    };
+    for (const int l : speakers) error[size(l)] = error_of(l);
     for (;;) {
         const auto worst = std::max_element(error.begin(), error.end());
         basis.error = *worst;
-        if (basis.error <= allowed || basis.pivot.size() == size(functions)) return basis;
+        if (basis.error <= allowed || basis.pivot.size() == size(functions)) break;
         const auto pivot = size(worst - error.begin());
+        const std::vector<float>& left = rest[pivot];
         double square = 0;
-        for (std::size_t k = 0; k < columns; ++k) {
-            weighted[k] = weight[k] * rest[pivot][k];
-            square += double{weighted[k]} * double{rest[pivot][k]};
-        }
+        for (std::size_t k = 0; k < columns; ++k)
+            square += double{weight[k]} * double{left[k]} * double{left[k]};
         const double norm = std::sqrt(square);
+        function.emplace_back(columns);
+        weighted.emplace_back(columns);
         for (std::size_t k = 0; k < columns; ++k) {
-            function[k] = static_cast<float>(double{rest[pivot][k]} / norm);
-            weighted[k] = static_cast<float>(double{weighted[k]} / norm);
+            function.back()[k] = static_cast<float>(double{left[k]} / norm);
+            weighted.back()[k] = weight[k] * function.back()[k];
         }
         basis.pivot.push_back(static_cast<int>(pivot));
         basis.norm.push_back(norm);
-        for (int l = 0; l < layers.count(); ++l) {
-            float* const left = rest[size(l)].data();
-            float partial[functions] = {};  // side by side, to be fast
-            std::size_t k = 0;
-            for (; k + functions <= columns; k += functions)
-                for (std::size_t s = 0; s < functions; ++s)
-                    partial[s] += left[k + s] * weighted[k + s];
-            float share = 0;
-            for (; k < columns; ++k) share += left[k] * weighted[k];
-            for (const float part : partial) share += part;
-            basis.coefficient[size(l)].push_back(share);
-            for (k = 0; k < columns; ++k) left[k] -= share * function[k];
+        for (const int l : speakers) {
+            take_away(l, function.size() - 1);
             error[size(l)] = error_of(l);
         }
     }
+    for (const int l : others) {
+        rest[size(l)] = *layers.values[size(l)];
+        for (std::size_t f = 0; f < function.size(); ++f) take_away(l, f);
+        rest[size(l)].clear();
+    }
+    return basis;
 }
 
 /// Where the cosines of a block lie, finer where straight lines need it.
@@ -321,9 +350,9 @@ std::vector<FunctionRow> refined(const Samples& samples, const Layers& layers, c
     // At the table's own directions, all azimuths.
     std::vector<FunctionRow> at_samples(columns, FunctionRow{});
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
-        const int pivot = basis.pivot[f], depths = static_cast<int>(layers.depths.size());
-        const std::vector<float> whole =
-            samples.layer(pivot / depths, layers.depths[size(pivot % depths)], 1);
+        const int pivot = basis.pivot[f], depths = layers.depth_count();
+        const std::vector<float> whole = samples.layer(layers.albedos.first + pivot / depths,
+                                                       layers.depths.first + pivot % depths, 1);
         for (std::size_t c = 0; c < columns; ++c) {
             double left = double{whole[c]};
             for (std::size_t earlier = 0; earlier < f; ++earlier)
@@ -365,23 +394,25 @@ std::vector<FunctionRow> refined(const Samples& samples, const Layers& layers, c
 }
 
 /// Coefficients over (albedo, optical depth), axes no shorter than a cubic.
-std::vector<FunctionRow> coefficients(const Layers& layers, const Basis& basis, int finite,
-                                      int infinite) {
-    const Resampling albedo(layers.albedos), depth(std::max(finite, 1));
-    const int depths = finite + infinite;
-    std::vector<FunctionRow> all(size(albedo.to) * size(depth.to + infinite), FunctionRow{});
+std::vector<FunctionRow> coefficients(const Layers& layers, const Basis& basis) {
+    const int finite = layers.depths.count, depths = layers.depth_count();
+    const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
+    const int rows = depth.to + depths - finite;
+    std::vector<FunctionRow> all(size(albedo.to) * size(rows), FunctionRow{});
+    const auto depth_weight = [&](int from, int to) {
+        if (from == finite || to == depth.to) return from - finite == to - depth.to ? 1.0 : 0.0;
+        return depth.weight(from, to);
+    };
     for (int a = 0; a < albedo.to; ++a)
-        for (int d = 0; d < depth.to + infinite; ++d)
-            for (int l = 0; l < layers.albedos; ++l)
+        for (int d = 0; d < rows; ++d)
+            for (int l = 0; l < layers.albedos.count; ++l)
                 for (int t = 0; t < depths; ++t) {
-                    const bool both_infinite = t == finite && d == depth.to;
-                    const double share = t < finite && d < depth.to ? depth.weight(t, d)
-                                         : both_infinite            ? 1
-                                                                    : 0;
+                    const double share = albedo.weight(l, a) * depth_weight(t, d);
+                    if (share == 0) continue;
                     const auto& of_layer = basis.coefficient[size(l * depths + t)];
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
-                        all[size(a * (depth.to + infinite) + d)].value[f] +=
-                            static_cast<float>(share * albedo.weight(l, a) * double{of_layer[f]});
+                        all[size(a * rows + d)].value[f] +=
+                            static_cast<float>(share * double{of_layer[f]});
                 }
     return all;
 }
@@ -452,11 +483,12 @@ void set_axes(const TableView& table, Lit lit, TexturedMemory& side) {
     view.deepest_scale = side.deepest_scale.data();
 }
 
-/// Adds a block's memory; its cells are to point at it.
-void add_block(TexturedMemory& side, std::vector<FunctionRow> function,
-               std::vector<FunctionRow> coefficient, int first_depth, int depths,
-               const int (&first_place)[segments + 1]) {
-    side.blocks.push_back({function.data(), coefficient.data(), first_depth, depths});
+/// Adds a block and its memory.
+void add_block(TexturedMemory& side, TexturedBlock block, std::vector<FunctionRow> function,
+               std::vector<FunctionRow> coefficient, const int (&first_place)[segments + 1]) {
+    block.function = function.data();
+    block.coefficient = coefficient.data();
+    side.blocks.push_back(block);
     side.rows.push_back(std::move(function));
     side.rows.push_back(std::move(coefficient));
     for (const int place : first_place) side.place.push_back(static_cast<float>(place));
@@ -464,75 +496,119 @@ void add_block(TexturedMemory& side, std::vector<FunctionRow> function,
 
 /// Orders n >= 2 that a table does not hold.
 void set_nothing(TexturedMemory& side, int azimuths) {
-    int place[segments + 1] = {};
     const std::size_t albedos = side.diffusion_exponent.size();
-    add_block(side, std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
-              std::vector<FunctionRow>(albedos * window, FunctionRow{}), 0, window, place);
+    add_block(side, {nullptr, nullptr, 0, 0, window},
+              std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
+              std::vector<FunctionRow>(albedos * window, FunctionRow{}), {});
     side.view.optical_depth = {0, 0, window - 1};
     side.view.ends_at_infinity = false;
-    side.block_of_cell.assign(window, 0.0f);
+    side.block_of_cell.assign(albedos * window, 0.0f);
 }
 
-/// Cuts the optical depths into blocks as deep as sixteen functions reach.
-void set_blocks(const Samples& samples, TexturedMemory& side) {
-    const TableView& table = samples.table();
-    const AxisView& depth = table.optical_depth;
-    const double tolerance = table.tolerance > 0 ? table.tolerance : usual_tolerance;
-    const int azimuth_step = std::max(1, (samples.azimuths() - 1) / 8);
-    std::vector<std::vector<float>> values, importance;
-    for (int a = 0; a < table.albedo.count; ++a)
-        for (int d = 0; d < depth.size(); ++d) {
-            values.push_back(samples.layer(a, d, azimuth_step));
-            importance.push_back(samples.importance(a, d, azimuth_step));
+/// Cuts albedos and optical depths into blocks as large as sixteen functions reach.
+class Blocks {
+  public:
+    Blocks(const Samples& samples, TexturedMemory& side)
+        : samples_(samples),
+          side_(side),
+          tolerance_(samples.table().tolerance > 0 ? samples.table().tolerance : usual_tolerance),
+          azimuth_step_(std::max(1, (samples.azimuths() - 1) / 8)) {
+        const AxisView &albedo = samples.table().albedo, &depth = samples.table().optical_depth;
+        for (int a = 0; a < albedo.count; ++a)
+            for (int d = 0; d < depth.size(); ++d) {
+                values_.push_back(samples.layer(a, d, azimuth_step_));
+                importance_.push_back(samples.importance(a, d, azimuth_step_));
+            }
+        depth_rows_ = std::max(window, depth.count);
+        side.block_of_cell.assign(size(std::max(window, albedo.count) * depth_rows_), 0.0f);
+        cover({0, std::max(1, albedo.count - 1)}, 0);
+        const double first = v_at(samples.table().mu_in.highest);
+        const double end = v_at(samples.table().mu_in.lowest);
+        side.view.v_first = static_cast<float>(first);
+        side.view.segments_per_v = end > first ? static_cast<float>(segments / (end - first)) : 0;
+    }
+
+  private:
+    /// Samples that the cubics of some cells reach.
+    static Rows reach(const Rows& cells, int samples) {
+        if (samples <= window) return {0, samples};
+        const int first = std::clamp(cells.first - 1, 0, samples - window);
+        const int last = std::clamp(cells.first + cells.count + 1, first + window - 1, samples - 1);
+        return {first, last - first + 1};
+    }
+
+    /// Blocks of some albedos from an optical depth on, each as deep as its basis can hold; once
+    /// that is not deep, of half the albedos each.
+    void cover(const Rows& albedo_cells, int first_depth) {
+        constexpr int shallow = 3, narrow = 8;  // cells
+        const double allowed = basis_share * tolerance_;
+        const int end = std::max(1, samples_.table().optical_depth.count - 1);
+        int guess = 9;
+        for (int first = first_depth; first < end;) {
+            const Rows depth_cells{first, std::min(guess, end - first)};
+            const Layers layers = layers_of(albedo_cells, depth_cells);
+            const Basis basis = greedy(layers, allowed);
+            const bool met = basis.error <= allowed;
+            if (!met && depth_cells.count > shallow) {
+                guess = std::max(shallow, depth_cells.count * (basis.error > 8 * allowed ? 1 : 2) /
+                                              (basis.error > 8 * allowed ? 2 : 3));
+            } else if (!met && albedo_cells.count > narrow) {
+                const int half = albedo_cells.count / 2;
+                cover({albedo_cells.first, half}, first);
+                cover({albedo_cells.first + half, albedo_cells.count - half}, first);
+                return;
+            } else {
+                add(layers, basis, albedo_cells, depth_cells);
+                first += depth_cells.count;
+                guess = depth_cells.count + 2;
+            }
         }
-    const auto layers_of = [&](int first, int last, bool and_infinity) {
-        Layers layers{table.albedo.count, {}, {}, {}, (samples.azimuths() - 1) / azimuth_step + 1};
-        for (int d = first; d <= last; ++d) layers.depths.push_back(d);
-        if (and_infinity) layers.depths.push_back(depth.count);
-        for (int a = 0; a < table.albedo.count; ++a)
-            for (const int d : layers.depths) {
-                layers.values.push_back(&values[size(a * depth.size() + d)]);
-                layers.importance.push_back(&importance[size(a * depth.size() + d)]);
+    }
+
+    Layers layers_of(const Rows& albedo_cells, const Rows& depth_cells) const {
+        const AxisView& depth = samples_.table().optical_depth;
+        const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
+        Layers layers{reach(albedo_cells, samples_.table().albedo.count),
+                      reach(depth_cells, depth.count),
+                      deepest && side_.view.ends_at_infinity,
+                      {},
+                      {},
+                      (samples_.azimuths() - 1) / azimuth_step_ + 1};
+        for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
+            for (int d = 0; d < layers.depth_count(); ++d) {
+                const std::size_t at = size(a * depth.size() + layers.depths.first + d);
+                layers.values.push_back(&values_[at]);
+                layers.importance.push_back(&importance_[at]);
             }
         return layers;
-    };
-    const int last = depth.count - 1;
-    const bool short_axis = depth.count < window;
-    int guess = 8;
-    for (int cell = 0; cell == 0 || cell < last;) {
-        const int cells = short_axis ? std::max(1, last) : std::min(guess, last - cell);
-        const bool at_end = cell + cells >= last;
-        const int first_row = short_axis ? 0 : std::clamp(cell - 1, 0, last - (window - 1));
-        const int last_row =
-            short_axis ? last : std::min(std::max(cell + cells + 1, first_row + window - 1), last);
-        const bool and_infinity = at_end && side.view.ends_at_infinity;
-        const Layers layers = layers_of(first_row, last_row, and_infinity);
-        const Basis basis = greedy(layers, basis_share * tolerance);
-        if (basis.error > basis_share * tolerance && cells > 1 && !short_axis) {
-            guess = std::max(1, cells * 3 / 4);
-            continue;
-        }
-        const Places places = places_for(table.mu_in, layers, line_share * tolerance);
-        if (std::getenv("TXDBG")) {
-            std::fprintf(stderr, "rows %d-%d cells %d K %d err %.2g n %d:", first_row, last_row,
-                         cells, (int)basis.pivot.size(), basis.error / tolerance, places.last());
-            for (int q = 0; q < segments; ++q)
-                std::fprintf(stderr, " %d", places.first[q + 1] - places.first[q]);
-            std::fprintf(stderr, "\n");
-        }
-        const int finite = last_row - first_row + 1, infinite = and_infinity ? 1 : 0;
-        add_block(side, refined(samples, layers, basis, places),
-                  coefficients(layers, basis, finite, infinite), first_row,
-                  std::max(window, finite) + infinite, places.first);
-        side.block_of_cell.resize(size(short_axis ? window : cell + cells + (at_end ? 1 : 0)),
-                                  static_cast<float>(side.blocks.size() - 1));
-        cell += cells;
-        guess = cells + 1;
     }
-    const double first = v_at(table.mu_in.highest), end = v_at(table.mu_in.lowest);
-    side.view.v_first = static_cast<float>(first);
-    side.view.segments_per_v = end > first ? static_cast<float>(segments / (end - first)) : 0;
-}
+
+    void add(const Layers& layers, const Basis& basis, const Rows& albedo_cells,
+             const Rows& depth_cells) {
+        // A place on the last sample belongs to the last cell; short axes are sampled again.
+        const auto end_of = [](const Rows& cells, int samples) {
+            return samples < window ? window : std::min(cells.first + cells.count + 1, samples);
+        };
+        for (int a = albedo_cells.first; a < end_of(albedo_cells, samples_.table().albedo.count);
+             ++a)
+            for (int d = depth_cells.first;
+                 d < end_of(depth_cells, samples_.table().optical_depth.count); ++d)
+                side_.block_of_cell[size(a * depth_rows_ + d)] =
+                    static_cast<float>(side_.blocks.size());
+        const Places places = places_for(samples_.table().mu_in, layers, line_share * tolerance_);
+        if (std::getenv("TXDBG")) std::fprintf(stderr,"a %d+%d d %d+%d K %zu err %.2f n %d\n",albedo_cells.first,albedo_cells.count,depth_cells.first,depth_cells.count,basis.pivot.size(),basis.error/tolerance_,places.last());
+        const int rows = std::max(window, layers.depths.count) + (layers.and_infinity ? 1 : 0);
+        add_block(side_, {nullptr, nullptr, layers.albedos.first, layers.depths.first, rows},
+                  refined(samples_, layers, basis, places), coefficients(layers, basis),
+                  places.first);
+    }
+
+    const Samples& samples_;
+    TexturedMemory& side_;
+    double tolerance_;
+    int azimuth_step_, depth_rows_;
+    std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
+};
 
 std::unique_ptr<const TexturedMemory> textured(const TableView& table, Lit lit) {
     auto side = std::make_unique<TexturedMemory>();
@@ -542,7 +618,7 @@ std::unique_ptr<const TexturedMemory> textured(const TableView& table, Lit lit) 
     const bool held = lit == Lit::above ? table.has_reflection()
                                         : table.has_transmission() && table.optical_depth.count > 0;
     if (held)
-        set_blocks(Samples(table, lit), *side);
+        Blocks(Samples(table, lit), *side);
     else
         set_nothing(*side, table.azimuth.count);
     side->view.block = side->blocks.data();

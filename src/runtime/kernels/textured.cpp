@@ -87,13 +87,18 @@ STRATUS_INLINE void cubic(F t, F* weight) {
     weight[3] = ta * b;
 }
 
-/// First sample of the window at a place, and the weights.
+/// Where a coordinate is on an axis: the sample before it, the first of its window.
 template <class F>
-STRATUS_INLINE F cubic_window(const TexturedAxis& axis, F coordinate, F* weight) {
+struct CubicPlace {
+    F cell, first;
+};
+
+template <class F>
+STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate, F* weight) {
     const F place = clamped((coordinate - axis.first) * axis.inverse_step, 0, axis.last);
-    const F first = clamped(whole(place) - 1.0f, 0, axis.last - 3);
+    const F cell = whole(place), first = clamped(cell - 1.0f, 0, axis.last - 3);
     cubic(place - first, weight);
-    return first;
+    return {cell, first};
 }
 
 /// (1 - exp(-z)) / z.
@@ -180,7 +185,8 @@ enum class Lit { above, below };  // R, T
 template <class F>
 struct LayerWindow {
     F weight[window * window];  // over (albedo, optical depth)
-    F first_albedo, first_depth, cell;
+    F first_albedo, first_depth;
+    F cell;  // over (albedo, optical depth)
 };
 
 template <Lit lit, class F>
@@ -188,13 +194,14 @@ STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F albedo, F
                                            F depth) {
     LayerWindow<F> at;
     F of_albedo[window], of_depth[window];
-    at.first_albedo =
-        cubic_window(side.albedo, root(larger(co_albedo, F(0.0f))) * -1.0f, of_albedo);
+    const CubicPlace<F> in_albedo =
+        cubic_place(side.albedo, root(larger(co_albedo, F(0.0f))) * -1.0f, of_albedo);
     const F within = clamped(depth, 1e-30f, side.deepest);
-    const F coordinate = binary_logarithm(within);
-    at.first_depth = cubic_window(side.optical_depth, coordinate, of_depth);
-    at.cell = clamped((coordinate - side.optical_depth.first) * side.optical_depth.inverse_step, 0,
-                      side.optical_depth.last);
+    const CubicPlace<F> in_depth =
+        cubic_place(side.optical_depth, binary_logarithm(within), of_depth);
+    at.first_albedo = in_albedo.first;
+    at.first_depth = in_depth.first;
+    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
     if (side.divided) {
         F exponent(0.0f);
         for (int l = 0; l < window; ++l)
@@ -221,7 +228,7 @@ void follow_diffusion(const TexturedSide& side, float albedo, float co_albedo, f
                       Plan<width>& plan) {
     float of_albedo[window];
     const auto first =
-        static_cast<int>(cubic_window(side.albedo, -root(larger(co_albedo, 0.0f)), of_albedo));
+        static_cast<int>(cubic_place(side.albedo, -root(larger(co_albedo, 0.0f)), of_albedo).first);
     float exponent = 0;
     for (int l = 0; l < window; ++l) exponent += of_albedo[l] * side.diffusion_exponent[first + l];
     const float deficit =
@@ -327,7 +334,8 @@ STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F o
         const int next = (mu[k] + 2) * rows;
         const FunctionRow* const function =
             of.function + (mu[k] * (mu[k] + 3) / 2 + other_mu[k]) * rows + first_azimuth[k];
-        plan.coefficient[n + k] = of.coefficient + first_albedo[k] * of.depths + first;
+        plan.coefficient[n + k] =
+            of.coefficient + (first_albedo[k] - of.first_albedo) * of.depths + first;
         plan.coefficient_stride[n + k] = of.depths;
         plan.function[n + k] = function;
         plan.next_mu[n + k] = next;

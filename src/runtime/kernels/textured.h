@@ -18,14 +18,15 @@ struct alignas(64) FunctionRow {
     float value[functions];
 };
 
-/// The layers between two optical depths.
+/// The layers between two albedos and two optical depths.
 struct TexturedBlock {
     /// Over (mu, mu', azimuth). Row i over mu has mu' = 0 .. i + 1: the larger of both places comes
     /// first, R and T being symmetric. Where there are azimuths, one mirrored sample lies beyond
     /// either end.
     const FunctionRow* function;
     const FunctionRow* coefficient;  // over (albedo, optical depth)
-    int first_depth, depths;         // of the coefficients: samples of the table, infinity included
+    int first_albedo, first_depth;   // of the coefficients: samples of the table
+    int depths;                      // of the coefficients, infinity included
 };
 
 /// An axis of coefficients, at least four samples.
@@ -58,7 +59,7 @@ struct TexturedSide {
     const float* deepest_scale;
 
     const TexturedBlock* block;
-    const float* block_of_cell;  // over optical depth, whole numbers
+    const float* block_of_cell;  // over (albedo, optical depth), whole numbers
     // Places of cosines. The axis of v = sqrt(1 - mu^(1/4)) is cut into segments, each into as many
     // steps as its block needs there: over (block, segment), the place where a segment begins.
     const float* place;

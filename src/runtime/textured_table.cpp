@@ -1,7 +1,5 @@
 #include <stratus/runtime/textured_table.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -596,7 +594,6 @@ class Blocks {
                 side_.block_of_cell[size(a * depth_rows_ + d)] =
                     static_cast<float>(side_.blocks.size());
         const Places places = places_for(samples_.table().mu_in, layers, line_share * tolerance_);
-        if (std::getenv("TXDBG")) std::fprintf(stderr,"a %d+%d d %d+%d K %zu err %.2f n %d\n",albedo_cells.first,albedo_cells.count,depth_cells.first,depth_cells.count,basis.pivot.size(),basis.error/tolerance_,places.last());
         const int rows = std::max(window, layers.depths.count) + (layers.and_infinity ? 1 : 0);
         add_block(side_, {nullptr, nullptr, layers.albedos.first, layers.depths.first, rows},
                   refined(samples_, layers, basis, places), coefficients(layers, basis),

@@ -320,7 +320,7 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
         table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, most_along_mu));
     // Rows 0 to `intervals`, the last one column short.
     const std::size_t rows = size(places.intervals + 1);
-    std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels);
+    std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels + 1);
     for_each_channel([&](int c, const auto& refinement) {
         refinement.write(places, azimuths, channels, samples.data() + c);
     });

@@ -12,6 +12,10 @@
 #include <cstdint>
 #include <cstring>
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/phase_curve.h>
 
@@ -52,13 +56,15 @@ enum class Orders {
 template <int channels>
 struct SideView {
     PhaseCurveView phase;
-    float optical_depth[channels];   // at most 1e30
-    float quarter_albedo[channels];  // w / 4
-    float surface[channels];         // R of a Lambert surface beneath; 0: none
-    float beneath[channels];         // w / 4 of a layer beneath; 0: none
+    static constexpr int padded = channels == 1 ? 1 : 4;
+    float optical_depth[padded];   // at most 1e30
+    float quarter_albedo[padded];  // w / 4
+    float surface[padded];         // R of a Lambert surface beneath; 0: none
+    float beneath[padded];         // w / 4 of a layer beneath; 0: none
 
-    // Orders n >= 2 over (mu, mu', azimuth), channels innermost. Row i over mu has mu' = 0 .. i +
-    // 1: the larger of both places comes first, R and T being symmetric.
+    // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
+    // end. Row i over mu has mu' = 0 .. i + 1: the larger of both places comes first, R and T being
+    // symmetric.
     const float* sample;
     int last_mu, azimuths;
     float mu_first, mu_step_inverse;  // place = (sqrt(1 - mu^(1/4)) - first) * step_inverse
@@ -69,6 +75,50 @@ struct SideView {
 // ---- lanes
 
 [[gnu::always_inline]] static inline float root(float x) { return std::sqrt(x); }
+[[gnu::always_inline]] static inline float inverse(float x) { return 1 / x; }
+[[gnu::always_inline]] static inline float inverse_root(float x) { return 1 / std::sqrt(x); }
+
+/// Replaces four numbers by their roots; those of plain floats are drawn at once.
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c, F& d) {
+    a = root(a);
+    b = root(b);
+    c = root(c);
+    d = root(d);
+}
+
+#if defined(__SSE2__)
+[[gnu::always_inline]] static inline void take_roots(float& a, float& b, float& c, float& d) {
+    float all[4];
+    _mm_storeu_ps(all, _mm_sqrt_ps(_mm_setr_ps(a, b, c, d)));
+    a = all[0];
+    b = all[1];
+    c = all[2];
+    d = all[3];
+}
+#endif
+
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c) {
+    F spare = c;
+    take_roots(a, b, c, spare);
+}
+
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b) {
+    F spare = a;
+    take_roots(a, b, spare);
+}
+
+/// The number of channel c, for every lane; the last argument only says for which type of lanes.
+[[gnu::always_inline]] static inline float of_channel(const float* number, int c, float) {
+    return number[c];
+}
+
+/// True of a type whose lanes are the channels of one lookup: a loop over channels is one step.
+template <class F>
+static constexpr bool lanes_are_channels = false;
+
 [[gnu::always_inline]] static inline float larger(float a, float b) { return a > b ? a : b; }
 [[gnu::always_inline]] static inline float smaller(float a, float b) { return a < b ? a : b; }
 
@@ -94,14 +144,30 @@ struct SideView {
     return power;
 }
 
+[[gnu::always_inline]] static inline std::int32_t halved(std::int32_t n) { return n / 2; }
+
+/// samples[index]; the last argument only says for which type of lanes.
+[[gnu::always_inline]] static inline float sample_at(const float* samples, std::int32_t index,
+                                                     float) {
+    return samples[index];
+}
+
 /// samples[index] and the one `stride` further on.
 template <class F>
 struct Neighbours {
     F here, next;
 };
+template <int stride>
 [[gnu::always_inline]] static inline Neighbours<float> neighbours(const float* samples,
-                                                                  std::int32_t index, int stride) {
+                                                                  std::int32_t index, float) {
     return {samples[index], samples[index + stride]};
+}
+
+/// The same where all channels share the samples.
+template <int stride, class F, class Index>
+[[gnu::always_inline]] static inline Neighbours<F> shared_neighbours(const float* samples,
+                                                                     Index index, F) {
+    return neighbours<stride>(samples, index, F());
 }
 
 // ---- elementary functions
@@ -146,25 +212,26 @@ template <class F>
     return smaller(sine * sine, F(1.0f));
 }
 
-constexpr float least_cosine = 1e-30f;  // so that nothing is divided by 0
-
-template <class F>
-[[gnu::always_inline]] static inline F sine_of(F mu) {
-    return root(larger((1.0f - mu) * (mu + 1.0f), F(0.0f)));
-}
+constexpr float least_cosine =
+    1e-6f;  // smaller ones count as this, so that nothing is divided by 0
 
 template <class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
-    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)), sine_of(mu_in),
-            sine_of(mu_out), half_azimuth_of(azimuth)};
+    F sine_in = larger((1.0f - mu_in) * (mu_in + 1.0f), F(0.0f));
+    F sine_out = larger((1.0f - mu_out) * (mu_out + 1.0f), F(0.0f));
+    take_roots(sine_in, sine_out);
+    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)), sine_in, sine_out,
+            half_azimuth_of(azimuth)};
 }
 
 /// Between two unit vectors in a frame whose z is the normal, both pointing away from the layer.
 template <class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F xi, F yi, F zi, F xo, F yo, F zo) {
-    const F sine_in = root(xi * xi + yi * yi), sine_out = root(xo * xo + yo * yo);
+    F sine_in = xi * xi + yi * yi, sine_out = xo * xo + yo * yo;
+    take_roots(sine_in, sine_out);
     // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0).
-    const F half = (xi * xo + yi * yo) / larger(sine_in * sine_out, F(least_cosine)) * 0.5f + 0.5f;
+    const F half =
+        (xi * xo + yi * yo) * inverse(larger(sine_in * sine_out, F(1e-30f))) * 0.5f + 0.5f;
     return {larger(larger(zi, zi * -1.0f), F(least_cosine)),
             larger(larger(zo, zo * -1.0f), F(least_cosine)), sine_in, sine_out,
             larger(smaller(half, F(1.0f)), F(0.0f))};
@@ -201,9 +268,9 @@ template <class F>
 template <class F>
 [[gnu::always_inline]] static inline F lobe_value(const PhaseLobe& lobe,
                                                   const Versines<F>& versine) {
-    const F base =
-        versine.forward * lobe.forward + (versine.backward * lobe.backward + lobe.offset);
-    return lobe.scale / (base * root(base));
+    const F r = inverse_root(versine.forward * lobe.forward +
+                             (versine.backward * lobe.backward + lobe.offset));
+    return r * r * (r * lobe.scale);
 }
 
 /// Value `k` of `width` side by side at a versine.
@@ -216,7 +283,7 @@ template <int width, class F>
     const auto index = truncated(place);
     const F fraction = place - as_float(index);
     for (int k = 0; k < width; ++k) {
-        const Neighbours<F> at = neighbours(curve.sample + k, index * width, width);
+        const Neighbours<F> at = shared_neighbours<width>(curve.sample + k, index * width, F());
         value[k] = at.here + fraction * (at.next - at.here);
     }
 }
@@ -241,47 +308,57 @@ template <PhaseForm form, class F>
 
 // ---- higher orders
 
-/// Place of a cosine among the samples of a slice.
-template <class F, int channels>
-[[gnu::always_inline]] static inline F mu_place(const SideView<channels>& side, F mu) {
-    const F complement = larger(1.0f - root(root(mu)), F(0.0f));
-    const F place = (root(complement) - side.mu_first) * side.mu_step_inverse;
+/// Places of two cosines among the samples of a slice; `spare` becomes its root.
+template <int channels, class F>
+[[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
+                                                      F& spare) {
+    take_roots(in, out, spare);
+    take_roots(in, out);
+    in = larger(1.0f - in, F(0.0f));
+    out = larger(1.0f - out, F(0.0f));
+    take_roots(in, out);
     // Never the last sample itself: there is one beyond each.
-    return larger(smaller(place, F(static_cast<float>(side.last_mu) * (1 - 1e-6f))), F(0.0f));
+    const F last(static_cast<float>(side.last_mu) * (1 - 1e-6f)), first(0.0f);
+    in = larger(smaller((in - side.mu_first) * side.mu_step_inverse, last), first);
+    out = larger(smaller((out - side.mu_first) * side.mu_step_inverse, last), first);
 }
 
 /// Orders n >= 2 as they are stored, bilinear or trilinear.
 template <Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void interpolate(const SideView<channels>& side,
                                                       const LightPathOf<F>& path, F* value) {
-    const F in = mu_place(side, path.mu_in), out = mu_place(side, path.mu_out);
+    F in = path.mu_in, out = path.mu_out, around = path.half_azimuth;
+    take_places(side, in, out, around);
     const F high = larger(in, out), low = smaller(in, out);
     const auto i = truncated(high), j = truncated(low);
     const F fi = high - as_float(i), fj = low - as_float(j);
     const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
     const int column = azimuths * channels;
-    const auto row = (i * (i + 3) / 2 + j) * column;
+    const auto row = (halved(i * (i + 3)) + j) * column;
     const auto next = row + (i + 2) * column;
+    constexpr int steps = lanes_are_channels<F> ? 1 : channels;
     if constexpr (orders == Orders::without_azimuth) {
-        for (int c = 0; c < channels; ++c) {
-            const Neighbours<F> a = neighbours(side.sample + c, row, column);
-            const Neighbours<F> b = neighbours(side.sample + c, next, column);
-            const F near = a.here + fj * (a.next - a.here), far = b.here + fj * (b.next - b.here);
+        for (int c = 0; c < steps; ++c) {
+            const F a = sample_at(side.sample + c, row, F());
+            const F b = sample_at(side.sample + column + c, row, F());
+            const F d = sample_at(side.sample + c, next, F());
+            const F e = sample_at(side.sample + column + c, next, F());
+            const F near = a + fj * (b - a), far = d + fj * (e - d);
             value[c] = near + fi * (far - near);
         }
     } else {
-        const F place = root(path.half_azimuth) * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
+        const F place = around * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
         const auto k = truncated(place);
         const F f = place - as_float(k);
         const F w11 = fi * fj, w01 = fj - w11, w10 = fi - w11, w00 = (1.0f - fi) - w01;
-        for (int c = 0; c < channels; ++c) {
-            const auto at = k * channels;
-            const Neighbours<F> p = neighbours(side.sample + c, row + at, channels);
-            const Neighbours<F> q = neighbours(side.sample + column + c, row + at, channels);
-            const Neighbours<F> r = neighbours(side.sample + c, next + at, channels);
-            const Neighbours<F> s = neighbours(side.sample + column + c, next + at, channels);
-            const F near = w00 * p.here + w01 * q.here + w10 * r.here + w11 * s.here;
-            const F far = w00 * p.next + w01 * q.next + w10 * r.next + w11 * s.next;
+        for (int c = 0; c < steps; ++c) {
+            const auto at = row + k * channels, at_next = next + k * channels;
+            const Neighbours<F> p = neighbours<channels>(side.sample + c, at, F());
+            const Neighbours<F> q = neighbours<channels>(side.sample + column + c, at, F());
+            const Neighbours<F> r = neighbours<channels>(side.sample + c, at_next, F());
+            const Neighbours<F> s = neighbours<channels>(side.sample + column + c, at_next, F());
+            const F near = (w00 * p.here + w01 * q.here) + (w10 * r.here + w11 * s.here);
+            const F far = (w00 * p.next + w01 * q.next) + (w10 * r.next + w11 * s.next);
             value[c] = near + f * (far - near);
         }
     }
@@ -293,36 +370,40 @@ template <Orders orders, int channels, class F>
 template <PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void reflected(const SideView<channels>& side,
                                                     const LightPathOf<F>& path, F* value) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F inverse_sum = 1.0f / (path.mu_in + path.mu_out);
+    const F sum = path.mu_in + path.mu_out, product = path.mu_in * path.mu_out;
+    const F one_for_all = inverse(sum * product);  // one division
+    const F inverse_sum = one_for_all * product;
     F curve[3];  // phase function, the same times opposition's bump, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
         sampled_values<3>(side.phase, versines_reflected(path), curve);
     else if constexpr (form != PhaseForm::none)
         curve[0] = phase_value<form>(side.phase, versines_reflected(path));
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < channels; ++c) {
+    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+        const auto depth = of_channel(side.optical_depth, c, F());
+        const auto quarter_albedo = of_channel(side.quarter_albedo, c, F());
         Attenuation<F> both;
         F shares;
         if constexpr (orders == Orders::none) {
-            both = attenuation((inverse_in + inverse_out) * side.optical_depth[c]);
+            both = attenuation(one_for_all * sum * sum * depth);
         } else {
-            const Attenuation<F> in = attenuation(inverse_in * side.optical_depth[c]);
-            const Attenuation<F> out = attenuation(inverse_out * side.optical_depth[c]);
+            const Attenuation<F> in = attenuation(one_for_all * sum * path.mu_out * depth);
+            const Attenuation<F> out = attenuation(one_for_all * sum * path.mu_in * depth);
             shares = in.taken * out.taken;
             both = {in.passed * out.passed, in.taken + out.taken - shares};
         }
         // [Blinn82] 2.4, and what lies beneath seen through the layer
         F single(0.0f);
         if constexpr (form != PhaseForm::none)
-            single = curve[0] * both.taken * inverse_sum * side.quarter_albedo[c] +
-                     both.passed * side.surface[c];
+            single = curve[0] * both.taken * inverse_sum * quarter_albedo +
+                     both.passed * of_channel(side.surface, c, F());
         if constexpr (form == PhaseForm::composed) {
             const F half_way =
                 root(both.passed) + 1.0f;  // taken / half_way^2: the tanh of effects.h
-            single = single + inverse_sum * (curve[1] * (both.taken * both.taken) /
-                                                 (half_way * half_way) * side.quarter_albedo[c] +
-                                             curve[2] * both.passed * side.beneath[c]);
+            single =
+                single + inverse_sum * (curve[1] * (both.taken * both.taken) *
+                                            inverse(half_way * half_way) * quarter_albedo +
+                                        curve[2] * both.passed * of_channel(side.beneath, c, F()));
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -335,26 +416,28 @@ template <PhaseForm form, Orders orders, int channels, class F>
 template <PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void transmitted(const SideView<channels>& side,
                                                       const LightPathOf<F>& path, F* value) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F steep = smaller(inverse_in, inverse_out), shallow = larger(inverse_in, inverse_out);
+    const F one_for_both = inverse(path.mu_in * path.mu_out);
+    const F steep = one_for_both * smaller(path.mu_in, path.mu_out);  // 1 / the larger cosine
+    const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
     F phase;
     if constexpr (form != PhaseForm::none)
         phase = phase_value<form>(side.phase, versines_transmitted(path));
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < channels; ++c) {
-        const F path_depth = steep * side.optical_depth[c];
+    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+        const auto depth = of_channel(side.optical_depth, c, F());
+        const F path_depth = steep * depth;
         const Attenuation<F> beam = attenuation(path_depth);
         F single(0.0f);
         if constexpr (form != PhaseForm::none) {
             // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
-            const F z = larger((shallow - steep) * side.optical_depth[c], F(1e-30f));
-            single = phase * beam.passed * path_depth * shallow * (attenuation(z).taken / z) *
-                     side.quarter_albedo[c];
+            const F z = larger((shallow - steep) * depth, F(1e-30f));
+            single = phase * beam.passed * path_depth * shallow *
+                     (attenuation(z).taken * inverse(z)) * of_channel(side.quarter_albedo, c, F());
         }
         if constexpr (orders == Orders::none) {
             value[c] = single;
         } else {
-            const F shares = beam.taken * attenuation(shallow * side.optical_depth[c]).taken;
+            const F shares = beam.taken * attenuation(shallow * depth).taken;
             value[c] = single + value[c] * (shares * side.slope + side.level);
         }
     }

@@ -16,28 +16,46 @@ template <Side side, PhaseForm form, Orders orders, int channels, class F>
         transmitted<form, orders>(view, path, value);
 }
 
+/// At one light path: plain floats, or all channels at once.
+template <Side side, PhaseForm form, Orders orders, int channels>
+[[gnu::always_inline]] inline void evaluate_one(const SideView<channels>& view,
+                                                const LightPath& path, float* value) {
+    if constexpr (channels == 1) {
+        evaluate<side, form, orders>(view, path, value);
+    } else {
+        Channels here;
+        evaluate<side, form, orders>(
+            view,
+            LightPathOf<Channels>{Channels(path.mu_in), Channels(path.mu_out),
+                                  Channels(path.sine_in), Channels(path.sine_out),
+                                  Channels(path.half_azimuth)},
+            &here);
+        for (int c = 0; c < channels; ++c) value[c] = here.v[c];
+    }
+}
+
 template <Side side, PhaseForm form, Orders orders, int channels>
 void at_angles(const SideView<channels>& view, float mu_in, float mu_out, float azimuth,
                float* value) {
-    evaluate<side, form, orders>(view, light_path(mu_in, mu_out, azimuth), value);
+    evaluate_one<side, form, orders>(view, light_path(mu_in, mu_out, azimuth), value);
 }
 
 template <Side side, PhaseForm form, Orders orders, int channels>
 void at_vectors(const SideView<channels>& view, const Vector& wi, const Vector& wo, float* value) {
-    evaluate<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
+    evaluate_one<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
 }
 
-[[gnu::always_inline]] inline Floats load(const float* from) {
-    FloatLanes v;
+[[gnu::always_inline]] inline Lookups load(const float* from) {
+    Lookups::Floats v;
     __builtin_memcpy(&v, from, sizeof v);
-    return Floats(v);
+    return Lookups(v);
 }
 
-[[gnu::always_inline]] inline void store(Floats lanes, float* to) {
+[[gnu::always_inline]] inline void store(Lookups lanes, float* to) {
     __builtin_memcpy(to, &lanes.v, sizeof lanes.v);
 }
 
-void store(const LightPathOf<Floats>& path, LightPaths& paths, int i) {
+void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
     store(path.mu_in, paths.mu_in + i);
     store(path.mu_out, paths.mu_out + i);
     store(path.sine_in, paths.sine_in + i);
@@ -48,10 +66,10 @@ void store(const LightPathOf<Floats>& path, LightPaths& paths, int i) {
 template <Side side, PhaseForm form, Orders orders, int channels>
 void evaluate_many(const SideView<channels>& view, const LightPaths& paths, float* value) {
     for (int i = 0; i < paths_at_once; i += lane_width) {
-        const LightPathOf<Floats> path{load(paths.mu_in + i), load(paths.mu_out + i),
-                                       load(paths.sine_in + i), load(paths.sine_out + i),
-                                       load(paths.half_azimuth + i)};
-        Floats here[channels];
+        const LightPathOf<Lookups> path{load(paths.mu_in + i), load(paths.mu_out + i),
+                                        load(paths.sine_in + i), load(paths.sine_out + i),
+                                        load(paths.half_azimuth + i)};
+        Lookups here[channels];
         evaluate<side, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
     }

@@ -119,10 +119,6 @@ struct FloatLanes {
     STRATUS_FRIEND FloatLanes smaller(FloatLanes a, FloatLanes b) {
         return FloatLanes(a.v < b.v ? a.v : b.v);
     }
-    STRATUS_FRIEND FloatLanes where_less(FloatLanes a, FloatLanes b, FloatLanes yes,
-                                         FloatLanes no) {
-        return FloatLanes(a.v < b.v ? yes.v : no.v);
-    }
     STRATUS_FRIEND Ints truncated(FloatLanes x) {
         return {__builtin_convertvector(x.v, decltype(Ints::v))};
     }

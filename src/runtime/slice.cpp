@@ -537,8 +537,9 @@ void SliceOf<channels>::many(const Side& side, std::size_t count, const float* m
         Block in, out, around;
         LightPaths paths;
         alignas(64) float found[channels * paths_at_once];
-        all.paths_of_angles(in.of(mu_in + first, here), out.of(mu_out + first, here),
-                            around.of(azimuth + first, here), paths);
+        all.paths_of_angles[&side == &transmission_](in.of(mu_in + first, here),
+                                                     out.of(mu_out + first, here),
+                                                     around.of(azimuth + first, here), paths);
         side.kernel->many(side.view, paths, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * paths_at_once, found + c * paths_at_once + here,

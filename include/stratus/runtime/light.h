@@ -26,12 +26,13 @@ struct Vector {
     float x, y, z;
 };
 
-/// Directions of scattering. The azimuth comes as sin^2 of its half.
+/// Directions of one scattering, as the functions below want them.
 template <class F>
 struct LightPathOf {
-    F mu_in, mu_out;      // (0, 1]
-    F sine_in, sine_out;  // sqrt(1 - mu^2)
-    F half_azimuth;       // sin^2(azimuth / 2), [0, 1]
+    F mu_in, mu_out;  // (0, 1]
+    // 1 - cos Theta and 1 + cos Theta, each to the last bits of its small values.
+    F forward, backward;
+    F half_azimuth;  // sin^2(azimuth / 2), [0, 1]
 };
 using LightPath = LightPathOf<float>;
 
@@ -141,9 +142,14 @@ static constexpr bool lanes_are_channels = false;
     return static_cast<float>(n);
 }
 
-/// 2^-n for n in [0, 126].
-[[gnu::always_inline]] static inline float power_of_half(std::int32_t n) {
-    const std::int32_t bits = (127 - n) << 23;
+/// Added to a small number, and taken away again, it rounds: 1.5 * 2^23.
+constexpr float rounding = 12582912.0f;
+
+/// 2^-n of n + rounding, n in [0, 126]: n is in the last bits.
+[[gnu::always_inline]] static inline float power_of_half(float rounded) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &rounded, sizeof bits);
+    bits = 0x3f800000u - (bits << 23);
     float power;
     std::memcpy(&power, &bits, sizeof power);
     return power;
@@ -187,102 +193,85 @@ struct Attenuation {
 template <class F>
 [[gnu::always_inline]] static inline Attenuation<F> attenuation(F x) {
     const F at = smaller(x, F(80.0f));
-    const auto n = truncated(at * 1.44269504f + 0.5f);
-    const F whole = as_float(n);
-    const F r = (whole * 0.693359375f - at) - whole * 2.12194440e-4f;  // |r| <= ln(2) / 2
-    // exp(r) - 1, Taylor
-    const F p =
-        r * (r * (r * (r * (r * (r * (r * 0.000198412698f + 0.00138888889f) + 0.00833333333f) +
-                            0.0416666667f) +
-                       0.166666667f) +
-                  0.5f) +
-             1.0f);
-    const F power = power_of_half(n);
+    const F rounded =
+        at * 1.44269504f + rounding;  // n + rounding, n the nearest number of halvings
+    const F n = rounded - rounding;
+    const F r = (n * 0.693359375f - at) - n * 2.12194440e-4f;  // |r| <= ln(2) / 2
+    // exp(r) - 1, Taylor; in pairs, for the terms then wait less for one another.
+    const F r2 = r * r;
+    const F high =
+        r2 * (r * 0.000198412698f + 0.00138888889f) + (r * 0.00833333333f + 0.0416666667f);
+    const F p = r2 * (r2 * high + (r * 0.166666667f + 0.5f)) + r;
+    const F power = power_of_half(rounded);
     const F below = power * p;
     constexpr float nothing = 1.9e-35f;  // above exp(-80), and all of it a normal number
-    return {larger((power + below) - nothing, F(0.0f)), (1.0f - power) - below};
+    return {larger((power - nothing) + below, F(0.0f)), (1.0f - power) - below};
 }
 
-/// sin^2(azimuth / 2) for any azimuth in radians.
+/// sin^2(azimuth / 2) for any azimuth in radians, below a million.
 template <class F>
 [[gnu::always_inline]] static inline F half_azimuth_of(F azimuth) {
-    // sin^2(azimuth / 2) has period 2 pi and is even.
-    const F turns = larger(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
-    const F x = (turns - as_float(truncated(turns + 0.5f))) * static_cast<float>(pi);
-    const F q = x * x;  // x = azimuth / 2 in [-pi/2, pi/2]
-    const F sine = x * (q * (q * (q * (q * (q * -2.50507e-8f + 2.75573137e-6f) - 0.000198412701f) +
-                                  0.00833333315f) -
-                             0.166666667f) +
-                        1.0f);
+    // sin^2(azimuth / 2) has period 2 pi.
+    const F turns = azimuth * static_cast<float>(0.5 / pi);
+    const F x = (turns - ((turns + rounding) - rounding)) * static_cast<float>(pi);
+    const F q = x * x, q2 = q * q;  // x = azimuth / 2 in [-pi/2, pi/2]
+    const F low = q * -0.166666667f + 1.0f;
+    const F high =
+        (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
+    const F sine = x * (q2 * high + low);
     return smaller(sine * sine, F(1.0f));
 }
 
 constexpr float least_cosine =
     1e-6f;  // smaller ones count as this, so that nothing is divided by 0
 
-template <class F>
+enum class Leaves { on_the_lit_side, on_the_far_side };
+
+template <Leaves leaves, class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
     F sine_in = larger((1.0f - mu_in) * (mu_in + 1.0f), F(0.0f));
     F sine_out = larger((1.0f - mu_out) * (mu_out + 1.0f), F(0.0f));
     take_roots(sine_in, sine_out);
-    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)), sine_in, sine_out,
-            half_azimuth_of(azimuth)};
+    const F half_azimuth = half_azimuth_of(azimuth);
+    // Squares of half the sum and half the difference of the directions of propagation.
+    const F sum = mu_in + mu_out, difference = mu_in - mu_out, along = sine_in - sine_out;
+    const F sines = sine_in * sine_out * 2.0f;
+    const F far = (difference * difference + along * along) * 0.5f;
+    const F near = (sum * sum + along * along) * 0.5f;
+    const bool lit = leaves == Leaves::on_the_lit_side;
+    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)),
+            (lit ? near : far) + sines * half_azimuth,
+            (lit ? far : near) + sines * (1.0f - half_azimuth), half_azimuth};
 }
 
 /// Between two unit vectors in a frame whose z is the normal, both pointing away from the layer.
 template <class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F xi, F yi, F zi, F xo, F yo, F zo) {
-    F sine_in = xi * xi + yi * yi, sine_out = xo * xo + yo * yo;
-    take_roots(sine_in, sine_out);
-    // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0).
-    const F half =
-        (xi * xo + yi * yo) * inverse(larger(sine_in * sine_out, F(1e-30f))) * 0.5f + 0.5f;
+    // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0) of both
+    // vectors' horizontal parts.
+    const F sines = (xi * xi + yi * yi) * (xo * xo + yo * yo);
+    const F half = (xi * xo + yi * yo) * inverse_root(larger(sines, F(1e-30f))) * 0.5f + 0.5f;
+    const F xs = xi + xo, ys = yi + yo, zs = zi + zo, xd = xi - xo, yd = yi - yo, zd = zi - zo;
     return {larger(larger(zi, zi * -1.0f), F(least_cosine)),
-            larger(larger(zo, zo * -1.0f), F(least_cosine)), sine_in, sine_out,
-            larger(smaller(half, F(1.0f)), F(0.0f))};
-}
-
-/// 1 - cos Theta and 1 + cos Theta, each to the last bits of its small values.
-template <class F>
-struct Versines {
-    F forward, backward;
-};
-
-/// For light that leaves on the lit side.
-template <class F>
-[[gnu::always_inline]] static inline Versines<F> versines_reflected(const LightPathOf<F>& path) {
-    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
-    const F along = path.sine_in - path.sine_out;
-    const F sines = path.sine_in * path.sine_out * 2.0f;
-    return {(sum * sum + along * along) * 0.5f + sines * path.half_azimuth,
-            (difference * difference + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
-}
-
-/// For light that leaves on the far side.
-template <class F>
-[[gnu::always_inline]] static inline Versines<F> versines_transmitted(const LightPathOf<F>& path) {
-    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
-    const F along = path.sine_in - path.sine_out;
-    const F sines = path.sine_in * path.sine_out * 2.0f;
-    return {(difference * difference + along * along) * 0.5f + sines * path.half_azimuth,
-            (sum * sum + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
+            larger(larger(zo, zo * -1.0f), F(least_cosine)), (xs * xs + ys * ys + zs * zs) * 0.5f,
+            (xd * xd + yd * yd + zd * zd) * 0.5f, larger(smaller(half, F(1.0f)), F(0.0f))};
 }
 
 // ---- phase functions
 
 template <class F>
 [[gnu::always_inline]] static inline F lobe_value(const PhaseLobe& lobe,
-                                                  const Versines<F>& versine) {
-    const F r = inverse_root(versine.forward * lobe.forward +
-                             (versine.backward * lobe.backward + lobe.offset));
+                                                  const LightPathOf<F>& path) {
+    const F r =
+        inverse_root(path.forward * lobe.forward + (path.backward * lobe.backward + lobe.offset));
     return r * r * (r * lobe.scale);
 }
 
-/// Value `k` of `width` side by side at a versine.
+/// The `width` values side by side at a scattering angle.
 template <int width, class F>
 [[gnu::always_inline]] static inline void sampled_values(const PhaseCurveView& curve,
-                                                         const Versines<F>& versine, F* value) {
-    const F x = (root(versine.forward * 0.5f) - root(versine.backward * 0.5f)) * 0.5f + 0.5f;
+                                                         const LightPathOf<F>& path, F* value) {
+    const F x = (root(path.forward * 0.5f) - root(path.backward * 0.5f)) * 0.5f + 0.5f;
     // Never the last sample itself: there is one beyond each.
     const F place = larger(smaller(x, F(1 - 1e-6f)), F(0.0f)) * static_cast<float>(curve.last);
     const auto index = truncated(place);
@@ -295,18 +284,17 @@ template <int width, class F>
 
 template <PhaseForm form, class F>
 [[gnu::always_inline]] static inline F phase_value(const PhaseCurveView& curve,
-                                                   const Versines<F>& versine) {
+                                                   const LightPathOf<F>& path) {
     if constexpr (form == PhaseForm::sampled) {
         F value[1];
-        sampled_values<1>(curve, versine, value);
+        sampled_values<1>(curve, path, value);
         return value[0];
     } else {
-        F value = versine.forward * (versine.forward * curve.polynomial[2] + curve.polynomial[1]) +
+        F value = path.forward * (path.forward * curve.polynomial[2] + curve.polynomial[1]) +
                   curve.polynomial[0];
         if constexpr (form == PhaseForm::one_lobe || form == PhaseForm::two_lobes)
-            value = value + lobe_value(curve.lobe[0], versine);
-        if constexpr (form == PhaseForm::two_lobes)
-            value = value + lobe_value(curve.lobe[1], versine);
+            value = value + lobe_value(curve.lobe[0], path);
+        if constexpr (form == PhaseForm::two_lobes) value = value + lobe_value(curve.lobe[1], path);
         return value;
     }
 }
@@ -380,9 +368,9 @@ template <PhaseForm form, Orders orders, int channels, class F>
     const F inverse_sum = one_for_all * product;
     F curve[3];  // phase function, the same times opposition's bump, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
-        sampled_values<3>(side.phase, versines_reflected(path), curve);
+        sampled_values<3>(side.phase, path, curve);
     else if constexpr (form != PhaseForm::none)
-        curve[0] = phase_value<form>(side.phase, versines_reflected(path));
+        curve[0] = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
     for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
         const auto depth = of_channel(side.optical_depth, c, F());
@@ -390,10 +378,10 @@ template <PhaseForm form, Orders orders, int channels, class F>
         Attenuation<F> both;
         F shares;
         if constexpr (orders == Orders::none) {
-            both = attenuation(one_for_all * sum * sum * depth);
+            both = attenuation(one_for_all * (sum * sum * depth));
         } else {
-            const Attenuation<F> in = attenuation(one_for_all * sum * path.mu_out * depth);
-            const Attenuation<F> out = attenuation(one_for_all * sum * path.mu_in * depth);
+            const Attenuation<F> in = attenuation(one_for_all * (sum * path.mu_out * depth));
+            const Attenuation<F> out = attenuation(one_for_all * (sum * path.mu_in * depth));
             shares = in.taken * out.taken;
             both = {in.passed * out.passed, in.taken + out.taken - shares};
         }
@@ -425,8 +413,7 @@ template <PhaseForm form, Orders orders, int channels, class F>
     const F steep = one_for_both * smaller(path.mu_in, path.mu_out);  // 1 / the larger cosine
     const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
     F phase;
-    if constexpr (form != PhaseForm::none)
-        phase = phase_value<form>(side.phase, versines_transmitted(path));
+    if constexpr (form != PhaseForm::none) phase = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
     for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
         const auto depth = of_channel(side.optical_depth, c, F());

@@ -122,6 +122,12 @@ struct FloatLanes {
     STRATUS_FRIEND Ints truncated(FloatLanes x) {
         return {__builtin_convertvector(x.v, decltype(Ints::v))};
     }
+    STRATUS_FRIEND FloatLanes power_of_half(FloatLanes rounded) {
+        using Bits = decltype(Ints::v);
+        return FloatLanes(
+            reinterpret_cast<Floats>(0x3f800000 - (reinterpret_cast<Bits>(rounded.v) << 23)));
+    }
+
     // 12 bits or more from the processor and one step of Newton: 2e-7, at a fraction of the time of
     // a division or an exact root.
     STRATUS_FRIEND FloatLanes inverse(FloatLanes x) {
@@ -142,12 +148,6 @@ template <int width, LanesAre are>
 STRATUS_INLINE FloatLanes<width, are> as_float(IntLanes<width, are> n) {
     using Lanes = FloatLanes<width, are>;
     return Lanes(__builtin_convertvector(n.v, typename Lanes::Floats));
-}
-
-template <int width, LanesAre are>
-STRATUS_INLINE FloatLanes<width, are> power_of_half(IntLanes<width, are> n) {
-    using Lanes = FloatLanes<width, are>;
-    return Lanes(reinterpret_cast<typename Lanes::Floats>((127 - n.v) << 23));
 }
 
 // ---- many lookups side by side

@@ -122,6 +122,8 @@ void add_verify(CLI::App& app) {
     verify->add_option("--threads", command->options.threads, "Threads; 0: one for each processor")
         ->capture_default_str()
         ->check(whole_number(0, 1024));
+    verify->add_flag("--bound", command->options.bound,
+                     "Look up through bound slices, as renderers do, instead of five axes at once");
     verify->add_flag("--quiet", command->quiet, "No progress");
     verify->footer(
         "Exit code 1 when the table misses the tolerance that it states.\nExample:\n"

@@ -7,6 +7,7 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/slice.h>
 #include <stratus/runtime/diffusion.h>
 #include <stratus/transfer/quadrature.h>
 
@@ -243,12 +244,38 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     return samples;
 }
 
-void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+namespace {
+
+/// found(sample) is what a lookup says.
+template <class Found>
+void compare(std::vector<ErrorSample>& samples, const Found& found) {
     for (ErrorSample& at : samples) {
-        const auto side = at.side == Side::reflection ? reflection : transmission;
-        at.found = side(table, at.albedo, at.optical_depth, at.geometry).total();
+        at.found = found(at);
         at.error = std::abs(at.found - at.expected) / std::max(at.expected, at.floor);
     }
+}
+
+}  // namespace
+
+void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+    compare(samples, [&](const ErrorSample& at) {
+        const auto side = at.side == Side::reflection ? reflection : transmission;
+        return side(table, at.albedo, at.optical_depth, at.geometry).total();
+    });
+}
+
+void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
+    compare(samples, [&](const ErrorSample& at) {
+        Effects effects;
+        effects.reflection = at.side == Side::reflection;
+        effects.transmission = !effects.reflection;
+        const Slice slice = table.bind(at.optical_depth, at.albedo, effects);
+        const auto mu_in = static_cast<float>(at.geometry.mu_in);
+        const auto mu_out = static_cast<float>(at.geometry.mu_out);
+        const auto azimuth = static_cast<float>(at.geometry.azimuth);
+        return double{effects.reflection ? slice.reflection(mu_in, mu_out, azimuth)
+                                         : slice.transmission(mu_in, mu_out, azimuth)};
+    });
 }
 
 Verification verify(const Table& table, const VerifyOptions& options) {
@@ -265,7 +292,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
 
     const TableView view = table.view();
     result.samples = solve_random_points(table.phase_function, range_of(table), solver, options);
-    look_up(view, result.samples);
+    (options.bound ? look_up_bound : look_up)(view, result.samples);
     error_quantile(result.samples, 1);  // sorts
     result.energy_defect = energy_defect(table);
     result.furnace_defect = furnace_defect(table, view);

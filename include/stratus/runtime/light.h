@@ -68,7 +68,8 @@ struct SideView {
     // symmetric.
     const float* sample;
     int last_mu, azimuths;
-    float mu_first, mu_step_inverse;  // place = (sqrt(1 - mu^(1/4)) - first) * step_inverse
+    float mu_first,
+        mu_step_inverse;  // place = (sqrt(1 - mu) (1 - mu^(1/4) / 2) - first) * step_inverse
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
 };
@@ -305,15 +306,15 @@ template <PhaseForm form, class F>
 template <int channels, class F>
 [[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
                                                       F& spare) {
+    F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
+    take_roots(in, out, in_complement, out_complement);
     take_roots(in, out, spare);
-    take_roots(in, out);
-    in = larger(1.0f - in, F(0.0f));
-    out = larger(1.0f - out, F(0.0f));
-    take_roots(in, out);
     // Never the last sample itself: there is one beyond each.
     const F last(static_cast<float>(side.last_mu) * (1 - 1e-6f)), first(0.0f);
-    in = larger(smaller((in - side.mu_first) * side.mu_step_inverse, last), first);
-    out = larger(smaller((out - side.mu_first) * side.mu_step_inverse, last), first);
+    in = (in_complement * (1.0f - in * 0.5f) - side.mu_first) * side.mu_step_inverse;
+    out = (out_complement * (1.0f - out * 0.5f) - side.mu_first) * side.mu_step_inverse;
+    in = larger(smaller(in, last), first);
+    out = larger(smaller(out, last), first);
 }
 
 /// Orders n >= 2 as they are stored, bilinear or trilinear.

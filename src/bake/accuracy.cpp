@@ -135,8 +135,8 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
                         std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor});
     };
     const int first = static_cast<int>(floor_cosines().size());
-    const double reflection_least = reflection_floor(solution);
-    const double transmission_least = transmission_floor(solution);
+    const double reflection_least = range.reflection ? reflection_floor(solution) : 0;
+    const double transmission_least = range.transmission ? transmission_floor(solution) : 0;
     for (int g = 0; g < geometries; ++g) {
         const int in = first + 2 * g, out = in + 1;
         const double phi = points[static_cast<std::size_t>(g)].azimuth;

@@ -22,8 +22,9 @@ constexpr double smallest_value = 1e-8;
 
 constexpr int geometries_a_cell = 8;  // points that share one solved (albedo, optical depth)
 
-template <class Value>
-double largest(const LayerSolution& solution, Value value) {
+template <class Values>
+double largest(const LayerSolution& solution, Values values) {
+    static const std::vector<double> azimuths{0, pi / 2, pi};
     std::vector<int> at;
     for (double mu : floor_cosines())
         for (int i = 0; i < solution.mu.size(); ++i)
@@ -34,7 +35,8 @@ double largest(const LayerSolution& solution, Value value) {
     double most = 0;
     for (int i : at)
         for (int j : at)
-            for (double azimuth : {0.0, pi / 2, pi}) most = std::max(most, value(i, j, azimuth));
+            for (const SolvedValue& value : values(i, j, azimuths))
+                most = std::max(most, value.total);
     return std::max(0.01 * most, smallest_value);
 }
 
@@ -82,14 +84,14 @@ const std::vector<double>& floor_cosines() {
 }
 
 double reflection_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, double azimuth) {
-        return solution.reflection(i, j, azimuth).total;
+    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+        return solution.reflection(i, j, azimuths);
     });
 }
 
 double transmission_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, double azimuth) {
-        return solution.transmission(i, j, azimuth).total;
+    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+        return solution.transmission(i, j, azimuths);
     });
 }
 

@@ -181,22 +181,21 @@ class Probes {
     Values values_of(const LayerSolution& layer) const {
         Values values;
         const int count = static_cast<int>(mu_.size());
-        auto add = [&](double floor, auto total) {
+        const std::vector<double> azimuths{0.1, 0.55, 1.2, 2.0, 2.7, 3.05};
+        auto add = [&](double floor, auto side) {
             for (int i = 0; i < count; ++i)
                 for (int j = i; j < count; ++j)
-                    for (const double azimuth : {0.1, 0.55, 1.2, 2.0, 2.7, 3.05}) {
-                        values.total.push_back(total(i, j, azimuth));
+                    for (const SolvedValue& value : side(i, j)) {
+                        values.total.push_back(value.total);
                         values.floor.push_back(floor);
                     }
         };
         if (recipe_.reflection)
-            add(reflection_floor(layer), [&](int i, int j, double azimuth) {
-                return layer.reflection(i, j, azimuth).total;
-            });
+            add(reflection_floor(layer),
+                [&](int i, int j) { return layer.reflection(i, j, azimuths); });
         if (recipe_.transmission && !std::isinf(layer.optical_depth))
-            add(transmission_floor(layer), [&](int i, int j, double azimuth) {
-                return layer.transmission(i, j, azimuth).total;
-            });
+            add(transmission_floor(layer),
+                [&](int i, int j) { return layer.transmission(i, j, azimuths); });
         return values;
     }
 

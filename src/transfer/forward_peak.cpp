@@ -123,15 +123,17 @@ double ForwardPeak::path_curvature(std::size_t l) const {
     return (w_c * (2 * kappa_ - w_c) - w_chi * (2 - w_chi)) / 2 + (w_chi - w_c) * kappa_;
 }
 
-std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in,
-                                            double mu_out) const {
+std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
+                                            const Eigen::VectorXd& weights) const {
+    if (weights.size()) return sum_orders(weights, turned_path, optical_depth, mu_in, mu_out);
     std::vector<double> sum = path_moments(optical_depth / mu_in + optical_depth / mu_out);
     for (double& coefficient : sum) coefficient /= 4 * (mu_in + mu_out);
     return sum;
 }
 
-std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in,
-                                              double mu_out) const {
+std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
+                                              const Eigen::VectorXd& weights) const {
+    if (weights.size()) return sum_orders(weights, crossed_path, optical_depth, mu_in, mu_out);
     if (std::isinf(optical_depth)) return {};
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
     // The mean of F between the two slant depths, times tau / (4 mu mu0).
@@ -154,7 +156,12 @@ std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in
     return sum;
 }
 
-std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& paths) const {
+std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& weights, OrderPath path,
+                                            double optical_depth, double mu_in,
+                                            double mu_out) const {
+    Eigen::VectorXd paths = weights;
+    for (Eigen::Index n = 2; n < paths.size(); ++n)
+        paths(n) *= path(static_cast<int>(n), optical_depth, mu_in, mu_out);
     std::vector<double> sum(chi_.size(), 0);
     for (std::size_t l = 0; l < sum.size(); ++l) {
         const double chi = chi_[l], f = fraction_, c = rest_[l];
@@ -170,22 +177,6 @@ std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& paths) const 
         sum[l] *= 2 * static_cast<double>(l) + 1;
     }
     return sum;
-}
-
-std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
-                                            const Eigen::VectorXd& weights) const {
-    Eigen::VectorXd paths = weights;
-    for (Eigen::Index n = 2; n < paths.size(); ++n)
-        paths(n) *= turned_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
-    return sum_orders(paths);
-}
-
-std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
-                                              const Eigen::VectorXd& weights) const {
-    Eigen::VectorXd paths = weights;
-    for (Eigen::Index n = 2; n < paths.size(); ++n)
-        paths(n) *= crossed_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
-    return sum_orders(paths);
 }
 
 double turned_path(int n, double optical_depth, double mu_in, double mu_out) {

@@ -35,8 +35,8 @@ using SingleScattering = double (*)(double phase_value, double albedo, double op
 
 /// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: what truncation makes of single
 /// scattering, order by order, per unit of phase function.
-double sum_paths(double (*path)(int, double, double, double), const LayerSolution& layer,
-                 Eigen::Index lowest, double in, double out) {
+double sum_paths(OrderPath path, const LayerSolution& layer, Eigen::Index lowest, double in,
+                 double out) {
     const double f = layer.truncation.fraction;
     const Eigen::Index highest = f > 0 ? layer.order_weights.size() - 1 : 1;
     double sum = 0;
@@ -468,6 +468,16 @@ void thin_out(LayerSolution& solution, double optical_depth) {
     }
 }
 
+/// TMS less the closed form of the layer itself, per unit of phase function.
+double single_correction(const LayerSolution& layer, SingleScattering single_scattering,
+                         OrderPath path, double in, double out) {
+    if (layer.order_weights.size()) return sum_paths(path, layer, 2, in, out);
+    const Truncation& truncation = layer.truncation;
+    return single_scattering(1, truncation.single_scattering_albedo(layer.albedo),
+                             truncation.optical_depth(layer.optical_depth, layer.albedo), in, out) -
+           single_scattering(1, layer.albedo, layer.optical_depth, in, out);
+}
+
 /// R or T of the layer itself at many azimuths.
 std::vector<SolvedValue> values_of(const LayerSolution& layer, const std::vector<MatrixXd>& modes,
                                    const PeakCorrection& correction,
@@ -626,27 +636,15 @@ double LayerSolution::most_negative() const {
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    if (order_weights.size())
-        return {
-            sum_paths(turned_path, *this, 2, x, y),
+    return {single_correction(*this, single_reflection, turned_path, x, y),
             peak ? peak->reflection(optical_depth, x, y, order_weights) : std::vector<double>{}};
-    return {single_reflection(1, truncation.single_scattering_albedo(albedo),
-                              truncation.optical_depth(optical_depth, albedo), x, y) -
-                single_reflection(1, albedo, optical_depth, x, y),
-            peak ? peak->reflection(optical_depth, x, y) : std::vector<double>{}};
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    if (order_weights.size())
-        return {
-            sum_paths(crossed_path, *this, 2, x, y),
+    return {single_correction(*this, single_transmission, crossed_path, x, y),
             peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
-    return {single_transmission(1, truncation.single_scattering_albedo(albedo),
-                                truncation.optical_depth(optical_depth, albedo), x, y) -
-                single_transmission(1, albedo, optical_depth, x, y),
-            peak ? peak->transmission(optical_depth, x, y) : std::vector<double>{}};
 }
 
 MatrixXd LayerSolution::below_correction() const {

@@ -69,6 +69,12 @@ ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& t
 // a_l = 1 - w f - w c_l and b_l = 1 - w chi_l.
 
 std::vector<double> ForwardPeak::path_moments(double s) const {
+    std::vector<double> G(chi_.size());
+    if (s < thin_path) {  // all that is linear in s cancels
+        for (std::size_t l = 0; l < G.size(); ++l)
+            G[l] = (2 * static_cast<double>(l) + 1) * (s * s / 2 * path_curvature(l));
+        return G;
+    }
     const double w = albedo_, wf = w * fraction_;
     const double hit = -std::expm1(-kappa_ * s) / kappa_;
     const double straight = ein_difference(1, kappa_, wf, s);
@@ -82,13 +88,10 @@ std::vector<double> ForwardPeak::path_moments(double s) const {
         for (std::size_t n = of_power.size(); n-- > 0;) sum = x * (of_power[n] + sum);
         return sum;
     };
-    std::vector<double> G(chi_.size());
     for (std::size_t l = 0; l < G.size(); ++l) {
         const double q = chi_[l] - rest_[l], beyond = exact_[l] ? 0 : w * (q - fraction_);
         const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
-        if (s < thin_path)  // all that is linear in s cancels
-            G[l] = s * s / 2 * path_curvature(l);
-        else if (rest_[l] == 0)
+        if (rest_[l] == 0)
             G[l] = (std::abs(w * chi_[l]) < 0.1 ? less(w * chi_[l])
                                                 : ein_difference(1, b, w * chi_[l], s)) -
                    w * q * hit;

@@ -40,6 +40,11 @@ double largest(const LayerSolution& solution, Values values) {
     return std::max(0.01 * most, smallest_value);
 }
 
+/// Of as many in ascending order, the place of the one that a share of them does not exceed.
+std::ptrdiff_t quantile_place(std::size_t count, double share) {
+    return static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(count - 1)));
+}
+
 PointRange range_of(const Table& table) {
     const TableView view = table.view();
     return {view.albedo,           view.optical_depth,      view.mu_in, view.mu_out,
@@ -95,12 +100,18 @@ double transmission_floor(const LayerSolution& solution) {
     });
 }
 
+double error_quantile(std::vector<double>& errors, double share) {
+    if (errors.empty()) return 0;
+    const auto at = errors.begin() + quantile_place(errors.size(), share);
+    std::nth_element(errors.begin(), at, errors.end());
+    return *at;
+}
+
 double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
     std::sort(samples.begin(), samples.end(),
               [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
-    const auto last = static_cast<double>(samples.size() - 1);
-    return samples[static_cast<std::size_t>(std::ceil(share * last))].error;
+    return samples.begin()[quantile_place(samples.size(), share)].error;
 }
 
 bool Verification::meets(double tolerance) const {

@@ -93,14 +93,9 @@ std::string short_number(double value) {
 }
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
-    std::sort(errors.begin(), errors.end());
-    auto quantile = [&](double share) {
-        const auto last = static_cast<double>(errors.size() - 1);
-        return errors[static_cast<std::size_t>(std::ceil(share * last))];
-    };
-    point.error_median = quantile(0.5);
-    point.error_most = quantile(0.999);
-    point.error_largest = errors.back();
+    point.error_median = error_quantile(errors, 0.5);
+    point.error_most = error_quantile(errors, 0.999);
+    point.error_largest = error_quantile(errors, 1);
 }
 
 /// Layers that stand for a recipe, and their values at directions that `resolve` does not look at.

@@ -73,8 +73,7 @@ void run_verify(const VerifyCommand& command) {
 
     std::printf(
         "%d random points against the solver with %d nodes; error relative to the total, floor 1 "
-        "%% of the "
-        "largest value at the same depth and albedo\n\n",
+        "%% of the largest value at the same depth and albedo\n\n",
         options.samples, verification.reference_nodes);
     std::printf("%-13s %-29s %7s %9s %9s %9s %9s\n", "side", "scattering angle", "values", "median",
                 "99 %", "99.9 %", "worst");

@@ -34,7 +34,8 @@ struct ErrorSample {
     double floor = 0;         // least that errors are relative to
 };
 
-/// Error not exceeded by a share of the samples; 0 for none. Sorts `samples` by error.
+/// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
+double error_quantile(std::vector<double>& errors, double share);
 double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {

@@ -79,11 +79,14 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
     if (samples.empty() && !required) return;
     require(samples.size() == extent, door, std::string("length of ") + name,
             std::to_string(extent), samples.size());
+    int any_bad = 0;  // without a way out of the loop, which wide registers then go through
+    for (const Number sample : samples) any_bad |= std::isfinite(sample) ? 0 : 1;
+    if (any_bad == 0) return;
     const auto bad =
         std::find_if(samples.begin(), samples.end(), [](Number n) { return !std::isfinite(n); });
-    if (const auto i = static_cast<std::size_t>(bad - samples.begin()); i < samples.size())
-        require(false, door, std::string(name) + " (sample " + std::to_string(i) + ")", "finite",
-                samples[i]);
+    require(false, door,
+            std::string(name) + " (sample " + std::to_string(bad - samples.begin()) + ")", "finite",
+            *bad);
 }
 
 void check_datasets(const Table& table) {

@@ -4,7 +4,7 @@
 // A table whose samples are 64 MB in memory, baked, in both formats, from a file that the system
 // keeps in memory:
 //
-//     plain_read      the file's bytes, nothing else
+//     plain_read      the file's bytes, nothing else; `floats`: a file of nothing but the samples
 //     library_read    H5Dread, or OpenEXR's readPixels, of all samples; checks nothing
 //     read_table      what `stratus::io` gives: sealed, checked, ready for lookups
 #include <benchmark/benchmark.h>
@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,12 @@ class Files {
         std::filesystem::create_directories(folder_);
         const stratus::Table table = stratus::solve_table(stratus::parse_recipe(recipe));
         for (const char* ending : {".h5", ".exr"}) stratus::write_table(table, path(ending));
-        samples_ = table.reflection_multiple.size() + table.transmission_multiple.size();
+        std::ofstream floats(path(".floats"), std::ios::binary);
+        for (const auto* side : {&table.reflection_multiple, &table.transmission_multiple}) {
+            samples_ += side->size();
+            floats.write(reinterpret_cast<const char*>(side->data()),
+                         static_cast<std::streamsize>(side->size() * sizeof(float)));
+        }
     }
     ~Files() { std::filesystem::remove_all(folder_); }
 
@@ -77,8 +83,8 @@ void count_bytes(benchmark::State& state, const char* ending) {
 
 void plain_read(benchmark::State& state, const char* ending) {
     const std::string path = files().path(ending);
-    std::vector<char> bytes(std::filesystem::file_size(path));
     for (auto _ : state) {
+        std::vector<char> bytes(std::filesystem::file_size(path));
         std::FILE* const file = std::fopen(path.c_str(), "rb");
         benchmark::DoNotOptimize(std::fread(bytes.data(), 1, bytes.size(), file));
         std::fclose(file);
@@ -89,23 +95,29 @@ void plain_read(benchmark::State& state, const char* ending) {
 constexpr const char* sides[] = {"reflection_multiple", "transmission_multiple"};
 
 void read_with_hdf5(const std::string& path, std::vector<float>& samples) {
+    float* into = samples.data();
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
     for (const char* side : sides) {
         const hid_t dataset = H5Dopen2(file, side, H5P_DEFAULT);
-        H5Dread(dataset, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, samples.data());
+        H5Dread(dataset, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, into);
+        into += samples.size() / std::size(sides);
         H5Dclose(dataset);
     }
     H5Fclose(file);
 }
 
 void read_with_openexr(const std::string& path, std::vector<float>& samples) {
+    float* into = samples.data();
     Imf::MultiPartInputFile file(path.c_str(), 0);
-    for (int number = 0; number < file.parts(); ++number) {
+    for (const char* side : sides) {
+        int number = 0;
+        while (file.header(number).name() != side) ++number;
         const Imath::Box2i& window = file.header(number).dataWindow();
+        const std::size_t width = static_cast<std::size_t>(window.max.x) + 1;
         Imf::FrameBuffer buffer;
-        buffer.insert("Y",
-                      Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(samples.data()), sizeof(float),
-                                 sizeof(float) * (static_cast<std::size_t>(window.max.x) + 1)));
+        buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(into), sizeof(float),
+                                      sizeof(float) * width));
+        into += samples.size() / std::size(sides);
         Imf::InputPart part(file, number);
         part.setFrameBuffer(buffer);
         part.readPixels(window.min.y, window.max.y);
@@ -117,7 +129,7 @@ using Read = void (*)(const std::string&, std::vector<float>&);
 void library_read(benchmark::State& state, const char* ending, Read read) {
     const std::string path = files().path(ending);
     for (auto _ : state) {
-        std::vector<float> samples(files().samples() / 2);
+        std::vector<float> samples(files().samples());
         read(path, samples);
         benchmark::DoNotOptimize(samples.data());
     }
@@ -130,6 +142,7 @@ void read_table(benchmark::State& state, const char* ending) {
     count_bytes(state, ending);
 }
 
+BENCHMARK_CAPTURE(plain_read, floats, ".floats")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(plain_read, h5, ".h5")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(library_read, h5, ".h5", read_with_hdf5)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(read_table, h5, ".h5")->Unit(benchmark::kMillisecond);

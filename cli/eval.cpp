@@ -243,7 +243,7 @@ void write_row(std::ostream& out, const std::vector<double>& query_row, const Po
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
 TableView without_unasked_samples(TableView table, const Asked& effects) {
-    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = nullptr;
+    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = {};
     return table;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <stratus/bake/bake.h>
+#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 
 namespace {
@@ -79,10 +80,19 @@ void transmission(benchmark::State& state, const Table& (*table)()) {
     });
 }
 
+/// The same from samples in half the memory.
+void reflection_of_halves(benchmark::State& state, const Table& (*table)()) {
+    const stratus::HalfTable half = stratus::halved(table());
+    const stratus::TableView view = half.view();
+    at_random_points(state, table(), [&](const Point& at) {
+        return stratus::reflection(view, at.albedo, at.optical_depth, at.geometry).total();
+    });
+}
+
 /// Single scattering alone: what every lookup adds in closed form.
 void closed_form(benchmark::State& state, const Table& (*table)()) {
     stratus::TableView view = table().view();
-    view.reflection_multiple = nullptr;
+    view.reflection_multiple = {};
     at_random_points(state, table(), [&](const Point& at) {
         return stratus::reflection(view, at.albedo, at.optical_depth, at.geometry).total();
     });
@@ -116,11 +126,13 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
 BENCHMARK_CAPTURE(transmission, isotropic, isotropic);
+BENCHMARK_CAPTURE(reflection_of_halves, isotropic, isotropic);
 BENCHMARK_CAPTURE(closed_form, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read_256_rows, isotropic, isotropic);
 BENCHMARK_CAPTURE(reflection, rings, rings);
 BENCHMARK_CAPTURE(transmission, rings, rings);
+BENCHMARK_CAPTURE(reflection_of_halves, rings, rings);
 BENCHMARK_CAPTURE(closed_form, rings, rings);
 BENCHMARK_CAPTURE(plain_read, rings, rings);
 BENCHMARK_CAPTURE(plain_read_256_rows, rings, rings);

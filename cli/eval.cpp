@@ -5,10 +5,12 @@
 #include "query.h"
 
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -26,19 +28,21 @@ struct EvalOptions {
     std::string query;
     std::string output;
     std::vector<std::string> effects;
+    double density = 0;
+    std::string opposition;
 };
 
-/// What is asked for: orders on sides.
-struct Effects {
-    bool single = false, multiple = false;
-    bool reflection = false, transmission = false;
+/// What is asked for, and whether what lies behind the layer is to be seen through it.
+struct Asked : Effects {
+    bool background = false;
 };
 
-constexpr const char* effect_names = "single, multiple, reflection, transmission";
+constexpr const char* effect_names = "single, multiple, reflection, transmission, background";
 
 /// Sides and orders are asked for apart: where none of a kind is named, all of that kind are meant.
-Effects parse_effects(const std::vector<std::string>& names) {
-    Effects named;
+Asked parse_effects(const std::vector<std::string>& names) {
+    Asked named;
+    named.single = named.multiple = named.reflection = named.transmission = false;
     for (const std::string& name : names) {
         if (name == "single") {
             named.single = true;
@@ -48,6 +52,8 @@ Effects parse_effects(const std::vector<std::string>& names) {
             named.reflection = true;
         } else if (name == "transmission") {
             named.transmission = true;
+        } else if (name == "background") {
+            named.background = true;
         } else {
             throw std::invalid_argument(std::string("eval: --effects must be out of ") +
                                         effect_names + ", got " + name);
@@ -58,11 +64,32 @@ Effects parse_effects(const std::vector<std::string>& names) {
     return named;
 }
 
+/// `blinn`, whose width is that of the density, or `hapke:width=H` and `,amplitude=A`.
+Opposition parse_opposition(const std::string& text, double density) {
+    if (text.empty()) return {};
+    if (text == "blinn") {
+        if (density == 0)
+            throw std::invalid_argument(
+                "eval: --opposition blinn must come with a --density above 0, got 0");
+        return Opposition::blinn(density);
+    }
+    double width = 0, amplitude = 1;
+    int read = 0;
+    const bool hapke = std::sscanf(text.c_str(), "hapke:width=%lf%n,amplitude=%lf%n", &width, &read,
+                                   &amplitude, &read) >= 1 &&
+                       static_cast<std::size_t>(read) == text.size();
+    if (!hapke)
+        throw std::invalid_argument(
+            "eval: --opposition must be blinn or hapke:width=H or hapke:width=H,amplitude=A, got " +
+            text);
+    return Opposition::hapke(amplitude, width);
+}
+
 /// Leaves out the sides that the table does not hold, and says so; refuses when nothing is left.
-Effects available_effects(Effects asked, const TableView& table, const std::string& name) {
-    const Effects available{asked.single, asked.multiple,
-                            asked.reflection && table.has_reflection(),
-                            asked.transmission && table.has_transmission()};
+Asked available_effects(const Asked& asked, const TableView& table, const std::string& name) {
+    Asked available = asked;
+    available.reflection = asked.reflection && table.has_reflection();
+    available.transmission = asked.transmission && table.has_transmission();
     const bool left_out =
         asked.reflection != available.reflection || asked.transmission != available.transmission;
     if (!left_out) return available;
@@ -97,7 +124,7 @@ struct Point {
     Geometry geometry;
 };
 
-std::vector<Point> points_of(const CsvTable& query, const Table& table) {
+std::vector<Point> points_of(const CsvTable& query, const Table& table, double density) {
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(query.column(name));
     };
@@ -110,9 +137,10 @@ std::vector<Point> points_of(const CsvTable& query, const Table& table) {
     std::vector<Point> points;
     points.reserve(query.rows.size());
     for (const std::vector<double>& row : query.rows)
-        points.push_back({value_or_only_sample(row, "albedo", table.albedo),
-                          value_or_only_sample(row, "optical_depth", table.optical_depth),
-                          {row[mu_in], row[mu_out], row[azimuth] * std::numbers::pi / 180}});
+        points.push_back(
+            {value_or_only_sample(row, "albedo", table.albedo),
+             denser(value_or_only_sample(row, "optical_depth", table.optical_depth), density),
+             {row[mu_in], row[mu_out], row[azimuth] * std::numbers::pi / 180}});
     return points;
 }
 
@@ -157,7 +185,7 @@ void warn_of_clamped(const std::vector<Point>& points, const TableView& table) {
               << list << '\n';
 }
 
-void write_header(std::ostream& out, const CsvTable& query, const Effects& effects) {
+void write_header(std::ostream& out, const CsvTable& query, const Asked& effects) {
     std::vector<std::string> columns = query.columns;
     const auto both_sides = [&](bool asked, const std::string& ending) {
         if (asked && effects.reflection) columns.push_back("reflection" + ending);
@@ -166,15 +194,35 @@ void write_header(std::ostream& out, const CsvTable& query, const Effects& effec
     both_sides(true, "");
     both_sides(effects.single, "_single");
     both_sides(effects.multiple, "_multiple");
+    if (effects.background) columns.push_back("background");
     for (std::size_t c = 0; c < columns.size(); ++c) out << (c ? "," : "") << columns[c];
     out << '\n';
 }
 
+/// What opposition adds to single scattering by the layer.
+double brightened_by(const Opposition& opposition, const TableView& table, const Point& point) {
+    const Geometry& at = point.geometry;
+    const double c = cos_scattering_angle_reflected(at);
+    const double factor =
+        opposition_factor(opposition, c, point.optical_depth, at.mu_in, at.mu_out);
+    return (factor - 1) * single_reflection((*table.phase_function)(c), point.albedo,
+                                            point.optical_depth, at.mu_in, at.mu_out);
+}
+
+/// What a viewer at mu_out sees of a background.
+double background_of(const TableView& table, const Point& point, const Asked& effects) {
+    if (table.lies_on_something()) return 0;
+    return transparency(effects.single ? (*table.phase_function)(1) : 0, point.albedo,
+                        point.optical_depth, point.geometry.mu_out);
+}
+
 void write_row(std::ostream& out, const std::vector<double>& query_row, const Point& point,
-               const TableView& table, const Effects& effects) {
+               const TableView& table, const Asked& effects) {
     Scattered reflected{}, transmitted{};
-    if (effects.reflection)
+    if (effects.reflection) {
         reflected = reflection(table, point.albedo, point.optical_depth, point.geometry);
+        reflected.single += brightened_by(effects.opposition, table, point);
+    }
     if (effects.transmission)
         transmitted = transmission(table, point.albedo, point.optical_depth, point.geometry);
 
@@ -189,17 +237,21 @@ void write_row(std::ostream& out, const std::vector<double>& query_row, const Po
     });
     both_sides(effects.single, [](const Scattered& light) { return light.single; });
     both_sides(effects.multiple, [](const Scattered& light) { return light.multiple; });
+    if (effects.background) out << ',' << full_text(background_of(table, point, effects));
     out << '\n';
 }
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
-TableView without_unasked_samples(TableView table, const Effects& effects) {
-    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = nullptr;
+TableView without_unasked_samples(TableView table, const Asked& effects) {
+    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = {};
     return table;
 }
 
 void run_eval(const EvalOptions& options) {
-    const Effects asked = parse_effects(options.effects);
+    Asked asked = parse_effects(options.effects);
+    asked.density = options.density;
+    asked.opposition = parse_opposition(options.opposition, options.density);
+    check_effects(asked);
     if (!options.output.empty()) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
@@ -207,9 +259,9 @@ void run_eval(const EvalOptions& options) {
     const Table table = read_table(options.table);
     const QueryColumns columns = query_columns(table);
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<Point> points = points_of(query, table);
+    const std::vector<Point> points = points_of(query, table, options.density);
 
-    const Effects effects = available_effects(asked, table.view(), options.table);
+    const Asked effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
     if (effects.multiple) warn_of_clamped(points, view);
 
@@ -241,7 +293,19 @@ void add_eval(CLI::App& app) {
                          ", comma between. Default: all that the table holds")
         ->delimiter(',')
         ->allow_extra_args(false);  // or it would take TABLE too
+    command
+        ->add_option("--density", options->density,
+                     "Share of the volume that particles fill, [0, 1): every order sees the depth "
+                     "tau / (1 - density)")
+        ->capture_default_str()
+        ->check(number("in [0, 1)", [](double value) { return value >= 0 && value < 1; }));
+    command->add_option(
+        "--opposition", options->opposition,
+        "How single scattering brightens towards the light: blinn, as wide as the density makes "
+        "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
     command->footer(
+        "The column background, asked for by that name, is the share of what lies behind the layer "
+        "that is seen at mu_out: the beam, and what single scattering sends straight on.\n"
         "Example:\n"
         "  printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\\n0.5,0.8,60,1.5,0.9\\n' \\\n"
         "    | stratus eval saturn_rings.h5 --effects reflection");

@@ -6,6 +6,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/picture/portrait.h>
+#include <stratus/runtime/half.h>
 #include <stratus/runtime/table.h>
 
 #include <algorithm>
@@ -98,11 +99,13 @@ std::string orders_of(const Table& table) {
     return multiple + " (order 1 is closed form, added at the lookup)";
 }
 
-double bytes_in_memory(const Table& table) {
-    const std::size_t floats = table.reflection_multiple.size() +
-                               table.transmission_multiple.size() + table.plane_albedo.size() +
-                               table.diffuse_transmittance.size() + table.spherical_albedo.size();
-    return static_cast<double>(floats * sizeof(float));
+/// What a table takes for its samples, of `sample_size` bytes each, and its fluxes.
+double bytes_in_memory(const Table& table, std::size_t sample_size) {
+    const std::size_t samples =
+        table.reflection_multiple.size() + table.transmission_multiple.size();
+    const std::size_t fluxes = table.plane_albedo.size() + table.diffuse_transmittance.size() +
+                               table.spherical_albedo.size();
+    return static_cast<double>(samples * sample_size + fluxes * sizeof(float));
 }
 
 void print_content(const Table& table) {
@@ -121,7 +124,8 @@ void print_content(const Table& table) {
 
 void print_size(const Table& table, const std::string& path) {
     print("samples a side", std::to_string(table.sample_count()));
-    print("in memory", megabytes(bytes_in_memory(table)));
+    print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
+                           megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
     print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
 }
 

@@ -66,6 +66,13 @@ MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu, 
     return fluxes;
 }
 
+/// Fluxes are made of the first azimuthal mode alone.
+template <class Options>
+Options flux_only(Options options) {
+    options.modes = 1;
+    return options;
+}
+
 /// Rows of anything that is solved at a list of cosines and asked by their places in it.
 template <class Solve>
 std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows_by(Solve solve) {
@@ -117,14 +124,15 @@ Method by_solver(const LayerQuestion& question) {
     const SolverOptions options = options_of(question);
     Method method;
     method.fluxes = [=](const std::vector<double>& mu) {
+        const SolverOptions first_mode = flux_only(options);
         const LayerSolution solution = solve_layer(question.phase_function, question.albedo,
-                                                   question.optical_depth, mu, options);
+                                                   question.optical_depth, mu, first_mode);
         MethodFluxes fluxes =
             fluxes_of(solution, mu, question.optical_depth, question.albedo == 1, question.orders);
         if (question.orders == 0) return fluxes;
         std::vector<double> albedo, transmittance;
         for (const LayerSolution& order : solve_orders(question.phase_function, question.albedo,
-                                                       question.optical_depth, mu, options)) {
+                                                       question.optical_depth, mu, first_mode)) {
             albedo.push_back(order.spherical_albedo);
             transmittance.push_back(order.total_transmittance);
         }
@@ -206,9 +214,9 @@ Method by_markov(const LayerQuestion& question) {
     if (question.nodes) options.nodes = question.nodes;
     if (question.sublayers) options.sublayers = question.sublayers;
     options.orders = question.orders;
-    const auto solve = [=](const std::vector<double>& mu) {
+    const auto solve = [=](const std::vector<double>& mu, const MarkovOptions& with) {
         return solve_markov(question.phase_function, question.albedo, question.optical_depth, mu,
-                            options);
+                            with);
     };
     Method method;
     method.more_columns = error_columns();
@@ -216,7 +224,7 @@ Method by_markov(const LayerQuestion& question) {
         method.more_columns.push_back(column);
     method.rows = [=](const std::vector<Geometry>& geometries) {
         const Cosines cosines(geometries);
-        const MarkovSolution solution = solve(cosines.values);
+        const MarkovSolution solution = solve(cosines.values, options);
         std::vector<MethodRow> rows;
         for (const Geometry& at : geometries) {
             const int in = cosines[at.mu_in], out = cosines[at.mu_out];
@@ -232,7 +240,7 @@ Method by_markov(const LayerQuestion& question) {
         return rows;
     };
     method.fluxes = [=](const std::vector<double>& mu) {
-        const MarkovSolution solution = solve(mu);
+        const MarkovSolution solution = solve(mu, flux_only(options));
         MethodFluxes fluxes =
             fluxes_of(solution.layer, mu, question.optical_depth, false, question.orders);
         fluxes.uniform.emplace_back("error", solution.flux_error);
@@ -312,13 +320,13 @@ Method method_of(const LayerQuestion& question) {
 Method method_of(const Stack& stack, int nodes) {
     SolverOptions options;
     if (nodes) options.nodes = nodes;
-    const auto solve = [=](const std::vector<double>& mu) {
-        return solve_stack(stack.layers, stack.below, mu, options);
+    const auto solve = [=](const std::vector<double>& mu, const SolverOptions& with) {
+        return solve_stack(stack.layers, stack.below, mu, with);
     };
     Method method;
-    method.rows = rows_by(solve);
+    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
     method.fluxes = [=](const std::vector<double>& mu) {
-        const StackSolution solution = solve(mu);
+        const StackSolution solution = solve(mu, flux_only(options));
         double depth = 0;
         bool is_conservative = !stack.below.is_something() || stack.below.albedo == 1;
         for (const StackLayer& layer : stack.layers) {

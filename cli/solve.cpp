@@ -180,8 +180,8 @@ void add_solve(CLI::App& app) {
     CLI::Option* const phase =
         solve->add_option("--phase", command->phase,
                           "Phase function: isotropic, rayleigh, anisotropic:x=X, lambert_sphere, "
-                          "henyey_greenstein:g=G, "
-                          "tabulated:file=F.csv, moments:file=F.csv, or a sum 0.6*NAME + 0.4*NAME");
+                          "henyey_greenstein:g=G, tabulated:file=F.csv, moments:file=F.csv, or a "
+                          "sum 0.6*NAME + 0.4*NAME");
     CLI::Option* const albedo =
         solve->add_option("--albedo", command->question.albedo, "Single-scattering albedo, [0, 1]")
             ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));

@@ -73,8 +73,7 @@ void run_verify(const VerifyCommand& command) {
 
     std::printf(
         "%d random points against the solver with %d nodes; error relative to the total, floor 1 "
-        "%% of the "
-        "largest value at the same depth and albedo\n\n",
+        "%% of the largest value at the same depth and albedo\n\n",
         options.samples, verification.reference_nodes);
     std::printf("%-13s %-29s %7s %9s %9s %9s %9s\n", "side", "scattering angle", "values", "median",
                 "99 %", "99.9 %", "worst");
@@ -122,6 +121,8 @@ void add_verify(CLI::App& app) {
     verify->add_option("--threads", command->options.threads, "Threads; 0: one for each processor")
         ->capture_default_str()
         ->check(whole_number(0, 1024));
+    verify->add_flag("--bound", command->options.bound,
+                     "Look up through bound slices, as renderers do, instead of five axes at once");
     verify->add_flag("--quiet", command->quiet, "No progress");
     verify->footer(
         "Exit code 1 when the table misses the tolerance that it states.\nExample:\n"

@@ -7,6 +7,7 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/slice.h>
 #include <stratus/runtime/diffusion.h>
 #include <stratus/transfer/quadrature.h>
 
@@ -22,8 +23,9 @@ constexpr double smallest_value = 1e-8;
 
 constexpr int geometries_a_cell = 8;  // points that share one solved (albedo, optical depth)
 
-template <class Value>
-double largest(const LayerSolution& solution, Value value) {
+template <class Values>
+double largest(const LayerSolution& solution, Values values) {
+    static const std::vector<double> azimuths{0, pi / 2, pi};
     std::vector<int> at;
     for (double mu : floor_cosines())
         for (int i = 0; i < solution.mu.size(); ++i)
@@ -34,8 +36,14 @@ double largest(const LayerSolution& solution, Value value) {
     double most = 0;
     for (int i : at)
         for (int j : at)
-            for (double azimuth : {0.0, pi / 2, pi}) most = std::max(most, value(i, j, azimuth));
+            for (const SolvedValue& value : values(i, j, azimuths))
+                most = std::max(most, value.total);
     return std::max(0.01 * most, smallest_value);
+}
+
+/// Of as many in ascending order, the place of the one that a share of them does not exceed.
+std::ptrdiff_t quantile_place(std::size_t count, double share) {
+    return static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(count - 1)));
 }
 
 PointRange range_of(const Table& table) {
@@ -82,23 +90,29 @@ const std::vector<double>& floor_cosines() {
 }
 
 double reflection_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, double azimuth) {
-        return solution.reflection(i, j, azimuth).total;
+    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+        return solution.reflection(i, j, azimuths);
     });
 }
 
 double transmission_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, double azimuth) {
-        return solution.transmission(i, j, azimuth).total;
+    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+        return solution.transmission(i, j, azimuths);
     });
+}
+
+double error_quantile(std::vector<double>& errors, double share) {
+    if (errors.empty()) return 0;
+    const auto at = errors.begin() + quantile_place(errors.size(), share);
+    std::nth_element(errors.begin(), at, errors.end());
+    return *at;
 }
 
 double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
     std::sort(samples.begin(), samples.end(),
               [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
-    const auto last = static_cast<double>(samples.size() - 1);
-    return samples[static_cast<std::size_t>(std::ceil(share * last))].error;
+    return samples.begin()[quantile_place(samples.size(), share)].error;
 }
 
 bool Verification::meets(double tolerance) const {
@@ -135,8 +149,8 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
                         std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor});
     };
     const int first = static_cast<int>(floor_cosines().size());
-    const double reflection_least = reflection_floor(solution);
-    const double transmission_least = transmission_floor(solution);
+    const double reflection_least = range.reflection ? reflection_floor(solution) : 0;
+    const double transmission_least = range.transmission ? transmission_floor(solution) : 0;
     for (int g = 0; g < geometries; ++g) {
         const int in = first + 2 * g, out = in + 1;
         const double phi = points[static_cast<std::size_t>(g)].azimuth;
@@ -243,12 +257,38 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     return samples;
 }
 
-void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+namespace {
+
+/// found(sample) is what a lookup says.
+template <class Found>
+void compare(std::vector<ErrorSample>& samples, const Found& found) {
     for (ErrorSample& at : samples) {
-        const auto side = at.side == Side::reflection ? reflection : transmission;
-        at.found = side(table, at.albedo, at.optical_depth, at.geometry).total();
+        at.found = found(at);
         at.error = std::abs(at.found - at.expected) / std::max(at.expected, at.floor);
     }
+}
+
+}  // namespace
+
+void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+    compare(samples, [&](const ErrorSample& at) {
+        const auto side = at.side == Side::reflection ? reflection : transmission;
+        return side(table, at.albedo, at.optical_depth, at.geometry).total();
+    });
+}
+
+void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
+    compare(samples, [&](const ErrorSample& at) {
+        Effects effects;
+        effects.reflection = at.side == Side::reflection;
+        effects.transmission = !effects.reflection;
+        const Slice slice = table.bind(at.optical_depth, at.albedo, effects);
+        const auto mu_in = static_cast<float>(at.geometry.mu_in);
+        const auto mu_out = static_cast<float>(at.geometry.mu_out);
+        const auto azimuth = static_cast<float>(at.geometry.azimuth);
+        return double{effects.reflection ? slice.reflection(mu_in, mu_out, azimuth)
+                                         : slice.transmission(mu_in, mu_out, azimuth)};
+    });
 }
 
 Verification verify(const Table& table, const VerifyOptions& options) {
@@ -265,7 +305,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
 
     const TableView view = table.view();
     result.samples = solve_random_points(table.phase_function, range_of(table), solver, options);
-    look_up(view, result.samples);
+    (options.bound ? look_up_bound : look_up)(view, result.samples);
     error_quantile(result.samples, 1);  // sorts
     result.energy_defect = energy_defect(table);
     result.furnace_defect = furnace_defect(table, view);

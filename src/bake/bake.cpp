@@ -38,29 +38,22 @@ const std::map<std::string, std::string>& conventions() {
     static const std::map<std::string, std::string> sentences{
         {"convention_reflection",
          "reflection = pi I / (mu_in F0), F0 the irradiance on a plane facing the beam; a white "
-         "Lambert surface has 1; "
-         "BRDF = reflection / pi"},
+         "Lambert surface has 1; BRDF = reflection / pi"},
         {"convention_transmission",
          "transmission is the diffuse part in the same normalisation; the beam that passes "
-         "straight is "
-         "exp(-optical_depth / mu_in), kept apart"},
+         "straight is exp(-optical_depth / mu_in), kept apart"},
         {"convention_multiple",
          "reflection_multiple and transmission_multiple hold orders n >= 2 of the Neumann series, "
-         "to "
-         "highest_order if that is not 0; "
-         "single scattering is "
-         "added in closed form"},
+         "to highest_order if that is not 0; single scattering is added in closed form"},
         {"convention_azimuth",
          "azimuth is the angle between the two directions of propagation, 0 = forward side, "
          "radians"},
         {"convention_phase_function",
          "the phase function has spherical mean 1; g is the mean cosine of the scattering angle, "
-         "positive for forward "
-         "scattering"},
+         "positive for forward scattering"},
         {"convention_fluxes",
          "plane_albedo and diffuse_transmittance are fluxes of all orders over the incident flux, "
-         "spherical_albedo is "
-         "for uniform illumination"},
+         "spherical_albedo is for uniform illumination"},
     };
     return sentences;
 }

@@ -93,14 +93,9 @@ std::string short_number(double value) {
 }
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
-    std::sort(errors.begin(), errors.end());
-    auto quantile = [&](double share) {
-        const auto last = static_cast<double>(errors.size() - 1);
-        return errors[static_cast<std::size_t>(std::ceil(share * last))];
-    };
-    point.error_median = quantile(0.5);
-    point.error_most = quantile(0.999);
-    point.error_largest = errors.back();
+    point.error_median = error_quantile(errors, 0.5);
+    point.error_most = error_quantile(errors, 0.999);
+    point.error_largest = error_quantile(errors, 1);
 }
 
 /// Layers that stand for a recipe, and their values at directions that `resolve` does not look at.
@@ -181,22 +176,21 @@ class Probes {
     Values values_of(const LayerSolution& layer) const {
         Values values;
         const int count = static_cast<int>(mu_.size());
-        auto add = [&](double floor, auto total) {
+        const std::vector<double> azimuths{0.1, 0.55, 1.2, 2.0, 2.7, 3.05};
+        auto add = [&](double floor, auto side) {
             for (int i = 0; i < count; ++i)
                 for (int j = i; j < count; ++j)
-                    for (const double azimuth : {0.1, 0.55, 1.2, 2.0, 2.7, 3.05}) {
-                        values.total.push_back(total(i, j, azimuth));
+                    for (const SolvedValue& value : side(i, j)) {
+                        values.total.push_back(value.total);
                         values.floor.push_back(floor);
                     }
         };
         if (recipe_.reflection)
-            add(reflection_floor(layer), [&](int i, int j, double azimuth) {
-                return layer.reflection(i, j, azimuth).total;
-            });
+            add(reflection_floor(layer),
+                [&](int i, int j) { return layer.reflection(i, j, azimuths); });
         if (recipe_.transmission && !std::isinf(layer.optical_depth))
-            add(transmission_floor(layer), [&](int i, int j, double azimuth) {
-                return layer.transmission(i, j, azimuth).total;
-            });
+            add(transmission_floor(layer),
+                [&](int i, int j) { return layer.transmission(i, j, azimuths); });
         return values;
     }
 

@@ -118,24 +118,7 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
     return values;
 }
 
-/// Errors of many probes, and what of them a choice is judged by.
-class Errors {
-  public:
-    void add(double error) { errors_.push_back(error); }
-    void add(const Errors& more) {
-        errors_.insert(errors_.end(), more.errors_.begin(), more.errors_.end());
-    }
-    double quantile(double share = 0.999) {
-        if (errors_.empty()) return 0;
-        const auto at = errors_.begin() + static_cast<std::ptrdiff_t>(
-                                              share * static_cast<double>(errors_.size() - 1));
-        std::nth_element(errors_.begin(), at, errors_.end());
-        return *at;
-    }
-
-  private:
-    std::vector<double> errors_;
-};
+using Errors = std::vector<double>;
 
 std::string short_number(double value) {
     char text[32];
@@ -199,8 +182,8 @@ class Resolver {
                 for (int j = i; j < directions; ++j)
                     for (int k = 0; k < static_cast<int>(angles.azimuth.size()); ++k) {
                         const std::size_t at = angles.at(i, j, k);
-                        errors.add(std::abs(found(side, i, j, k) - values.multiple[at]) /
-                                   std::max(values.total[at], values.floor));
+                        errors.push_back(std::abs(found(side, i, j, k) - values.multiple[at]) /
+                                         std::max(values.total[at], values.floor));
                     }
         }
     }
@@ -214,8 +197,8 @@ class Resolver {
             measure(at / depths, at % depths, of_cell[at]);
         });
         Errors all;
-        for (const Errors& errors : of_cell) all.add(errors);
-        return all.quantile();
+        for (const Errors& errors : of_cell) all.insert(all.end(), errors.begin(), errors.end());
+        return error_quantile(all, 0.999);
     }
 
     // What samples are divided by before they are interpolated (lookup.h).

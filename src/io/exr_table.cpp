@@ -64,34 +64,31 @@ std::string layout_text(std::size_t rank) {
     }
 }
 
-/// Swaps the two middle dimensions of samples over (outer, first, second, run).
-std::vector<float> swap_middle(const std::vector<float>& samples, std::size_t outer,
-                               std::size_t first, std::size_t second, std::size_t run) {
-    std::vector<float> swapped;
-    swapped.reserve(samples.size());
-    for (std::size_t o = 0; o < outer; ++o)
-        for (std::size_t s = 0; s < second; ++s)
-            for (std::size_t f = 0; f < first; ++f) {
-                const auto from = samples.begin() +
-                                  static_cast<std::ptrdiff_t>(((o * first + f) * second + s) * run);
-                swapped.insert(swapped.end(), from, from + static_cast<std::ptrdiff_t>(run));
-            }
-    return swapped;
-}
-
 /// Samples in the order of the picture: only those over all five axes lie otherwise in the table.
 std::vector<float> to_picture(const std::vector<float>& samples, std::span<const std::size_t> n) {
-    return n.size() < 5 ? samples : swap_middle(samples, n[0], n[1], n[2], n[3] * n[4]);
+    if (n.size() < 5) return samples;
+    const std::size_t run = n[3] * n[4];
+    std::vector<float> pixels;
+    pixels.reserve(samples.size());
+    for (std::size_t albedo = 0; albedo < n[0]; ++albedo)
+        for (std::size_t mu_in = 0; mu_in < n[2]; ++mu_in)
+            for (std::size_t depth = 0; depth < n[1]; ++depth) {
+                const float* const from =
+                    samples.data() + ((albedo * n[1] + depth) * n[2] + mu_in) * run;
+                pixels.insert(pixels.end(), from, from + run);
+            }
+    return pixels;
 }
 
-std::vector<float> from_picture(std::vector<float> pixels, std::span<const std::size_t> n) {
-    return n.size() < 5 ? std::move(pixels) : swap_middle(pixels, n[0], n[2], n[1], n[3] * n[4]);
-}
-
-Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, const Size& size) {
+/// Memory for the rows from `first_row` on.
+Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
+                              std::size_t first_row = 0) {
     Imf::FrameBuffer buffer;
-    buffer.insert(channel_name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(pixels.data()),
-                                           sizeof(float), sizeof(float) * size.width));
+    buffer.insert(
+        channel_name,
+        Imf::Slice::Make(Imf::FLOAT, pixels.data(), {0, static_cast<int>(first_row)},
+                         static_cast<int64_t>(width), static_cast<int64_t>(pixels.size() / width),
+                         sizeof(float), sizeof(float) * width));
     return buffer;
 }
 
@@ -364,6 +361,27 @@ void check_part(const Imf::Header& header, const std::string& name, const Size& 
         throw std::runtime_error(name + " must have one channel, Y, of 32-bit numbers");
 }
 
+/// Fills `pixels` with the rows from `first` on.
+void read_rows(Imf::InputPart& part, std::size_t width, std::size_t first,
+               std::vector<float>& pixels) {
+    part.setFrameBuffer(frame_buffer(pixels, width, first));
+    part.readPixels(static_cast<int>(first), static_cast<int>(first + pixels.size() / width) - 1);
+}
+
+/// One row of tiles after the other, so that no second copy of the samples is needed.
+void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::size_t> n,
+                std::vector<float>& samples) {
+    const std::size_t run = n[3] * n[4];
+    std::vector<float> pixels(n[2] * width);
+    auto into = samples.begin();
+    for (std::size_t albedo = 0; albedo < n[0]; ++albedo) {
+        read_rows(part, width, albedo * n[2], pixels);
+        for (std::size_t depth = 0; depth < n[1]; ++depth)
+            for (std::size_t mu_in = 0; mu_in < n[2]; ++mu_in)
+                into = std::copy_n(pixels.data() + mu_in * width + depth * run, run, into);
+    }
+}
+
 std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& field,
                              std::span<const std::size_t> extents, std::size_t file_size) {
     const std::string name = field.name;
@@ -372,11 +390,12 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
     const std::size_t count = checked_count(name, extents, sizeof(float), file_size);
     const Size size = picture_size(extents);
     check_part(header, name, size);
-    std::vector<float> pixels(count);
     Imf::InputPart part(file, number);
-    part.setFrameBuffer(frame_buffer(pixels, size));
-    part.readPixels(0, static_cast<int>(size.height) - 1);
-    std::vector<float> samples = from_picture(std::move(pixels), extents);
+    std::vector<float> samples(count);
+    if (extents.size() < 5)
+        read_rows(part, size.width, 0, samples);
+    else
+        read_tiles(part, size.width, extents, samples);
     check_checksum(name, part_text(header, name, checksum_attribute),
                    checksum(std::span<const float>(samples)));
     return samples;
@@ -396,7 +415,7 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
             const Size size = picture_size(n);
             std::vector<float> pixels = to_picture(table.*fields[i].samples, n);
             Imf::OutputPart part(file, static_cast<int>(i));
-            part.setFrameBuffer(frame_buffer(pixels, size));
+            part.setFrameBuffer(frame_buffer(pixels, size.width));
             part.writePixels(static_cast<int>(size.height));
         }
     }  // only its end completes the file

@@ -8,10 +8,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include <zlib.h>
-
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
+
+#include "crc32.h"
 
 namespace stratus::io {
 namespace {
@@ -201,9 +201,8 @@ std::vector<SampleField> listed_samples(const Metadata& metadata) {
 }
 
 std::string checksum(std::span<const char> bytes) {
-    const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
     char text[sizeof "crc32:xxxxxxxx"];
-    std::snprintf(text, sizeof text, "crc32:%08lx", crc & 0xffffffffUL);
+    std::snprintf(text, sizeof text, "crc32:%08x", crc32(bytes));
     return text;
 }
 

@@ -27,14 +27,14 @@ int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
 /// One side of a table, and the layers of it that a query needs.
 class Side {
   public:
-    Side(const TableView& table, const float* samples, const float* weight,
+    Side(const TableView& table, const Samples& samples, const float* weight,
          const Query& query) noexcept
         : table_(table),
-          samples_(samples),
           weight_(weight),
           depths_(table.optical_depth.size()),
           layer_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
                       table.azimuth.count) {
+        layers_.samples = samples;
         layers_.optical_depth = query.optical_depth;
         layers_.fades = table.lies_on_something() && table.below->kind == Below::Kind::surface &&
                         table.optical_depth.count > 0 &&
@@ -98,14 +98,12 @@ class Side {
         const std::ptrdiff_t at = std::ptrdiff_t{albedo} * depths_ + depth;
         if (weight_[at] == 0) return false;
         if (share != 0)
-            layers_.layer[layers_.count++] = {samples_ + at * layer_size_,
-                                              static_cast<float>(share * double{weight_[at]}),
-                                              depth};
+            layers_.layer[layers_.count++] = {
+                at * layer_size_, static_cast<float>(share * double{weight_[at]}), depth};
         return true;
     }
 
     const TableView& table_;
-    const float* samples_;
     const float* weight_;
     int depths_;
     std::ptrdiff_t layer_size_;

@@ -3,16 +3,18 @@
 // samples that float cannot hold.
 #pragma once
 
+#include <cstddef>
+
 #include <stratus/runtime/table.h>
 
 namespace stratus {
 
 constexpr int window = 4;  // samples of a cubic
 
-/// One (albedo, optical_depth) of a side: where its directions start, its share of the answer, its
-/// depth.
+/// One (albedo, optical_depth) of a side: where its directions start among the side's samples, its
+/// share of the answer, its depth.
 struct Layer {
-    const float* samples;
+    std::ptrdiff_t first;
     float share;
     int depth;
 };
@@ -20,6 +22,7 @@ struct Layer {
 /// The layers that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights
 /// of its depth along both directions: no more than 4 albedos by 4 depths.
 struct Layers {
+    Samples samples;  // of the side
     Layer layer[window * window];
     int count = 0;
     double optical_depth = 0;  // clamped to the table

@@ -12,6 +12,7 @@
 
 #include "kernels/kernels.h"
 #include "layers.h"
+#include "mu_places.h"
 
 namespace stratus {
 namespace {
@@ -19,11 +20,11 @@ namespace {
 constexpr const char* door = "bind";
 constexpr double usual_tolerance = 1e-3;  // of a table that does not say
 /// Share of the tolerance that straight lines along each of the three axes may use up.
-constexpr double share_of_tolerance = 0.25;
+constexpr double share_of_tolerance = 0.2;
 constexpr double darkest_share = 0.01;  // of the largest value, below which errors count less
 
 // Intervals along an axis while its need is found out, and of the slice.
-constexpr int probed = 32, fewest = 16, most_along_mu = 128, most_along_azimuth = 128;
+constexpr int probed = 32, fewest = 16, most_along_mu = 176, most_along_azimuth = 128;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
@@ -44,10 +45,6 @@ struct Sheet {
 
 /// Samples of an axis and their weights, for each place of a finer one.
 using Stencils = std::vector<Stencil>;
-
-double mu_at(double v) { return std::pow((1 - v) * (1 + v), 4); }  // v = sqrt(1 - mu^(1/4))
-
-double v_at(double mu) { return std::sqrt(std::max(0.0, 1 - std::pow(mu, 0.25))); }
 
 /// Cosines of a slice, from the table's largest to its smallest.
 struct MuPlaces {
@@ -83,11 +80,14 @@ Stencils azimuth_stencils(const AxisView& axis, int intervals) {
 Sheet summed(const TableView& table, const Layers& layers) {
     Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
     const int columns = table.azimuth.count;
+    std::vector<float> widened(layers.samples.halves ? sum.value.size() : 0);
     for (int n = 0; n < layers.count; ++n) {
         const Layer& layer = layers.layer[n];
         const float* const in = table.mu_in_weight + layer.depth * table.mu_in.count;
         const float* const out = table.mu_out_weight + layer.depth * table.mu_out.count;
-        const float* from = layer.samples;
+        layers.samples.copy(layer.first, static_cast<std::ptrdiff_t>(widened.size()),
+                            widened.data());
+        const float* from = widened.empty() ? layers.samples.floats + layer.first : widened.data();
         float* to = sum.value.data();
         for (int i = 0; i < table.mu_in.count; ++i)
             for (int j = 0; j < table.mu_out.count; ++j) {
@@ -129,31 +129,18 @@ void add_rows(const Stencil& stencil, int available, int columns,
         to[k] = a * from[0][k] + b * from[1][k] + c * from[2][k] + d * from[3][k];
 }
 
-Sheet refined_out(const Sheet& sheet, const Stencils& stencils) {
-    Sheet finer(sheet.count[0], static_cast<int>(stencils.size()), sheet.count[2]);
-    const int available = std::min(window, sheet.count[1]);
-    for (int i = 0; i < finer.count[0]; ++i)
-        for (int j = 0; j < finer.count[1]; ++j) {
-            const Stencil& stencil = stencils[size(j)];
-            const float* from[window] = {};
-            for (int s = 0; s < available; ++s) from[s] = sheet.row(i, stencil.first + s);
-            add_rows(stencil, available, finer.count[2], from, finer.row(i, j));
-        }
-    return finer;
+/// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
+void add_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
+    const int available = std::min(window, sheet.count[0]);
+    const float* from[window] = {};
+    for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
+    add_rows(stencil, available, columns, from, to);
 }
 
-/// Along mu_in; in row i only the columns up to `reach(i)` are worked out.
-template <class Reach>
-Sheet refined_in(const Sheet& sheet, const Stencils& stencils, const Reach& reach) {
+Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
-    const int available = std::min(window, sheet.count[0]);
-    for (int i = 0; i < finer.count[0]; ++i) {
-        const Stencil& stencil = stencils[size(i)];
-        const float* from[window] = {};
-        for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
-        const int columns = std::min(reach(i) + 1, sheet.count[1]) * sheet.count[2];
-        add_rows(stencil, available, columns, from, finer.row(i, 0));
-    }
+    for (int i = 0; i < finer.count[0]; ++i)
+        add_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
     return finer;
 }
 
@@ -163,36 +150,33 @@ int intervals_for(double error, double allowed, int most) {
     return static_cast<int>(std::clamp(needed, double{fewest}, static_cast<double>(most)));
 }
 
-/// Errors relative to the totals where they were met, each with the share of lookups that it stands
-/// for.
+/// Errors relative to the totals where they were met, at places spread evenly over the axes.
 class Errors {
   public:
-    void add(double error, double total, double share) {
-        errors_.push_back({std::abs(error), total, share});
-    }
+    void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
 
-    /// What all but `rare` of the lookups stay below; totals below `least` count as that.
+    /// What 99.9 % of them stay below; totals below `least` count as that.
     double common(double least) const {
         constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
-        constexpr double highest = 16;
-        double share[bins] = {}, all = 0;
+        constexpr double highest = 16, rare = 1e-3;
+        std::size_t count[bins] = {};
         for (const Error& at : errors_) {
-            all += at.share;
-            if (at.error == 0) continue;
-            const double down = std::log2(highest * std::max(at.total, least) / at.error);
-            const int bin = static_cast<int>(std::clamp(down * bins_an_octave, 0.0, bins - 1.0));
-            share[bin] += at.share;
+            const double ratio = at.error / std::max(at.total, least);
+            if (!(ratio > 0)) continue;
+            const double down = bins_an_octave * std::log2(highest / ratio);
+            ++count[static_cast<int>(std::clamp(down, 0.0, bins - 1.0))];
         }
+        const double most = rare * static_cast<double>(errors_.size());
         int bin = 0;
-        for (double above = share[0]; above <= rare * all && bin + 1 < bins; above += share[bin])
+        for (std::size_t above = count[0]; static_cast<double>(above) <= most && bin + 1 < bins;
+             above += count[bin])
             ++bin;
         return highest * std::exp2(-static_cast<double>(bin) / bins_an_octave);
     }
 
   private:
-    static constexpr double rare = 1e-3;
     struct Error {
-        double error, total, share;
+        double error, total;
     };
     std::vector<Error> errors_;
 };
@@ -217,8 +201,7 @@ class Refinement {
     std::array<double, 2> errors_of_straight_lines() const {
         const MuPlaces places(table_.mu_in, probed);
         const int cosines = sheet_.count[1], columns = sheet_.count[2];
-        const Sheet along_mu =
-            refined_in(sheet_, places.stencils(table_.mu_in), [&](int) { return cosines; });
+        const Sheet along_mu = refined_in(sheet_, places.stencils(table_.mu_in));
         const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few speak for all
         Errors of_mu, of_azimuth;
         double largest = 0;
@@ -226,11 +209,10 @@ class Refinement {
             for (int j = 0; j < cosines; ++j) {
                 const double in = places.mu(i), out = table_.mu_out.value(j);
                 const double factor = divided_by(in, out);
-                const double share = (places.mu(i - 1) - places.mu(i + 1)) * share_of_out(j);
                 for (int k = 0; k < columns; k += azimuth_step) {
                     const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
                     const double total = at(i) * factor + single_(in, out, table_.azimuth.value(k));
-                    of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total, share);
+                    of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
                     if (in >= 0.1 && out >= 0.1) largest = std::max(largest, total);
                 }
             }
@@ -242,16 +224,13 @@ class Refinement {
                 for (int j = 0; j <= i; j += cosine_step) {
                     const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
                     const double factor = divided_by(in, out);
-                    const double share = share_of_out(i) * share_of_out(j);
                     const float* const row = along_azimuth.row(i, j);
                     for (int k = 1; k < probed; ++k) {
                         const double bend =
                             double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
                         const double total =
                             double{row[k]} * factor + single_(in, out, azimuth_at(k, probed));
-                        of_azimuth.add(
-                            bend / 8 * factor, total,
-                            share * (azimuth_at(k + 1, probed) - azimuth_at(k - 1, probed)));
+                        of_azimuth.add(bend / 8 * factor, total);
                     }
                 }
         }
@@ -261,28 +240,29 @@ class Refinement {
     /// All samples: row i over mu holds mu' = 0 .. i + 1 by azimuth, `stride` apart.
     void write(const MuPlaces& places, int azimuths, int stride, float* to) const {
         const Stencils cosines = places.stencils(table_.mu_in);
-        Sheet finer = azimuths > 1
-                          ? refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, azimuths - 1))
-                          : sheet_;
-        finer = refined_out(finer, cosines);
-        finer = refined_in(finer, cosines, [](int i) { return i + 1; });
-        const auto row_length = [&](int i) {
-            return size(std::min(i + 1, places.intervals) + 1) * size(azimuths);
-        };
+        const Sheet finer =
+            azimuths > 1 ? refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, azimuths - 1))
+                         : sheet_;
+        const int available = std::min(window, finer.count[1]);
+        Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         for (int i = 0; i <= places.intervals; ++i) {
-            const float* const from = finer.row(i, 0);
-            for (std::size_t k = 0; k < row_length(i); ++k) to[k * size(stride)] = from[k];
-            to += size(i + 2) * size(azimuths) * size(stride);
+            std::fill(row.value.begin(), row.value.end(), 0.0f);
+            add_rows_of(finer, cosines[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            for (int j = 0; j <= i + 1; ++j) {  // the last row ends in one that is never reached
+                const Stencil& stencil = cosines[size(std::min(j, places.intervals))];
+                const float* from[window] = {};
+                for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
+                float* const sums = stride == 1 ? to : cell.row(0, 0);
+                std::fill(sums, sums + azimuths, 0.0f);
+                add_rows(stencil, available, azimuths, from, sums);
+                if (stride > 1)
+                    for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
+                to += size(azimuths) * size(stride);
+            }
         }
     }
 
   private:
-    /// Of lookups at any cosine, those nearest to sample j of the table.
-    double share_of_out(int j) const {
-        const AxisView& axis = table_.mu_out;
-        return axis.value(std::min(j + 1, axis.count - 1)) - axis.value(std::max(j - 1, 0));
-    }
-
     double divided_by(double mu_in, double mu_out) const {
         return table_.lies_on_something() ? 1 : directional_factor(table_, layers_, mu_in, mu_out);
     }
@@ -320,7 +300,7 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
         table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, most_along_mu));
     // Rows 0 to `intervals`, the last one column short.
     const std::size_t rows = size(places.intervals + 1);
-    std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels);
+    std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels + 1);
     for_each_channel([&](int c, const auto& refinement) {
         refinement.write(places, azimuths, channels, samples.data() + c);
     });
@@ -537,8 +517,9 @@ void SliceOf<channels>::many(const Side& side, std::size_t count, const float* m
         Block in, out, around;
         LightPaths paths;
         alignas(64) float found[channels * paths_at_once];
-        all.paths_of_angles(in.of(mu_in + first, here), out.of(mu_out + first, here),
-                            around.of(azimuth + first, here), paths);
+        all.paths_of_angles[&side == &transmission_](in.of(mu_in + first, here),
+                                                     out.of(mu_out + first, here),
+                                                     around.of(azimuth + first, here), paths);
         side.kernel->many(side.view, paths, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * paths_at_once, found + c * paths_at_once + here,

@@ -79,11 +79,14 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
     if (samples.empty() && !required) return;
     require(samples.size() == extent, door, std::string("length of ") + name,
             std::to_string(extent), samples.size());
+    int any_bad = 0;  // without a way out of the loop, which wide registers then go through
+    for (const Number sample : samples) any_bad |= std::isfinite(sample) ? 0 : 1;
+    if (any_bad == 0) return;
     const auto bad =
         std::find_if(samples.begin(), samples.end(), [](Number n) { return !std::isfinite(n); });
-    if (const auto i = static_cast<std::size_t>(bad - samples.begin()); i < samples.size())
-        require(false, door, std::string(name) + " (sample " + std::to_string(i) + ")", "finite",
-                samples[i]);
+    require(false, door,
+            std::string(name) + " (sample " + std::to_string(bad - samples.begin()) + ")", "finite",
+            *bad);
 }
 
 void check_datasets(const Table& table) {
@@ -156,6 +159,13 @@ void work_out_weights(Table& table) {
 
 }  // namespace
 
+void Samples::copy(std::ptrdiff_t first, std::ptrdiff_t count, float* into) const noexcept {
+    if (floats)
+        std::copy_n(floats + first, count, into);
+    else
+        std::transform(halves + first, halves + first + count, into, to_float);
+}
+
 std::size_t Table::sample_count() const noexcept {
     return albedo.values.size() * optical_depth.values.size() * mu_in.values.size() *
            mu_out.values.size() * azimuth.values.size();
@@ -171,9 +181,9 @@ TableView Table::view() const noexcept {
     view.mu_in = mu_in.view();
     view.mu_out = mu_out.view();
     view.azimuth = azimuth.view();
-    view.reflection_multiple = reflection_multiple.empty() ? nullptr : reflection_multiple.data();
-    view.transmission_multiple =
-        transmission_multiple.empty() ? nullptr : transmission_multiple.data();
+    if (!reflection_multiple.empty()) view.reflection_multiple.floats = reflection_multiple.data();
+    if (!transmission_multiple.empty())
+        view.transmission_multiple.floats = transmission_multiple.data();
     view.reflection_weight = reflection_weight.data();
     view.transmission_weight = transmission_weight.data();
     view.mu_in_weight = mu_in_weight.data();

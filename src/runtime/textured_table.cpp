@@ -1,6 +1,7 @@
 #include <stratus/runtime/textured_table.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,6 +13,7 @@
 
 #include "kernels/kernels.h"
 #include "kernels/textured.h"
+#include "mu_places.h"
 
 namespace stratus {
 
@@ -21,7 +23,8 @@ struct TexturedMemory {
     const TexturedKernel* kernel = nullptr;
     PhaseCurve phase;
     std::vector<TexturedBlock> blocks;
-    std::vector<std::vector<FunctionRow>> rows;
+    std::vector<std::vector<FunctionRow>> function;
+    std::vector<std::vector<CoefficientRow>> coefficient;
     std::vector<float> block_of_cell, place;
     std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
 };
@@ -40,12 +43,7 @@ constexpr float darkest_share = 0.01f, faintest = 1e-8f;  // below which errors 
 /// As lookup.h has it: the deepest sample of reflection is the limit itself.
 constexpr double least_deficit = 1e-5;
 
-enum class Lit { above, below };  // R, T
-
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
-
-double mu_at(double v) { return std::pow((1 - v) * (1 + v), 4); }
-double v_at(double mu) { return std::sqrt(std::max(0.0, 1 - std::pow(mu, 0.25))); }
 
 /// Samples of an axis of coefficients, never fewer than a cubic needs: short axes are sampled again
 /// on the polynomial through all they have.
@@ -71,20 +69,22 @@ struct Resampling {
 };
 
 /// The samples of one side, as lookups interpolate them.
-class Samples {
+class Shapes {
   public:
-    Samples(const TableView& table, Lit lit)
+    Shapes(const TableView& table, Leaves leaves)
         : table_(table),
-          samples_(lit == Lit::above ? table.reflection_multiple : table.transmission_multiple),
-          weight_(lit == Lit::above ? table.reflection_weight : table.transmission_weight),
-          lit_(lit) {
+          samples_(leaves == Leaves::on_the_lit_side ? table.reflection_multiple
+                                                     : table.transmission_multiple),
+          weight_(leaves == Leaves::on_the_lit_side ? table.reflection_weight
+                                                    : table.transmission_weight),
+          leaves_(leaves) {
         for (int i = 0; i < table.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j)
                 for (int k = 0; k < table.azimuth.count; ++k) {
                     const Geometry at = geometry(i, j, k);
                     phase_.push_back((*table.phase_function)(
-                        lit == Lit::above ? cos_scattering_angle_reflected(at)
-                                          : cos_scattering_angle_transmitted(at)));
+                        leaves == Leaves::on_the_lit_side ? cos_scattering_angle_reflected(at)
+                                                          : cos_scattering_angle_transmitted(at)));
                 }
     }
 
@@ -106,7 +106,8 @@ class Samples {
                        : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
         const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
         const std::ptrdiff_t at = speaker * depths + depth;
-        const float* const from = samples_ + at * cosines * cosines * columns;
+        std::vector<float> from(size(cosines * cosines * columns));
+        samples_.copy(at * cosines * cosines * columns, cosines * cosines * columns, from.data());
         const float* const in = table_.mu_in_weight + depth * cosines;
         const float* const out = table_.mu_out_weight + depth * cosines;
         std::vector<float> values;
@@ -114,8 +115,8 @@ class Samples {
         for (std::ptrdiff_t i = 0; i < cosines; ++i)
             for (std::ptrdiff_t j = 0; j <= i; ++j) {
                 const float share = 0.5f * weight_[at] * in[i] * out[j];
-                const float* const there = from + (i * cosines + j) * columns;
-                const float* const back = from + (j * cosines + i) * columns;
+                const float* const there = from.data() + (i * cosines + j) * columns;
+                const float* const back = from.data() + (j * cosines + i) * columns;
                 for (std::ptrdiff_t k = 0; k < columns; k += step)
                     values.push_back(share * (there[k] + back[k]));
             }
@@ -132,15 +133,25 @@ class Samples {
             std::fill(found.begin(), found.end(), 0.0f);
             return found;
         }
-        const float* const share = table_.mu_in_weight + std::ptrdiff_t{depth} * table_.mu_in.count;
-        const auto factor = [&](int i, int j) { return 1 / (weight_[at] * share[i] * share[j]); };
+        const double exponent = table_.diffusion_exponent[albedo];
+        const double scale = leaves_ == Leaves::on_the_lit_side
+                                 ? reflection_scale(tau, exponent, table_.extrapolation_length)
+                                 : transmission_scale(tau, exponent, table_.extrapolation_length);
+        std::vector<float> share;
+        for (int i = 0; i < table_.mu_in.count; ++i)
+            share.push_back(static_cast<float>(intercepted_share(tau, table_.mu_in.value(i))));
+        const auto factor = [&](int i, int j) {  // by which samples were divided
+            if (table_.lies_on_something()) return 1.0f;
+            return static_cast<float>(w * scale) * share[size(i)] * share[size(j)];
+        };
         float largest = 0;
         std::size_t n = 0;
         for (int i = 0; i < table_.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j) {
                 const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
-                const double order = lit_ == Lit::above ? single_reflection(1, w, tau, mu, other)
-                                                        : single_transmission(1, w, tau, mu, other);
+                const double order = leaves_ == Leaves::on_the_lit_side
+                                         ? single_reflection(1, w, tau, mu, other)
+                                         : single_transmission(1, w, tau, mu, other);
                 for (int k = 0; k < azimuths(); k += step, ++n) {
                     double single = order * phase_[size(pair(i, j) * azimuths() + k)];
                     if (table_.lies_on_something())
@@ -170,9 +181,9 @@ class Samples {
     }
 
     const TableView& table_;
-    const float* samples_;
+    Samples samples_;
     const float* weight_;
-    Lit lit_;
+    Leaves leaves_;
     std::vector<double> phase_;  // over (pair, azimuth)
 };
 
@@ -315,8 +326,7 @@ Places places_for(const AxisView& axis, const Layers& layers, double allowed) {
                     along[i] = importance[i] = 0;
                     for (int s = 0; s < used; ++s) {
                         const float share = stencils[i].weight[s];
-                        const auto at =
-                            size(Samples::pair(stencils[i].first + s, j) * azimuths + k);
+                        const auto at = size(Shapes::pair(stencils[i].first + s, j) * azimuths + k);
                         along[i] += share * (*layers.values[size(l)])[at];
                         importance[i] += std::max(0.0f, share) * (*layers.importance[size(l)])[at];
                     }
@@ -339,50 +349,71 @@ Places places_for(const AxisView& axis, const Layers& layers, double allowed) {
     return places;
 }
 
-/// The functions over (mu, mu', azimuth), as TexturedBlock has them.
-std::vector<FunctionRow> refined(const Samples& samples, const Layers& layers, const Basis& basis,
-                                 const Places& places) {
-    const TableView& table = samples.table();
-    const int cosines = table.mu_in.count, azimuths = samples.azimuths();
-    const std::size_t columns = size(samples.pairs()) * size(azimuths);
+/// Functions as TexturedBlock has them, each in a unit of its own.
+struct Functions {
+    std::vector<FunctionRow> row;
+    std::array<float, functions> unit;
+};
+
+/// The power of two in units of which halves hold a number up to `largest`.
+float unit_of(float largest) {
+    return largest > 0 ? std::exp2(std::ceil(std::log2(largest / (largest_half / 2)))) : 1;
+}
+
+/// The functions over (mu, mu', azimuth).
+Functions refined(const Shapes& samples, const Layers& layers, const Basis& basis,
+                  const Places& places) {
+    const AxisView& mu = samples.table().mu_in;
+    const int cosines = mu.count, azimuths = samples.azimuths(), used = std::min(window, cosines);
+    const std::size_t row_size = size(azimuths * functions);
     // At the table's own directions, all azimuths.
-    std::vector<FunctionRow> at_samples(columns, FunctionRow{});
+    std::vector<float> at_samples(size(samples.pairs()) * row_size);
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
         const int pivot = basis.pivot[f], depths = layers.depth_count();
         const std::vector<float> whole = samples.layer(layers.albedos.first + pivot / depths,
                                                        layers.depths.first + pivot % depths, 1);
-        for (std::size_t c = 0; c < columns; ++c) {
+        for (std::size_t c = 0; c < whole.size(); ++c) {
+            float* const here = &at_samples[c * functions];
             double left = double{whole[c]};
             for (std::size_t earlier = 0; earlier < f; ++earlier)
-                left -= double{basis.coefficient[size(pivot)][earlier]} *
-                        double{at_samples[c].value[earlier]};
-            at_samples[c].value[f] = static_cast<float>(left / basis.norm[f]);
+                left -= double{basis.coefficient[size(pivot)][earlier]} * double{here[earlier]};
+            here[f] = static_cast<float>(left / basis.norm[f]);
         }
     }
-    const int count = places.last() + 2, used = std::min(window, cosines);
+    Functions all;
+    all.unit.fill(0);
+    for (std::size_t c = 0; c < at_samples.size(); ++c) {
+        float& largest = all.unit[c % functions];
+        largest = std::max(largest, std::abs(at_samples[c]));
+    }
+    for (float& unit : all.unit) unit = unit_of(unit);
+    for (std::size_t c = 0; c < at_samples.size(); ++c) at_samples[c] /= all.unit[c % functions];
+
+    const int count = places.last() + 2;  // one beyond the last
     std::vector<Stencil> stencils;
-    for (int i = 0; i < count; ++i) stencils.push_back(table.mu_in.stencil(places.mu(i)));
-    const auto add = [&](const FunctionRow* from, float share, FunctionRow* to) {
-        for (int k = 0; k < azimuths; ++k)
-            for (int f = 0; f < functions; ++f) to[k].value[f] += share * from[k].value[f];
+    for (int i = 0; i <= count; ++i) stencils.push_back(mu.stencil(places.mu(i)));
+    const auto add = [&](const float* from, float share, float* to) {
+        for (std::size_t k = 0; k < row_size; ++k) to[k] += share * from[k];
     };
     // Finer in mu', then in mu.
-    std::vector<FunctionRow> finer(size(cosines) * size(count + 1) * size(azimuths), FunctionRow{});
+    std::vector<float> finer(size(cosines * (count + 1)) * row_size);
     for (int i = 0; i < cosines; ++i)
         for (int j = 0; j <= count; ++j)
-            for (int s = 0; s < used; ++s) {
-                const Stencil& stencil = stencils[size(std::min(j, count - 1))];
-                add(&at_samples[size(Samples::pair(i, stencil.first + s) * azimuths)],
-                    stencil.weight[s], &finer[size((i * (count + 1) + j) * azimuths)]);
-            }
+            for (int s = 0; s < used; ++s)
+                add(&at_samples[size(Shapes::pair(i, stencils[size(j)].first + s)) * row_size],
+                    stencils[size(j)].weight[s], &finer[size(i * (count + 1) + j) * row_size]);
     const int rows = azimuths > 1 ? azimuths + 2 : 1, inside = azimuths > 1 ? 1 : 0;
-    std::vector<FunctionRow> all(size(count) * size(count + 3) / 2 * size(rows), FunctionRow{});
-    FunctionRow* to = all.data();
+    all.row.resize(size(count) * size(count + 3) / 2 * size(rows), FunctionRow{});
+    FunctionRow* to = all.row.data();
+    std::vector<float> row(row_size);
     for (int i = 0; i < count; ++i)
         for (int j = 0; j <= i + 1; ++j, to += rows) {
+            std::fill(row.begin(), row.end(), 0.0f);
             for (int s = 0; s < used; ++s)
-                add(&finer[size(((stencils[size(i)].first + s) * (count + 1) + j) * azimuths)],
-                    stencils[size(i)].weight[s], to + inside);
+                add(&finer[size((stencils[size(i)].first + s) * (count + 1) + j) * row_size],
+                    stencils[size(i)].weight[s], row.data());
+            for (std::size_t k = 0; k < row_size; ++k)
+                to[size(inside) + k / functions].value[k % functions] = to_half(row[k]);
             if (azimuths > 1) {
                 to[0] = to[2];
                 to[azimuths + 1] = to[azimuths - 1];
@@ -391,12 +422,14 @@ std::vector<FunctionRow> refined(const Samples& samples, const Layers& layers, c
     return all;
 }
 
-/// Coefficients over (albedo, optical depth), axes no shorter than a cubic.
-std::vector<FunctionRow> coefficients(const Layers& layers, const Basis& basis) {
+/// Coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions in the
+/// units that they are stored in.
+std::vector<CoefficientRow> coefficients(const Layers& layers, const Basis& basis,
+                                         const std::array<float, functions>& unit) {
     const int finite = layers.depths.count, depths = layers.depth_count();
     const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
     const int rows = depth.to + depths - finite;
-    std::vector<FunctionRow> all(size(albedo.to) * size(rows), FunctionRow{});
+    std::vector<CoefficientRow> all(size(albedo.to) * size(rows), CoefficientRow{});
     const auto depth_weight = [&](int from, int to) {
         if (from == finite || to == depth.to) return from - finite == to - depth.to ? 1.0 : 0.0;
         return depth.weight(from, to);
@@ -410,7 +443,7 @@ std::vector<FunctionRow> coefficients(const Layers& layers, const Basis& basis) 
                     const auto& of_layer = basis.coefficient[size(l * depths + t)];
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
                         all[size(a * rows + d)].value[f] +=
-                            static_cast<float>(share * double{of_layer[f]});
+                            static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
                 }
     return all;
 }
@@ -423,10 +456,10 @@ PhaseForm form_of(const PhaseCurve& curve) {
 }
 
 /// Single scattering, and of what lies beneath on the lit side.
-void set_closed_forms(const TableView& table, Lit lit, TexturedMemory& side) {
+void set_closed_forms(const TableView& table, Leaves leaves, TexturedMemory& side) {
     side.phase = PhaseCurve(*table.phase_function);
     PhaseForm form = form_of(side.phase);
-    if (lit == Lit::above && table.lies_on_something()) {
+    if (leaves == Leaves::on_the_lit_side && table.lies_on_something()) {
         const Below& below = *table.below;
         side.view.over_surface = below.kind == Below::Kind::surface;
         if (side.view.over_surface) {
@@ -443,13 +476,13 @@ void set_closed_forms(const TableView& table, Lit lit, TexturedMemory& side) {
     }
     side.view.phase = side.phase.view();
     const TexturedKernels& all = *kernels().textured;
-    side.kernel = &(lit == Lit::above
+    side.kernel = &(leaves == Leaves::on_the_lit_side
                         ? all.reflected
                         : all.transmitted)[static_cast<int>(form)][table.azimuth.count > 1 ? 1 : 0];
 }
 
 /// The axes of the coefficients and the scales along them.
-void set_axes(const TableView& table, Lit lit, TexturedMemory& side) {
+void set_axes(const TableView& table, Leaves leaves, TexturedMemory& side) {
     TexturedSide& view = side.view;
     const AxisView &albedo = table.albedo, &depth = table.optical_depth;
     const Resampling albedos(albedo.count);
@@ -458,7 +491,7 @@ void set_axes(const TableView& table, Lit lit, TexturedMemory& side) {
     view.lowest_albedo = static_cast<float>(albedo.lowest);
     view.highest_albedo = static_cast<float>(albedo.highest);
     view.lowest_depth = static_cast<float>(depth.lowest);
-    view.ends_at_infinity = lit == Lit::above && depth.ends_at_infinity;
+    view.ends_at_infinity = leaves == Leaves::on_the_lit_side && depth.ends_at_infinity;
     view.highest_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
     view.deepest = depth.ends_at_infinity ? 1e30f : view.highest_depth;
     view.divided = !table.lies_on_something();
@@ -483,12 +516,12 @@ void set_axes(const TableView& table, Lit lit, TexturedMemory& side) {
 
 /// Adds a block and its memory.
 void add_block(TexturedMemory& side, TexturedBlock block, std::vector<FunctionRow> function,
-               std::vector<FunctionRow> coefficient, const int (&first_place)[segments + 1]) {
+               std::vector<CoefficientRow> coefficient, const int (&first_place)[segments + 1]) {
     block.function = function.data();
     block.coefficient = coefficient.data();
     side.blocks.push_back(block);
-    side.rows.push_back(std::move(function));
-    side.rows.push_back(std::move(coefficient));
+    side.function.push_back(std::move(function));
+    side.coefficient.push_back(std::move(coefficient));
     for (const int place : first_place) side.place.push_back(static_cast<float>(place));
 }
 
@@ -497,7 +530,7 @@ void set_nothing(TexturedMemory& side, int azimuths) {
     const std::size_t albedos = side.diffusion_exponent.size();
     add_block(side, {nullptr, nullptr, 0, 0, window},
               std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
-              std::vector<FunctionRow>(albedos * window, FunctionRow{}), {});
+              std::vector<CoefficientRow>(albedos * window, CoefficientRow{}), {});
     side.view.optical_depth = {0, 0, window - 1};
     side.view.ends_at_infinity = false;
     side.block_of_cell.assign(albedos * window, 0.0f);
@@ -506,7 +539,7 @@ void set_nothing(TexturedMemory& side, int azimuths) {
 /// Cuts albedos and optical depths into blocks as large as sixteen functions reach.
 class Blocks {
   public:
-    Blocks(const Samples& samples, TexturedMemory& side)
+    Blocks(const Shapes& samples, TexturedMemory& side)
         : samples_(samples),
           side_(side),
           tolerance_(samples.table().tolerance > 0 ? samples.table().tolerance : usual_tolerance),
@@ -595,27 +628,29 @@ class Blocks {
                     static_cast<float>(side_.blocks.size());
         const Places places = places_for(samples_.table().mu_in, layers, line_share * tolerance_);
         const int rows = std::max(window, layers.depths.count) + (layers.and_infinity ? 1 : 0);
+        Functions found = refined(samples_, layers, basis, places);
+        std::vector<CoefficientRow> rows_of_layers = coefficients(layers, basis, found.unit);
         add_block(side_, {nullptr, nullptr, layers.albedos.first, layers.depths.first, rows},
-                  refined(samples_, layers, basis, places), coefficients(layers, basis),
-                  places.first);
+                  std::move(found.row), std::move(rows_of_layers), places.first);
     }
 
-    const Samples& samples_;
+    const Shapes& samples_;
     TexturedMemory& side_;
     double tolerance_;
     int azimuth_step_, depth_rows_;
     std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
 };
 
-std::unique_ptr<const TexturedMemory> textured(const TableView& table, Lit lit) {
+std::unique_ptr<const TexturedMemory> textured(const TableView& table, Leaves leaves) {
     auto side = std::make_unique<TexturedMemory>();
-    set_closed_forms(table, lit, *side);
-    set_axes(table, lit, *side);
+    set_closed_forms(table, leaves, *side);
+    set_axes(table, leaves, *side);
     side->view.azimuths = table.azimuth.count;
-    const bool held = lit == Lit::above ? table.has_reflection()
-                                        : table.has_transmission() && table.optical_depth.count > 0;
+    const bool held = leaves == Leaves::on_the_lit_side
+                          ? table.has_reflection()
+                          : table.has_transmission() && table.optical_depth.count > 0;
     if (held)
-        Blocks(Samples(table, lit), *side);
+        Blocks(Shapes(table, leaves), *side);
     else
         set_nothing(*side, table.azimuth.count);
     side->view.block = side->blocks.data();
@@ -659,8 +694,8 @@ TexturedTable::TexturedTable(const TableView& table) {
     const AxisView &in = table.mu_in, &out = table.mu_out;
     require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
             "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
-    reflection_ = textured(table, Lit::above);
-    if (!table.lies_on_something()) transmission_ = textured(table, Lit::below);
+    reflection_ = textured(table, Leaves::on_the_lit_side);
+    if (!table.lies_on_something()) transmission_ = textured(table, Leaves::on_the_far_side);
 }
 
 TexturedTable::TexturedTable(TexturedTable&&) noexcept = default;
@@ -693,7 +728,8 @@ std::size_t TexturedTable::bytes() const noexcept {
     std::size_t sum = 0;
     for (const TexturedMemory* side : {reflection_.get(), transmission_.get()}) {
         if (side == nullptr) continue;
-        for (const auto& rows : side->rows) sum += rows.size() * sizeof(FunctionRow);
+        for (const auto& rows : side->function) sum += rows.size() * sizeof(FunctionRow);
+        for (const auto& rows : side->coefficient) sum += rows.size() * sizeof(CoefficientRow);
         sum += side->phase.sample_count() * sizeof(float);
     }
     return sum;

@@ -69,6 +69,12 @@ ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& t
 // a_l = 1 - w f - w c_l and b_l = 1 - w chi_l.
 
 std::vector<double> ForwardPeak::path_moments(double s) const {
+    std::vector<double> G(chi_.size());
+    if (s < thin_path) {  // all that is linear in s cancels
+        for (std::size_t l = 0; l < G.size(); ++l)
+            G[l] = (2 * static_cast<double>(l) + 1) * (s * s / 2 * path_curvature(l));
+        return G;
+    }
     const double w = albedo_, wf = w * fraction_;
     const double hit = -std::expm1(-kappa_ * s) / kappa_;
     const double straight = ein_difference(1, kappa_, wf, s);
@@ -82,13 +88,10 @@ std::vector<double> ForwardPeak::path_moments(double s) const {
         for (std::size_t n = of_power.size(); n-- > 0;) sum = x * (of_power[n] + sum);
         return sum;
     };
-    std::vector<double> G(chi_.size());
     for (std::size_t l = 0; l < G.size(); ++l) {
         const double q = chi_[l] - rest_[l], beyond = exact_[l] ? 0 : w * (q - fraction_);
         const double a = kappa_ - w * rest_[l], b = 1 - w * chi_[l];
-        if (s < thin_path)  // all that is linear in s cancels
-            G[l] = s * s / 2 * path_curvature(l);
-        else if (rest_[l] == 0)
+        if (rest_[l] == 0)
             G[l] = (std::abs(w * chi_[l]) < 0.1 ? less(w * chi_[l])
                                                 : ein_difference(1, b, w * chi_[l], s)) -
                    w * q * hit;
@@ -123,15 +126,17 @@ double ForwardPeak::path_curvature(std::size_t l) const {
     return (w_c * (2 * kappa_ - w_c) - w_chi * (2 - w_chi)) / 2 + (w_chi - w_c) * kappa_;
 }
 
-std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in,
-                                            double mu_out) const {
+std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
+                                            const Eigen::VectorXd& weights) const {
+    if (weights.size()) return sum_orders(weights, turned_path, optical_depth, mu_in, mu_out);
     std::vector<double> sum = path_moments(optical_depth / mu_in + optical_depth / mu_out);
     for (double& coefficient : sum) coefficient /= 4 * (mu_in + mu_out);
     return sum;
 }
 
-std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in,
-                                              double mu_out) const {
+std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
+                                              const Eigen::VectorXd& weights) const {
+    if (weights.size()) return sum_orders(weights, crossed_path, optical_depth, mu_in, mu_out);
     if (std::isinf(optical_depth)) return {};
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
     // The mean of F between the two slant depths, times tau / (4 mu mu0).
@@ -154,7 +159,12 @@ std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in
     return sum;
 }
 
-std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& paths) const {
+std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& weights, OrderPath path,
+                                            double optical_depth, double mu_in,
+                                            double mu_out) const {
+    Eigen::VectorXd paths = weights;
+    for (Eigen::Index n = 2; n < paths.size(); ++n)
+        paths(n) *= path(static_cast<int>(n), optical_depth, mu_in, mu_out);
     std::vector<double> sum(chi_.size(), 0);
     for (std::size_t l = 0; l < sum.size(); ++l) {
         const double chi = chi_[l], f = fraction_, c = rest_[l];
@@ -170,22 +180,6 @@ std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& paths) const 
         sum[l] *= 2 * static_cast<double>(l) + 1;
     }
     return sum;
-}
-
-std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
-                                            const Eigen::VectorXd& weights) const {
-    Eigen::VectorXd paths = weights;
-    for (Eigen::Index n = 2; n < paths.size(); ++n)
-        paths(n) *= turned_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
-    return sum_orders(paths);
-}
-
-std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
-                                              const Eigen::VectorXd& weights) const {
-    Eigen::VectorXd paths = weights;
-    for (Eigen::Index n = 2; n < paths.size(); ++n)
-        paths(n) *= crossed_path(static_cast<int>(n), optical_depth, mu_in, mu_out);
-    return sum_orders(paths);
 }
 
 double turned_path(int n, double optical_depth, double mu_in, double mu_out) {

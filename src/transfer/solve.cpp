@@ -29,10 +29,14 @@ using Eigen::VectorXd;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// single_reflection or single_transmission.
+using SingleScattering = double (*)(double phase_value, double albedo, double optical_depth,
+                                    double mu_in, double mu_out);
+
 /// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: what truncation makes of single
 /// scattering, order by order, per unit of phase function.
-double sum_paths(double (*path)(int, double, double, double), const LayerSolution& layer,
-                 Eigen::Index lowest, double in, double out) {
+double sum_paths(OrderPath path, const LayerSolution& layer, Eigen::Index lowest, double in,
+                 double out) {
     const double f = layer.truncation.fraction;
     const Eigen::Index highest = f > 0 ? layer.order_weights.size() - 1 : 1;
     double sum = 0;
@@ -464,6 +468,38 @@ void thin_out(LayerSolution& solution, double optical_depth) {
     }
 }
 
+/// TMS less the closed form of the layer itself, per unit of phase function.
+double single_correction(const LayerSolution& layer, SingleScattering single_scattering,
+                         OrderPath path, double in, double out) {
+    if (layer.order_weights.size()) return sum_paths(path, layer, 2, in, out);
+    const Truncation& truncation = layer.truncation;
+    return single_scattering(1, truncation.single_scattering_albedo(layer.albedo),
+                             truncation.optical_depth(layer.optical_depth, layer.albedo), in, out) -
+           single_scattering(1, layer.albedo, layer.optical_depth, in, out);
+}
+
+/// R or T of the layer itself at many azimuths.
+std::vector<SolvedValue> values_of(const LayerSolution& layer, const std::vector<MatrixXd>& modes,
+                                   const PeakCorrection& correction,
+                                   SingleScattering single_scattering,
+                                   double (*cos_scattering_angle)(const Geometry&), int in, int out,
+                                   const std::vector<double>& azimuths) {
+    const double x = layer.mu(in), y = layer.mu(out);
+    std::vector<double> cosines;
+    for (const double azimuth : azimuths) cosines.push_back(cos_scattering_angle({x, y, azimuth}));
+    const std::vector<double> scattered_again = sum_legendre(correction.legendre, cosines);
+    const double once = layer.order_weights.size() ? layer.order_weights(1) : layer.albedo;
+    std::vector<SolvedValue> values;
+    for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const double phase = layer.phase_function(cosines[k]);
+        const double single = single_scattering(phase, once, layer.optical_depth, x, y);
+        const double multiple = sum_modes(modes, in, out, azimuths[k]) +
+                                (correction.single * phase + scattered_again[k]);
+        values.push_back({single + multiple, single, multiple});
+    }
+    return values;
+}
+
 }  // namespace
 
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
@@ -519,9 +555,8 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
         std::vector<LayerSolution> octave =
             solve_ladder(phase_function, {albedo}, {last / 2, 2, false}, mu, options)[0];
         LayerSolution& solution = octave[1];
-        const double kept =
-            transmitted_share_beyond(last, octave[0].total_transmittance,
-                                     solution.total_transmittance, optical_depth);
+        const double kept = transmitted_share_beyond(last, octave[0].total_transmittance,
+                                                     solution.total_transmittance, optical_depth);
         solution.optical_depth = optical_depth;
         for (std::size_t m = 0; m < solution.reflection_modes.size(); ++m) {
             solution.reflection_modes[m] += (1 - kept) * solution.transmission_modes[m];
@@ -543,64 +578,56 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
-    return reflection_with(reflection_correction(in, out), in, out, azimuth);
+    return reflection(in, out, std::vector<double>{azimuth})[0];
 }
 
-SolvedValue LayerSolution::reflection_with(const PeakCorrection& correction, int in, int out,
-                                           double azimuth) const {
-    const double cosine = cos_scattering_angle_reflected({mu(in), mu(out), azimuth});
-    const double phase = phase_function(cosine);
-    const double once = order_weights.size() ? order_weights(1) : albedo;
-    double single = single_reflection(phase, once, optical_depth, mu(in), mu(out));
-    double multiple = sum_modes(reflection_modes, in, out, azimuth) + correction(phase, cosine);
-    if (below.is_something()) {
-        const Geometry geometry{mu(in), mu(out), azimuth};
+std::vector<SolvedValue> LayerSolution::reflection(int in, int out,
+                                                   const std::vector<double>& azimuths) const {
+    std::vector<SolvedValue> values =
+        values_of(*this, reflection_modes, reflection_correction(in, out), single_reflection,
+                  cos_scattering_angle_reflected, in, out, azimuths);
+    if (!below.is_something()) return values;
+    const Below corrected = truncated(below, truncation_below);
+    const double depth = truncation.optical_depth(optical_depth, albedo);
+    for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const Geometry geometry{mu(in), mu(out), azimuths[k]};
         const double met = single_reflection_below(below, optical_depth, geometry);
-        single += met;
-        multiple +=
-            single_reflection_below(truncated(below, truncation_below),
-                                    truncation.optical_depth(optical_depth, albedo), geometry) -
-            met;
+        SolvedValue& value = values[k];
+        value.single += met;
+        value.multiple += single_reflection_below(corrected, depth, geometry) - met;
+        value.total = value.single + value.multiple;
     }
-    return {single + multiple, single, multiple};
+    return values;
 }
 
 SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
-    if (below.is_something()) return {0, 0, 0};
-    return transmission_with(transmission_correction(in, out), in, out, azimuth);
+    return transmission(in, out, std::vector<double>{azimuth})[0];
 }
 
-SolvedValue LayerSolution::transmission_with(const PeakCorrection& correction, int in, int out,
-                                             double azimuth) const {
-    const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
-    const double phase = phase_function(cosine);
-    const double once = order_weights.size() ? order_weights(1) : albedo;
-    const double single = single_transmission(phase, once, optical_depth, mu(in), mu(out));
-    const double multiple =
-        sum_modes(transmission_modes, in, out, azimuth) + correction(phase, cosine);
-    return {single + multiple, single, multiple};
+std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
+                                                     const std::vector<double>& azimuths) const {
+    if (below.is_something()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    return values_of(*this, transmission_modes, transmission_correction(in, out),
+                     single_transmission, cos_scattering_angle_transmitted, in, out, azimuths);
 }
 
 double LayerSolution::most_negative() const {
-    constexpr int azimuths = 65;
+    constexpr int count = 65;
     constexpr double rounding = 1e-15;
     const double pi = std::acos(-1.0);
+    std::vector<double> azimuths;
+    for (int k = 0; k < count; ++k) azimuths.push_back(k * pi / (count - 1));
     double share = 0;
     for (const bool reflected : {true, false}) {
         double lowest = 0, highest = 0;
         for (int i = 0; i < mu.size(); ++i)
-            for (int j = 0; j <= i; ++j) {
-                const PeakCorrection correction =
-                    reflected ? reflection_correction(j, i) : transmission_correction(j, i);
-                for (int k = 0; k < azimuths; ++k) {
-                    const double azimuth = k * pi / (azimuths - 1);
-                    const double value = (reflected ? reflection_with(correction, j, i, azimuth)
-                                                    : transmission_with(correction, j, i, azimuth))
-                                             .total;
-                    if (value < -rounding) lowest = std::min(lowest, (mu(i) + mu(j)) * value);
-                    highest = std::max(highest, (mu(i) + mu(j)) * value);
+            for (int j = 0; j <= i; ++j)
+                for (const SolvedValue& value :
+                     reflected ? reflection(j, i, azimuths) : transmission(j, i, azimuths)) {
+                    const double scaled = (mu(i) + mu(j)) * value.total;
+                    if (value.total < -rounding) lowest = std::min(lowest, scaled);
+                    highest = std::max(highest, scaled);
                 }
-            }
         if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
     }
     return share;
@@ -609,27 +636,15 @@ double LayerSolution::most_negative() const {
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    if (order_weights.size())
-        return {
-            sum_paths(turned_path, *this, 2, x, y),
+    return {single_correction(*this, single_reflection, turned_path, x, y),
             peak ? peak->reflection(optical_depth, x, y, order_weights) : std::vector<double>{}};
-    return {single_reflection(1, truncation.single_scattering_albedo(albedo),
-                              truncation.optical_depth(optical_depth, albedo), x, y) -
-                single_reflection(1, albedo, optical_depth, x, y),
-            peak ? peak->reflection(optical_depth, x, y) : std::vector<double>{}};
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    if (order_weights.size())
-        return {
-            sum_paths(crossed_path, *this, 2, x, y),
+    return {single_correction(*this, single_transmission, crossed_path, x, y),
             peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
-    return {single_transmission(1, truncation.single_scattering_albedo(albedo),
-                                truncation.optical_depth(optical_depth, albedo), x, y) -
-                single_transmission(1, albedo, optical_depth, x, y),
-            peak ? peak->transmission(optical_depth, x, y) : std::vector<double>{}};
 }
 
 MatrixXd LayerSolution::below_correction() const {

@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 
-#include <unistd.h>
-
 #include "refusal.h"
+#include "temporary_folder.h"
 
 namespace stratus {
 namespace {
@@ -226,31 +224,13 @@ TEST(Recipe, RefusesPhaseFunctionsThatThereAreNot) {
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), {"mie"});
 }
 
-/// A folder that goes when the test ends.
-class Folder {
-  public:
-    Folder() : path_(testing::TempDir() + "stratus_recipe_" + std::to_string(::getpid())) {
-        std::filesystem::create_directory(path_);
-    }
-    ~Folder() { std::filesystem::remove_all(path_); }
-
-    std::filesystem::path write(const std::string& name, const std::string& text) const {
-        std::ofstream(path_ / name) << text;
-        return path_ / name;
-    }
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
-
 TEST(ReadRecipe, LooksForPhaseTablesBesideTheRecipe) {
-    const Folder folder;
-    folder.write("curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
-    const std::filesystem::path path = folder.write(
-        "moon.toml", recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"));
+    const test::TemporaryFolder folder;
+    test::set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
+    test::set_content(folder / "moon.toml",
+                      recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"));
     std::vector<std::string> notes;
-    Recipe recipe = read_recipe(path, &notes);
+    Recipe recipe = read_recipe(folder / "moon.toml", &notes);
     ASSERT_EQ(recipe.phase_function.terms().size(), 1u);
     EXPECT_TRUE(std::holds_alternative<Tabulated>(recipe.phase_function.terms()[0].second));
     EXPECT_FALSE(notes.empty());  // the values had to be scaled
@@ -261,8 +241,8 @@ TEST(ReadRecipe, LooksForPhaseTablesBesideTheRecipe) {
 }
 
 TEST(ReadRecipe, RefusesWhatIsNotAFile) {
-    const Folder folder;
-    for (const std::filesystem::path& path : {folder.path() / "missing.toml", folder.path()})
+    const test::TemporaryFolder folder;
+    for (const std::filesystem::path& path : {folder / "missing.toml", folder.path()})
         expect_refusal<std::runtime_error>([&] { read_recipe(path); },
                                            {path.c_str(), "cannot be read"});
 }

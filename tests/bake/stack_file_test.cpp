@@ -3,13 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
-#include <unistd.h>
-
 #include "refusal.h"
+#include "temporary_folder.h"
 
 namespace stratus {
 namespace {
@@ -58,18 +55,15 @@ TEST(StackFile, MayEndInALayerWithoutEnd) {
 }
 
 TEST(StackFile, FindsThePhaseFunctionsBesideIt) {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("stack_file_test." + std::to_string(::getpid()));
-    std::filesystem::create_directory(folder);
-    std::ofstream(folder / "dust.csv") << "phase_angle_deg,value\n0,2\n90,1\n180,1\n";
-    std::ofstream(folder / "stack.toml")
-        << "[[layers]]\nphase_function = 'tabulated:file=dust.csv'\nalbedo = 1\noptical_depth = "
-           "1\n";
+    const test::TemporaryFolder folder;
+    test::set_content(folder / "dust.csv", "phase_angle_deg,value\n0,2\n90,1\n180,1\n");
+    test::set_content(folder / "stack.toml",
+                      "[[layers]]\nphase_function = 'tabulated:file=dust.csv'\n"
+                      "albedo = 1\noptical_depth = 1\n");
     const Stack stack = read_stack(folder / "stack.toml");
     EXPECT_GT(stack.layers[0].phase_function(-1), stack.layers[0].phase_function(1));
-    std::filesystem::remove_all(folder);
-    expect_refusal<std::runtime_error>([&] { read_stack(folder / "stack.toml"); },
-                                       {"stack.toml", "cannot be read"});
+    expect_refusal<std::runtime_error>([&] { read_stack(folder / "missing.toml"); },
+                                       {"missing.toml", "cannot be read"});
 }
 
 TEST(StackFile, RefusesToHoldNoLayers) {

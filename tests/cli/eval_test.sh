@@ -67,6 +67,25 @@ expect_rows 1 'f["transmission"] == f["transmission_multiple"]'
 expect_ok eval full.h5 --query query.csv --effects single,multiple,reflection,transmission
 expect_rows 1 "$sum"
 
+# a background, a dense layer, opposition
+query $every 0.5,0.5,180,1.5,0.9
+expect_ok eval full.h5 --query query.csv --effects single,reflection
+plain=$(tail -n 1 "$out" | cut -d , -f 6)
+expect_ok eval full.h5 --query query.csv --effects single,reflection,background
+expect_header $every,reflection,reflection_single,background
+expect_rows 1 'f["background"] > exp(-3) && f["background"] < 1'
+expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.25
+expect_rows 1 "f[\"reflection\"] > $plain"
+expect_ok eval full.h5 --query query.csv --effects single,reflection --opposition hapke:width=0.05,amplitude=0.5
+expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { print 1.5 * R }')" 1e-5
+query $every 0.5,0.5,180,1.2,0.9
+expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.2 --opposition blinn
+expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { e = exp(-3); print R * 2 / (1 + e) }')" 1e-5  # [Blinn82] 5.2
+expect_refused 2 --density "[0, 1)" "got 1" -- eval full.h5 --query query.csv --density 1
+expect_refused 2 --opposition "blinn or hapke:width=H" "got moon" -- eval full.h5 --query query.csv --opposition moon
+expect_refused 2 --opposition "--density above 0" -- eval full.h5 --query query.csv --opposition blinn
+expect_refused 2 width "(0, inf)" "got 0" -- eval full.h5 --query query.csv --opposition hapke:width=0
+
 # a side that the table does not hold; columns that it does not need
 query mu_in,mu_out,azimuth_deg 0.5,0.8,60
 expect_ok eval endless.h5 --query query.csv
@@ -125,7 +144,7 @@ expect_refused 2 query.csv "mu_in, mu_out" "got wavelength" -- eval full.h5 --qu
 expect_refused 2 query.csv header -- eval full.h5 --query query.csv
 
 query $every 0.5,0.5,0,1,0.5
-expect_refused 2 --effects "single, multiple, reflection, transmission" "got double" -- \
+expect_refused 2 --effects "single, multiple, reflection, transmission, background" "got double" -- \
     eval full.h5 --query query.csv --effects single,double
 expect_refused 1 absent.csv -- eval full.h5 --query absent.csv
 expect_refused 1 absent.h5 -- eval absent.h5 --query query.csv

@@ -10,7 +10,7 @@ expect_ok info full.h5
 expect_silent "$err"
 expect_says "$out" title "Saturn's rings" "phase function" henyey_greenstein "asymmetry g" -0.096 \
     "8 samples" "0.01 to inf" "finite to 8" logarithmic "0 to 180 degrees" "reflection, transmission" \
-    tolerance 0.001 0.00081 "in memory" MB 0.0.0-synthetic "made up for tests"
+    tolerance 0.001 0.00081 "in memory" "MB as float" "MB as half" 0.0.0-synthetic "made up for tests"
 expect_ok info endless.h5
 expect_says "$out" isotropic "1 sample at 0.9" "1 sample at inf"
 

@@ -6,11 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <random>
-#include <thread>
 
 namespace stratus {
 namespace {
@@ -389,25 +387,6 @@ TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
             look_up_transmission(table.view(), p);
         }
     }
-}
-
-TEST(Lookup, GivesTheSameBitsOnAnyNumberOfThreads) {
-    const Table table = filled(five_each, {0.5, 8, true}, reflected_cubic, transmitted_cubic);
-    const std::vector<Point> points = random_points(2000, 0.1, 100);
-    const auto answers = [&](std::vector<double>& out) {
-        for (const Point& p : points) {
-            out.push_back(look_up_reflection(table.view(), p).total());
-            out.push_back(look_up_transmission(table.view(), p).total());
-        }
-    };
-    std::vector<double> alone;
-    answers(alone);
-    std::vector<std::vector<double>> together(4);
-    std::vector<std::thread> threads;
-    for (std::vector<double>& out : together) threads.emplace_back([&] { answers(out); });
-    for (std::thread& thread : threads) thread.join();
-    for (const std::vector<double>& out : together)
-        EXPECT_EQ(std::memcmp(out.data(), alone.data(), alone.size() * sizeof(double)), 0);
 }
 
 }  // namespace

@@ -100,6 +100,20 @@ TEST(LayerSolution, SumsSingleAndMultipleScattering) {
     }
 }
 
+TEST(LayerSolution, TellsManyAzimuthsAsItTellsEach) {
+    for (const Below& below : {Below{}, Below::layer(rayleigh, 0.4)}) {
+        const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8), below);
+        const std::vector<SolvedValue> R = layer.reflection(1, 3, azimuths);
+        const std::vector<SolvedValue> T = layer.transmission(1, 3, azimuths);
+        ASSERT_EQ(R.size(), azimuths.size());
+        ASSERT_EQ(T.size(), azimuths.size());
+        for (std::size_t k = 0; k < azimuths.size(); ++k) {
+            EXPECT_EQ(R[k].total, layer.reflection(1, 3, azimuths[k]).total);
+            EXPECT_EQ(T[k].total, layer.transmission(1, 3, azimuths[k]).total);
+        }
+    }
+}
+
 TEST(LayerSolution, TellsWhatTruncationTookAway) {
     const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
     for (int in = 0; in < layer.mu.size(); ++in)

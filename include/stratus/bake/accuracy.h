@@ -34,13 +34,15 @@ struct ErrorSample {
     double floor = 0;         // least that errors are relative to
 };
 
-/// Error not exceeded by a share of the samples; 0 for none. Sorts `samples` by error.
+/// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
+double error_quantile(std::vector<double>& errors, double share);
 double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {
     int samples = 2000;  // points; each compares every side that the table has
     unsigned seed = 1;
-    int threads = 0;  // 0: all
+    int threads = 0;     // 0: all
+    bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
 };
 
@@ -73,6 +75,7 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
 
 /// Fills in what a table says at solved points, and how wrong it is.
 void look_up(const TableView& table, std::vector<ErrorSample>& samples);
+void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples);
 
 /// Solves again at random points, half as many nodes again as the bake used, and compares lookups
 /// with that.

@@ -12,6 +12,10 @@
 #include <cstdint>
 #include <cstring>
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/phase_curve.h>
 
@@ -22,12 +26,13 @@ struct Vector {
     float x, y, z;
 };
 
-/// Directions of scattering. The azimuth comes as sin^2 of its half.
+/// Directions of one scattering, as the functions below want them.
 template <class F>
 struct LightPathOf {
-    F mu_in, mu_out;      // (0, 1]
-    F sine_in, sine_out;  // sqrt(1 - mu^2)
-    F half_azimuth;       // sin^2(azimuth / 2), [0, 1]
+    F mu_in, mu_out;  // (0, 1]
+    // 1 - cos Theta and 1 + cos Theta, each to the last bits of its small values.
+    F forward, backward;
+    F half_azimuth;  // sin^2(azimuth / 2), [0, 1]
 };
 using LightPath = LightPathOf<float>;
 
@@ -52,16 +57,19 @@ enum class Orders {
 template <int channels>
 struct SideView {
     PhaseCurveView phase;
-    float optical_depth[channels];   // at most 1e30
-    float quarter_albedo[channels];  // w / 4
-    float surface[channels];         // R of a Lambert surface beneath; 0: none
-    float beneath[channels];         // w / 4 of a layer beneath; 0: none
+    static constexpr int padded = channels == 1 ? 1 : 4;
+    float optical_depth[padded];   // at most 1e30
+    float quarter_albedo[padded];  // w / 4
+    float surface[padded];         // R of a Lambert surface beneath; 0: none
+    float beneath[padded];         // w / 4 of a layer beneath; 0: none
 
-    // Orders n >= 2 over (mu, mu', azimuth), channels innermost. Row i over mu has mu' = 0 .. i +
-    // 1: the larger of both places comes first, R and T being symmetric.
+    // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
+    // end. Row i over mu has mu' = 0 .. i + 1: the larger of both places comes first, R and T being
+    // symmetric.
     const float* sample;
     int last_mu, azimuths;
-    float mu_first, mu_step_inverse;  // place = (sqrt(1 - mu^(1/4)) - first) * step_inverse
+    float mu_first,
+        mu_step_inverse;  // place = (sqrt(1 - mu) (1 - mu^(1/4) / 2) - first) * step_inverse
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
 };
@@ -69,13 +77,62 @@ struct SideView {
 // ---- lanes
 
 [[gnu::always_inline]] static inline float root(float x) { return std::sqrt(x); }
+[[gnu::always_inline]] static inline float inverse(float x) { return 1 / x; }
+[[gnu::always_inline]] static inline float inverse_root(float x) { return 1 / std::sqrt(x); }
+
+/// Replaces four numbers by their roots; those of plain floats are drawn at once.
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c, F& d) {
+    a = root(a);
+    b = root(b);
+    c = root(c);
+    d = root(d);
+}
+
+#if defined(__SSE2__)
+[[gnu::always_inline]] static inline void take_roots(float& a, float& b, float& c, float& d) {
+    float all[4];
+    _mm_storeu_ps(all, _mm_sqrt_ps(_mm_setr_ps(a, b, c, d)));
+    a = all[0];
+    b = all[1];
+    c = all[2];
+    d = all[3];
+}
+#endif
+
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c) {
+    F spare = c;
+    take_roots(a, b, c, spare);
+}
+
+template <class F>
+[[gnu::always_inline]] static inline void take_roots(F& a, F& b) {
+    F spare = a;
+    take_roots(a, b, spare);
+}
+
+/// The number of channel c, for every lane; the last argument only says for which type of lanes.
+[[gnu::always_inline]] static inline float of_channel(const float* number, int c, float) {
+    return number[c];
+}
+
+/// True of a type whose lanes are the channels of one lookup: a loop over channels is one step.
+template <class F>
+static constexpr bool lanes_are_channels = false;
+
+#if defined(__SSE2__)
+// Compilers like to branch, and here a branch is as good as never foreseen.
+[[gnu::always_inline]] static inline float larger(float a, float b) {
+    return _mm_cvtss_f32(_mm_max_ss(_mm_set_ss(a), _mm_set_ss(b)));
+}
+[[gnu::always_inline]] static inline float smaller(float a, float b) {
+    return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b)));
+}
+#else
 [[gnu::always_inline]] static inline float larger(float a, float b) { return a > b ? a : b; }
 [[gnu::always_inline]] static inline float smaller(float a, float b) { return a < b ? a : b; }
-
-/// `yes` where a < b, else `no`.
-[[gnu::always_inline]] static inline float where_less(float a, float b, float yes, float no) {
-    return a < b ? yes : no;
-}
+#endif
 
 /// Without its fraction, towards 0; |x| < 2^31.
 [[gnu::always_inline]] static inline std::int32_t truncated(float x) {
@@ -86,12 +143,25 @@ struct SideView {
     return static_cast<float>(n);
 }
 
-/// 2^-n for n in [0, 126].
-[[gnu::always_inline]] static inline float power_of_half(std::int32_t n) {
-    const std::int32_t bits = (127 - n) << 23;
+/// Added to a small number, and taken away again, it rounds: 1.5 * 2^23.
+constexpr float rounding = 12582912.0f;
+
+/// 2^-n of n + rounding, n in [0, 126]: n is in the last bits.
+[[gnu::always_inline]] static inline float power_of_half(float rounded) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &rounded, sizeof bits);
+    bits = 0x3f800000u - (bits << 23);
     float power;
     std::memcpy(&power, &bits, sizeof power);
     return power;
+}
+
+[[gnu::always_inline]] static inline std::int32_t halved(std::int32_t n) { return n / 2; }
+
+/// samples[index]; the last argument only says for which type of lanes.
+[[gnu::always_inline]] static inline float sample_at(const float* samples, std::int32_t index,
+                                                     float) {
+    return samples[index];
 }
 
 /// samples[index] and the one `stride` further on.
@@ -99,9 +169,17 @@ template <class F>
 struct Neighbours {
     F here, next;
 };
+template <int stride>
 [[gnu::always_inline]] static inline Neighbours<float> neighbours(const float* samples,
-                                                                  std::int32_t index, int stride) {
+                                                                  std::int32_t index, float) {
     return {samples[index], samples[index + stride]};
+}
+
+/// The same where all channels share the samples.
+template <int stride, class F, class Index>
+[[gnu::always_inline]] static inline Neighbours<F> shared_neighbours(const float* samples,
+                                                                     Index index, F) {
+    return neighbours<stride>(samples, index, F());
 }
 
 // ---- elementary functions
@@ -112,176 +190,169 @@ struct Attenuation {
     F passed, taken;
 };
 
-/// Range    x >= 0; beyond 87 nothing passes. Accuracy 2e-7 of either.
+/// Range    x >= 0; beyond 80 nothing passes. Accuracy 2e-7 of either, down to 1e-28.
 template <class F>
 [[gnu::always_inline]] static inline Attenuation<F> attenuation(F x) {
-    const F most(87.0f);
-    const F at = smaller(x, most);
-    const auto n = truncated(at * 1.44269504f + 0.5f);
-    const F whole = as_float(n);
-    const F r = (whole * 0.693359375f - at) - whole * 2.12194440e-4f;  // |r| <= ln(2) / 2
-    // exp(r) - 1, Taylor
-    const F p =
-        r * (r * (r * (r * (r * (r * (r * 0.000198412698f + 0.00138888889f) + 0.00833333333f) +
-                            0.0416666667f) +
-                       0.166666667f) +
-                  0.5f) +
-             1.0f);
-    const F power = power_of_half(n);
+    const F at = smaller(x, F(80.0f));
+    const F rounded =
+        at * 1.44269504f + rounding;  // n + rounding, n the nearest number of halvings
+    const F n = rounded - rounding;
+    const F r = (n * 0.693359375f - at) - n * 2.12194440e-4f;  // |r| <= ln(2) / 2
+    // exp(r) - 1, Taylor; in pairs, for the terms then wait less for one another.
+    const F r2 = r * r;
+    const F high =
+        r2 * (r * 0.000198412698f + 0.00138888889f) + (r * 0.00833333333f + 0.0416666667f);
+    const F p = r2 * (r2 * high + (r * 0.166666667f + 0.5f)) + r;
+    const F power = power_of_half(rounded);
     const F below = power * p;
-    return {where_less(x, most, power + below, F(0.0f)), (1.0f - power) - below};
+    constexpr float nothing = 1.9e-35f;  // above exp(-80), and all of it a normal number
+    return {larger((power - nothing) + below, F(0.0f)), (1.0f - power) - below};
 }
 
-/// sin^2(azimuth / 2) for any azimuth in radians.
+/// sin^2(azimuth / 2) for any azimuth in radians, below a million.
 template <class F>
 [[gnu::always_inline]] static inline F half_azimuth_of(F azimuth) {
-    // sin^2(azimuth / 2) has period 2 pi and is even.
-    const F turns = larger(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
-    const F x = (turns - as_float(truncated(turns + 0.5f))) * static_cast<float>(pi);
-    const F q = x * x;  // x = azimuth / 2 in [-pi/2, pi/2]
-    const F sine = x * (q * (q * (q * (q * (q * -2.50507e-8f + 2.75573137e-6f) - 0.000198412701f) +
-                                  0.00833333315f) -
-                             0.166666667f) +
-                        1.0f);
+    // sin^2(azimuth / 2) has period 2 pi.
+    const F turns = azimuth * static_cast<float>(0.5 / pi);
+    const F x = (turns - ((turns + rounding) - rounding)) * static_cast<float>(pi);
+    const F q = x * x, q2 = q * q;  // x = azimuth / 2 in [-pi/2, pi/2]
+    const F low = q * -0.166666667f + 1.0f;
+    const F high =
+        (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
+    const F sine = x * (q2 * high + low);
     return smaller(sine * sine, F(1.0f));
 }
 
-constexpr float least_cosine = 1e-30f;  // so that nothing is divided by 0
+constexpr float least_cosine =
+    1e-6f;  // smaller ones count as this, so that nothing is divided by 0
 
-template <class F>
-[[gnu::always_inline]] static inline F sine_of(F mu) {
-    return root(larger((1.0f - mu) * (mu + 1.0f), F(0.0f)));
-}
+enum class Leaves { on_the_lit_side, on_the_far_side };
 
-template <class F>
+template <Leaves leaves, class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
-    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)), sine_of(mu_in),
-            sine_of(mu_out), half_azimuth_of(azimuth)};
+    F sine_in = larger((1.0f - mu_in) * (mu_in + 1.0f), F(0.0f));
+    F sine_out = larger((1.0f - mu_out) * (mu_out + 1.0f), F(0.0f));
+    take_roots(sine_in, sine_out);
+    const F half_azimuth = half_azimuth_of(azimuth);
+    // Squares of half the sum and half the difference of the directions of propagation.
+    const F sum = mu_in + mu_out, difference = mu_in - mu_out, along = sine_in - sine_out;
+    const F sines = sine_in * sine_out * 2.0f;
+    const F far = (difference * difference + along * along) * 0.5f;
+    const F near = (sum * sum + along * along) * 0.5f;
+    const bool lit = leaves == Leaves::on_the_lit_side;
+    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)),
+            (lit ? near : far) + sines * half_azimuth,
+            (lit ? far : near) + sines * (1.0f - half_azimuth), half_azimuth};
 }
 
 /// Between two unit vectors in a frame whose z is the normal, both pointing away from the layer.
 template <class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F xi, F yi, F zi, F xo, F yo, F zo) {
-    const F sine_in = root(xi * xi + yi * yi), sine_out = root(xo * xo + yo * yo);
-    // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0).
-    const F half = (xi * xo + yi * yo) / larger(sine_in * sine_out, F(least_cosine)) * 0.5f + 0.5f;
+    // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0) of both
+    // vectors' horizontal parts.
+    const F sines = (xi * xi + yi * yi) * (xo * xo + yo * yo);
+    const F half = (xi * xo + yi * yo) * inverse_root(larger(sines, F(1e-30f))) * 0.5f + 0.5f;
+    const F xs = xi + xo, ys = yi + yo, zs = zi + zo, xd = xi - xo, yd = yi - yo, zd = zi - zo;
     return {larger(larger(zi, zi * -1.0f), F(least_cosine)),
-            larger(larger(zo, zo * -1.0f), F(least_cosine)), sine_in, sine_out,
-            larger(smaller(half, F(1.0f)), F(0.0f))};
-}
-
-/// 1 - cos Theta and 1 + cos Theta, each to the last bits of its small values.
-template <class F>
-struct Versines {
-    F forward, backward;
-};
-
-/// For light that leaves on the lit side.
-template <class F>
-[[gnu::always_inline]] static inline Versines<F> versines_reflected(const LightPathOf<F>& path) {
-    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
-    const F along = path.sine_in - path.sine_out;
-    const F sines = path.sine_in * path.sine_out * 2.0f;
-    return {(sum * sum + along * along) * 0.5f + sines * path.half_azimuth,
-            (difference * difference + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
-}
-
-/// For light that leaves on the far side.
-template <class F>
-[[gnu::always_inline]] static inline Versines<F> versines_transmitted(const LightPathOf<F>& path) {
-    const F sum = path.mu_in + path.mu_out, difference = path.mu_in - path.mu_out;
-    const F along = path.sine_in - path.sine_out;
-    const F sines = path.sine_in * path.sine_out * 2.0f;
-    return {(difference * difference + along * along) * 0.5f + sines * path.half_azimuth,
-            (sum * sum + along * along) * 0.5f + sines * (1.0f - path.half_azimuth)};
+            larger(larger(zo, zo * -1.0f), F(least_cosine)), (xs * xs + ys * ys + zs * zs) * 0.5f,
+            (xd * xd + yd * yd + zd * zd) * 0.5f, larger(smaller(half, F(1.0f)), F(0.0f))};
 }
 
 // ---- phase functions
 
 template <class F>
 [[gnu::always_inline]] static inline F lobe_value(const PhaseLobe& lobe,
-                                                  const Versines<F>& versine) {
-    const F base =
-        versine.forward * lobe.forward + (versine.backward * lobe.backward + lobe.offset);
-    return lobe.scale / (base * root(base));
+                                                  const LightPathOf<F>& path) {
+    const F r =
+        inverse_root(path.forward * lobe.forward + (path.backward * lobe.backward + lobe.offset));
+    return r * r * (r * lobe.scale);
 }
 
-/// Value `k` of `width` side by side at a versine.
+/// The `width` values side by side at a scattering angle.
 template <int width, class F>
 [[gnu::always_inline]] static inline void sampled_values(const PhaseCurveView& curve,
-                                                         const Versines<F>& versine, F* value) {
-    const F x = (root(versine.forward * 0.5f) - root(versine.backward * 0.5f)) * 0.5f + 0.5f;
+                                                         const LightPathOf<F>& path, F* value) {
+    const F x = (root(path.forward * 0.5f) - root(path.backward * 0.5f)) * 0.5f + 0.5f;
     // Never the last sample itself: there is one beyond each.
     const F place = larger(smaller(x, F(1 - 1e-6f)), F(0.0f)) * static_cast<float>(curve.last);
     const auto index = truncated(place);
     const F fraction = place - as_float(index);
     for (int k = 0; k < width; ++k) {
-        const Neighbours<F> at = neighbours(curve.sample + k, index * width, width);
+        const Neighbours<F> at = shared_neighbours<width>(curve.sample + k, index * width, F());
         value[k] = at.here + fraction * (at.next - at.here);
     }
 }
 
 template <PhaseForm form, class F>
 [[gnu::always_inline]] static inline F phase_value(const PhaseCurveView& curve,
-                                                   const Versines<F>& versine) {
+                                                   const LightPathOf<F>& path) {
     if constexpr (form == PhaseForm::sampled) {
         F value[1];
-        sampled_values<1>(curve, versine, value);
+        sampled_values<1>(curve, path, value);
         return value[0];
     } else {
-        F value = versine.forward * (versine.forward * curve.polynomial[2] + curve.polynomial[1]) +
+        F value = path.forward * (path.forward * curve.polynomial[2] + curve.polynomial[1]) +
                   curve.polynomial[0];
         if constexpr (form == PhaseForm::one_lobe || form == PhaseForm::two_lobes)
-            value = value + lobe_value(curve.lobe[0], versine);
-        if constexpr (form == PhaseForm::two_lobes)
-            value = value + lobe_value(curve.lobe[1], versine);
+            value = value + lobe_value(curve.lobe[0], path);
+        if constexpr (form == PhaseForm::two_lobes) value = value + lobe_value(curve.lobe[1], path);
         return value;
     }
 }
 
 // ---- higher orders
 
-/// Place of a cosine among the samples of a slice.
-template <class F, int channels>
-[[gnu::always_inline]] static inline F mu_place(const SideView<channels>& side, F mu) {
-    const F complement = larger(1.0f - root(root(mu)), F(0.0f));
-    const F place = (root(complement) - side.mu_first) * side.mu_step_inverse;
+/// Places of two cosines among the samples of a slice; `spare` becomes its root.
+template <int channels, class F>
+[[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
+                                                      F& spare) {
+    F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
+    take_roots(in, out, in_complement, out_complement);
+    take_roots(in, out, spare);
     // Never the last sample itself: there is one beyond each.
-    return larger(smaller(place, F(static_cast<float>(side.last_mu) * (1 - 1e-6f))), F(0.0f));
+    const F last(static_cast<float>(side.last_mu) * (1 - 1e-6f)), first(0.0f);
+    in = (in_complement * (1.0f - in * 0.5f) - side.mu_first) * side.mu_step_inverse;
+    out = (out_complement * (1.0f - out * 0.5f) - side.mu_first) * side.mu_step_inverse;
+    in = larger(smaller(in, last), first);
+    out = larger(smaller(out, last), first);
 }
 
 /// Orders n >= 2 as they are stored, bilinear or trilinear.
 template <Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void interpolate(const SideView<channels>& side,
                                                       const LightPathOf<F>& path, F* value) {
-    const F in = mu_place(side, path.mu_in), out = mu_place(side, path.mu_out);
+    F in = path.mu_in, out = path.mu_out, around = path.half_azimuth;
+    take_places(side, in, out, around);
     const F high = larger(in, out), low = smaller(in, out);
     const auto i = truncated(high), j = truncated(low);
     const F fi = high - as_float(i), fj = low - as_float(j);
     const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
     const int column = azimuths * channels;
-    const auto row = (i * (i + 3) / 2 + j) * column;
+    const auto row = (halved(i * (i + 3)) + j) * column;
     const auto next = row + (i + 2) * column;
+    constexpr int steps = lanes_are_channels<F> ? 1 : channels;
     if constexpr (orders == Orders::without_azimuth) {
-        for (int c = 0; c < channels; ++c) {
-            const Neighbours<F> a = neighbours(side.sample + c, row, column);
-            const Neighbours<F> b = neighbours(side.sample + c, next, column);
-            const F near = a.here + fj * (a.next - a.here), far = b.here + fj * (b.next - b.here);
+        for (int c = 0; c < steps; ++c) {
+            const F a = sample_at(side.sample + c, row, F());
+            const F b = sample_at(side.sample + column + c, row, F());
+            const F d = sample_at(side.sample + c, next, F());
+            const F e = sample_at(side.sample + column + c, next, F());
+            const F near = a + fj * (b - a), far = d + fj * (e - d);
             value[c] = near + fi * (far - near);
         }
     } else {
-        const F place = root(path.half_azimuth) * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
+        const F place = around * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
         const auto k = truncated(place);
         const F f = place - as_float(k);
         const F w11 = fi * fj, w01 = fj - w11, w10 = fi - w11, w00 = (1.0f - fi) - w01;
-        for (int c = 0; c < channels; ++c) {
-            const auto at = k * channels;
-            const Neighbours<F> p = neighbours(side.sample + c, row + at, channels);
-            const Neighbours<F> q = neighbours(side.sample + column + c, row + at, channels);
-            const Neighbours<F> r = neighbours(side.sample + c, next + at, channels);
-            const Neighbours<F> s = neighbours(side.sample + column + c, next + at, channels);
-            const F near = w00 * p.here + w01 * q.here + w10 * r.here + w11 * s.here;
-            const F far = w00 * p.next + w01 * q.next + w10 * r.next + w11 * s.next;
+        for (int c = 0; c < steps; ++c) {
+            const auto at = row + k * channels, at_next = next + k * channels;
+            const Neighbours<F> p = neighbours<channels>(side.sample + c, at, F());
+            const Neighbours<F> q = neighbours<channels>(side.sample + column + c, at, F());
+            const Neighbours<F> r = neighbours<channels>(side.sample + c, at_next, F());
+            const Neighbours<F> s = neighbours<channels>(side.sample + column + c, at_next, F());
+            const F near = (w00 * p.here + w01 * q.here) + (w10 * r.here + w11 * s.here);
+            const F far = (w00 * p.next + w01 * q.next) + (w10 * r.next + w11 * s.next);
             value[c] = near + f * (far - near);
         }
     }
@@ -293,36 +364,40 @@ template <Orders orders, int channels, class F>
 template <PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void reflected(const SideView<channels>& side,
                                                     const LightPathOf<F>& path, F* value) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F inverse_sum = 1.0f / (path.mu_in + path.mu_out);
+    const F sum = path.mu_in + path.mu_out, product = path.mu_in * path.mu_out;
+    const F one_for_all = inverse(sum * product);  // one division
+    const F inverse_sum = one_for_all * product;
     F curve[3];  // phase function, the same times opposition's bump, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
-        sampled_values<3>(side.phase, versines_reflected(path), curve);
+        sampled_values<3>(side.phase, path, curve);
     else if constexpr (form != PhaseForm::none)
-        curve[0] = phase_value<form>(side.phase, versines_reflected(path));
+        curve[0] = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < channels; ++c) {
+    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+        const auto depth = of_channel(side.optical_depth, c, F());
+        const auto quarter_albedo = of_channel(side.quarter_albedo, c, F());
         Attenuation<F> both;
         F shares;
         if constexpr (orders == Orders::none) {
-            both = attenuation((inverse_in + inverse_out) * side.optical_depth[c]);
+            both = attenuation(one_for_all * (sum * sum * depth));
         } else {
-            const Attenuation<F> in = attenuation(inverse_in * side.optical_depth[c]);
-            const Attenuation<F> out = attenuation(inverse_out * side.optical_depth[c]);
+            const Attenuation<F> in = attenuation(one_for_all * (sum * path.mu_out * depth));
+            const Attenuation<F> out = attenuation(one_for_all * (sum * path.mu_in * depth));
             shares = in.taken * out.taken;
             both = {in.passed * out.passed, in.taken + out.taken - shares};
         }
         // [Blinn82] 2.4, and what lies beneath seen through the layer
         F single(0.0f);
         if constexpr (form != PhaseForm::none)
-            single = curve[0] * both.taken * inverse_sum * side.quarter_albedo[c] +
-                     both.passed * side.surface[c];
+            single = curve[0] * both.taken * inverse_sum * quarter_albedo +
+                     both.passed * of_channel(side.surface, c, F());
         if constexpr (form == PhaseForm::composed) {
             const F half_way =
                 root(both.passed) + 1.0f;  // taken / half_way^2: the tanh of effects.h
-            single = single + inverse_sum * (curve[1] * (both.taken * both.taken) /
-                                                 (half_way * half_way) * side.quarter_albedo[c] +
-                                             curve[2] * both.passed * side.beneath[c]);
+            single =
+                single + inverse_sum * (curve[1] * (both.taken * both.taken) *
+                                            inverse(half_way * half_way) * quarter_albedo +
+                                        curve[2] * both.passed * of_channel(side.beneath, c, F()));
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -335,26 +410,27 @@ template <PhaseForm form, Orders orders, int channels, class F>
 template <PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void transmitted(const SideView<channels>& side,
                                                       const LightPathOf<F>& path, F* value) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F steep = smaller(inverse_in, inverse_out), shallow = larger(inverse_in, inverse_out);
+    const F one_for_both = inverse(path.mu_in * path.mu_out);
+    const F steep = one_for_both * smaller(path.mu_in, path.mu_out);  // 1 / the larger cosine
+    const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
     F phase;
-    if constexpr (form != PhaseForm::none)
-        phase = phase_value<form>(side.phase, versines_transmitted(path));
+    if constexpr (form != PhaseForm::none) phase = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < channels; ++c) {
-        const F path_depth = steep * side.optical_depth[c];
+    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+        const auto depth = of_channel(side.optical_depth, c, F());
+        const F path_depth = steep * depth;
         const Attenuation<F> beam = attenuation(path_depth);
         F single(0.0f);
         if constexpr (form != PhaseForm::none) {
             // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
-            const F z = larger((shallow - steep) * side.optical_depth[c], F(1e-30f));
-            single = phase * beam.passed * path_depth * shallow * (attenuation(z).taken / z) *
-                     side.quarter_albedo[c];
+            const F z = larger((shallow - steep) * depth, F(1e-30f));
+            single = phase * beam.passed * path_depth * shallow *
+                     (attenuation(z).taken * inverse(z)) * of_channel(side.quarter_albedo, c, F());
         }
         if constexpr (orders == Orders::none) {
             value[c] = single;
         } else {
-            const F shares = beam.taken * attenuation(shallow * side.optical_depth[c]).taken;
+            const F shares = beam.taken * attenuation(shallow * depth).taken;
             value[c] = single + value[c] * (shares * side.slope + side.level);
         }
     }

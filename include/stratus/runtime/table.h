@@ -13,6 +13,7 @@
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/below.h>
 #include <stratus/runtime/effects.h>
+#include <stratus/runtime/half.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
 
@@ -20,6 +21,21 @@ namespace stratus {
 
 template <int channels>
 class SliceOf;
+
+/// Samples of one side, either floats or halves: at most one of the pointers is not null.
+struct Samples {
+    const float* floats = nullptr;
+    const Half* halves = nullptr;
+
+    explicit operator bool() const noexcept { return floats || halves; }
+
+    float operator[](std::ptrdiff_t at) const noexcept {
+        return floats ? floats[at] : to_float(halves[at]);
+    }
+
+    /// Writes `count` samples from `first` on, as floats, to `into`.
+    void copy(std::ptrdiff_t first, std::ptrdiff_t count, float* into) const noexcept;
+};
 
 /// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
 /// or a renderer's own).
@@ -29,11 +45,11 @@ struct TableView {
     const Below* below;             // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
-    const float* reflection_multiple;    // null when the table has no such side
-    const float* transmission_multiple;  // null when the table has no such side
+    Samples reflection_multiple, transmission_multiple;  // none when the table has no such side
 
     // What samples are multiplied by before they are interpolated (lookup.h): over (albedo,
-    // optical_depth) for either side, and over (optical_depth, mu). 1 where something lies beneath.
+    // optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where something
+    // lies beneath. Halves hold more of the product themselves (half_table.h).
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;
@@ -42,8 +58,8 @@ struct TableView {
     double extrapolation_length;       // optical depth
     double tolerance;                  // that the samples were baked for; 0: unknown
 
-    bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
-    bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
+    bool has_reflection() const noexcept { return bool{reflection_multiple}; }
+    bool has_transmission() const noexcept { return bool{transmission_multiple}; }
     bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
 
     /// The layer of one optical depth and albedo, ready for fast lookups: see slice.h, which is to

@@ -26,6 +26,13 @@
 
 namespace stratus {
 
+/// R (T) per unit of albedo^n of light that meets something that scatters n times on its way in and
+/// out, once to turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)), and [P(n, tau/mu0) - P(n, tau/mu)] /
+/// (4 (mu - mu0)). n = 1 is single scattering of phase value 1.
+double turned_path(int n, double optical_depth, double mu_in, double mu_out);
+double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
+using OrderPath = double (*)(int n, double optical_depth, double mu_in, double mu_out);
+
 class ForwardPeak {
   public:
     /// `moments` of the phase function, as far as they matter (peak_moments).
@@ -33,20 +40,20 @@ class ForwardPeak {
 
     /// Coefficients of P_l(cos Theta) to add to R (to T) between two cosines.
     ///
+    /// With weights that is sum_n weights[n] times order n of the expansion in w; without, all of
+    /// it. With P the regularised gamma function, order n of G_l(s) is
+    ///
+    ///     [chi_l^n - (f + c_l)^n - n f^(n-1) (q_l - f)] P(n, s) / n
+    ///
     /// Range    optical_depth [0, inf], that of the layer itself; cosines (0, 1].
-    std::vector<double> reflection(double optical_depth, double mu_in, double mu_out) const;
-    std::vector<double> transmission(double optical_depth, double mu_in, double mu_out) const;
-
-    /// The same of single orders, sum_n weights[n] times order n of the expansion in w: with P the
-    /// regularised gamma function, order n of G_l(s) is
-    /// [chi_l^n - (f + c_l)^n - n f^(n-1) (q_l - f)] P(n, s) / n.
     std::vector<double> reflection(double optical_depth, double mu_in, double mu_out,
-                                   const Eigen::VectorXd& weights) const;
+                                   const Eigen::VectorXd& weights = {}) const;
     std::vector<double> transmission(double optical_depth, double mu_in, double mu_out,
-                                     const Eigen::VectorXd& weights) const;
+                                     const Eigen::VectorXd& weights = {}) const;
 
   private:
-    std::vector<double> sum_orders(const Eigen::VectorXd& paths) const;
+    std::vector<double> sum_orders(const Eigen::VectorXd& weights, OrderPath path,
+                                   double optical_depth, double mu_in, double mu_out) const;
     std::vector<double> path_moments(double s) const;  // G_l(s), scaled by 2l + 1
     double path_curvature(std::size_t l) const;
     std::vector<double> path_moments_slope(double s) const;  // F_l(s) likewise
@@ -55,12 +62,6 @@ class ForwardPeak {
     std::vector<bool> exact_;           // chi_l = f + c_l
     std::vector<double> chi_, rest_;    // chi_l and c_l
 };
-
-/// R (T) per unit of albedo^n of light that meets something that scatters n times on its way in and
-/// out, once to turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)), and [P(n, tau/mu0) - P(n, tau/mu)] /
-/// (4 (mu - mu0)). n = 1 is single scattering of phase value 1.
-double turned_path(int n, double optical_depth, double mu_in, double mu_out);
-double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
 
 /// Moments of a phase function until they no longer show; none where 8192 are not enough (g above
 /// 0.998): such a peak is left to TMS alone.

@@ -93,10 +93,14 @@ class LayerSolution {
     double spherical_albedo = 0;            // URU
     double total_transmittance = 1;         // UTU: uniform illumination, diffuse and beam
 
-    /// R between mu(in) and mu(out) at an azimuth in radians.
+    /// R between mu(in) and mu(out) at an azimuth in radians, or at many: what truncation took out
+    /// is then worked out once.
     SolvedValue reflection(int in, int out, double azimuth) const;
+    std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
+    std::vector<SolvedValue> transmission(int in, int out,
+                                          const std::vector<double>& azimuths) const;
 
     /// How far below 0 R and T fall between any of mu at any azimuth, as a share of their largest
     /// value (both times mu + mu0, which takes out their growth at grazing angles); 0 when nowhere.
@@ -117,12 +121,6 @@ class LayerSolution {
     Below below;
     Truncation truncation_below;
     std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
-
-  private:
-    SolvedValue reflection_with(const PeakCorrection& correction, int in, int out,
-                                double azimuth) const;
-    SolvedValue transmission_with(const PeakCorrection& correction, int in, int out,
-                                  double azimuth) const;
 };
 
 /// Solves one layer at the cosines `mu`.

@@ -5,89 +5,107 @@
 namespace stratus::STRATUS_ISA {
 namespace {
 
-enum class Side { reflected, transmitted };
-
-template <Side side, PhaseForm form, Orders orders, int channels, class F>
+template <Leaves leaves, PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] inline void evaluate(const SideView<channels>& view,
                                             const LightPathOf<F>& path, F* value) {
-    if constexpr (side == Side::reflected)
+    if constexpr (leaves == Leaves::on_the_lit_side)
         reflected<form, orders>(view, path, value);
     else
         transmitted<form, orders>(view, path, value);
 }
 
-template <Side side, PhaseForm form, Orders orders, int channels>
+/// At one light path: plain floats, or all channels at once.
+template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+[[gnu::always_inline]] inline void evaluate_one(const SideView<channels>& view,
+                                                const LightPath& path, float* value) {
+    if constexpr (channels == 1) {
+        evaluate<leaves, form, orders>(view, path, value);
+    } else {
+        Channels here;
+        evaluate<leaves, form, orders>(
+            view,
+            LightPathOf<Channels>{Channels(path.mu_in), Channels(path.mu_out),
+                                  Channels(path.forward), Channels(path.backward),
+                                  Channels(path.half_azimuth)},
+            &here);
+        for (int c = 0; c < channels; ++c) value[c] = here.v[c];
+    }
+}
+
+template <Leaves leaves, PhaseForm form, Orders orders, int channels>
 void at_angles(const SideView<channels>& view, float mu_in, float mu_out, float azimuth,
                float* value) {
-    evaluate<side, form, orders>(view, light_path(mu_in, mu_out, azimuth), value);
+    evaluate_one<leaves, form, orders>(view, light_path<leaves>(mu_in, mu_out, azimuth), value);
 }
 
-template <Side side, PhaseForm form, Orders orders, int channels>
+template <Leaves leaves, PhaseForm form, Orders orders, int channels>
 void at_vectors(const SideView<channels>& view, const Vector& wi, const Vector& wo, float* value) {
-    evaluate<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
+    evaluate_one<leaves, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
 }
 
-[[gnu::always_inline]] inline Floats load(const float* from) {
-    FloatLanes v;
+[[gnu::always_inline]] inline Lookups load(const float* from) {
+    Lookups::Floats v;
     __builtin_memcpy(&v, from, sizeof v);
-    return Floats(v);
+    return Lookups(v);
 }
 
-[[gnu::always_inline]] inline void store(Floats lanes, float* to) {
+[[gnu::always_inline]] inline void store(Lookups lanes, float* to) {
     __builtin_memcpy(to, &lanes.v, sizeof lanes.v);
 }
 
-void store(const LightPathOf<Floats>& path, LightPaths& paths, int i) {
+void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
     store(path.mu_in, paths.mu_in + i);
     store(path.mu_out, paths.mu_out + i);
-    store(path.sine_in, paths.sine_in + i);
-    store(path.sine_out, paths.sine_out + i);
+    store(path.forward, paths.forward + i);
+    store(path.backward, paths.backward + i);
     store(path.half_azimuth, paths.half_azimuth + i);
 }
 
-template <Side side, PhaseForm form, Orders orders, int channels>
+template <Leaves leaves, PhaseForm form, Orders orders, int channels>
 void evaluate_many(const SideView<channels>& view, const LightPaths& paths, float* value) {
     for (int i = 0; i < paths_at_once; i += lane_width) {
-        const LightPathOf<Floats> path{load(paths.mu_in + i), load(paths.mu_out + i),
-                                       load(paths.sine_in + i), load(paths.sine_out + i),
-                                       load(paths.half_azimuth + i)};
-        Floats here[channels];
-        evaluate<side, form, orders>(view, path, here);
+        const LightPathOf<Lookups> path{load(paths.mu_in + i), load(paths.mu_out + i),
+                                        load(paths.forward + i), load(paths.backward + i),
+                                        load(paths.half_azimuth + i)};
+        Lookups here[channels];
+        evaluate<leaves, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
     }
 }
 
-template <Side side, PhaseForm form, Orders orders, int channels>
+template <Leaves leaves, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
-    constexpr bool unknown = side == Side::transmitted && form == PhaseForm::composed;
+    constexpr bool unknown = leaves == Leaves::on_the_far_side && form == PhaseForm::composed;
     if constexpr (nothing || unknown)
         return {nullptr, nullptr, nullptr};
     else
-        return {at_angles<side, form, orders, channels>, at_vectors<side, form, orders, channels>,
-                evaluate_many<side, form, orders, channels>};
+        return {at_angles<leaves, form, orders, channels>,
+                at_vectors<leaves, form, orders, channels>,
+                evaluate_many<leaves, form, orders, channels>};
 }
 
-#define STRATUS_ROW(side, form, channels)                            \
-    {                                                                \
-        kernel<side, form, Orders::none, channels>(),                \
-            kernel<side, form, Orders::without_azimuth, channels>(), \
-            kernel<side, form, Orders::with_azimuth, channels>()     \
+#define STRATUS_ROW(leaves, form, channels)                            \
+    {                                                                  \
+        kernel<leaves, form, Orders::none, channels>(),                \
+            kernel<leaves, form, Orders::without_azimuth, channels>(), \
+            kernel<leaves, form, Orders::with_azimuth, channels>()     \
     }
-#define STRATUS_LIST(side, channels)                            \
-    {                                                           \
-        STRATUS_ROW(side, PhaseForm::none, channels),           \
-            STRATUS_ROW(side, PhaseForm::polynomial, channels), \
-            STRATUS_ROW(side, PhaseForm::one_lobe, channels),   \
-            STRATUS_ROW(side, PhaseForm::two_lobes, channels),  \
-            STRATUS_ROW(side, PhaseForm::sampled, channels),    \
-            STRATUS_ROW(side, PhaseForm::composed, channels)    \
+#define STRATUS_LIST(leaves, channels)                            \
+    {                                                             \
+        STRATUS_ROW(leaves, PhaseForm::none, channels),           \
+            STRATUS_ROW(leaves, PhaseForm::polynomial, channels), \
+            STRATUS_ROW(leaves, PhaseForm::one_lobe, channels),   \
+            STRATUS_ROW(leaves, PhaseForm::two_lobes, channels),  \
+            STRATUS_ROW(leaves, PhaseForm::sampled, channels),    \
+            STRATUS_ROW(leaves, PhaseForm::composed, channels)    \
     }
 
+template <Leaves leaves>
 void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth,
                      LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path(load(mu_in + i), load(mu_out + i), load(azimuth + i)), paths, i);
+        store(light_path<leaves>(load(mu_in + i), load(mu_out + i), load(azimuth + i)), paths, i);
 }
 
 void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightPaths& paths) {
@@ -104,13 +122,14 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 
 extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
-constexpr Kernels kernels{STRATUS_NAME(STRATUS_ISA),
-                          STRATUS_LIST(Side::reflected, 1),
-                          STRATUS_LIST(Side::transmitted, 1),
-                          STRATUS_LIST(Side::reflected, 3),
-                          STRATUS_LIST(Side::transmitted, 3),
-                          paths_of_angles,
-                          paths_of_vectors,
-                          &textured_kernels};
+constexpr Kernels kernels{
+    STRATUS_NAME(STRATUS_ISA),
+    STRATUS_LIST(Leaves::on_the_lit_side, 1),
+    STRATUS_LIST(Leaves::on_the_far_side, 1),
+    STRATUS_LIST(Leaves::on_the_lit_side, 3),
+    STRATUS_LIST(Leaves::on_the_far_side, 3),
+    {paths_of_angles<Leaves::on_the_lit_side>, paths_of_angles<Leaves::on_the_far_side>},
+    paths_of_vectors,
+    &textured_kernels};
 
 }  // namespace stratus::STRATUS_ISA

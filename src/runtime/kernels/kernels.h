@@ -14,7 +14,7 @@ constexpr int paths_at_once = 64;
 /// Light paths side by side.
 struct LightPaths {
     alignas(64) float mu_in[paths_at_once], mu_out[paths_at_once];
-    alignas(64) float sine_in[paths_at_once], sine_out[paths_at_once];
+    alignas(64) float forward[paths_at_once], backward[paths_at_once];
     alignas(64) float half_azimuth[paths_at_once];
 };
 
@@ -39,8 +39,9 @@ struct Kernels {
     SideKernel<1> reflected[phase_forms][order_forms], transmitted[phase_forms][order_forms];
     SideKernel<3> reflected_rgb[phase_forms][order_forms],
         transmitted_rgb[phase_forms][order_forms];
-    void (*paths_of_angles)(const float* mu_in, const float* mu_out, const float* azimuth,
-                            LightPaths& paths);
+    // Over [Leaves].
+    void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
+                               LightPaths& paths);
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
     const TexturedKernels* textured;
 };

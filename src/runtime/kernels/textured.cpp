@@ -10,42 +10,45 @@ constexpr int window = 4;  // samples of a cubic
 
 // ---- what light.h does not ask of its lanes
 
-STRATUS_INLINE void load(const float* from, float& x) { x = *from; }
-STRATUS_INLINE void load(const float* from, Floats& x) { __builtin_memcpy(&x.v, from, sizeof x.v); }
+STRATUS_INLINE void load(const float* from, Lookups& x) {
+    __builtin_memcpy(&x.v, from, sizeof x.v);
+}
 STRATUS_INLINE void store(float x, float* to) { *to = x; }
-STRATUS_INLINE void store(Floats x, float* to) { __builtin_memcpy(to, &x.v, sizeof x.v); }
+STRATUS_INLINE void store(Lookups x, float* to) { __builtin_memcpy(to, &x.v, sizeof x.v); }
 STRATUS_INLINE void store(std::int32_t n, std::int32_t* to) { *to = n; }
-STRATUS_INLINE void store(Ints n, std::int32_t* to) { __builtin_memcpy(to, &n.v, sizeof n.v); }
-STRATUS_INLINE float gathered(const float* samples, std::int32_t index) { return samples[index]; }
+STRATUS_INLINE void store(Lookups::Ints n, std::int32_t* to) {
+    __builtin_memcpy(to, &n.v, sizeof n.v);
+}
 
 /// x = 2^exponent mantissa, the mantissa in [sqrt(1/2), sqrt(2)); x > 0 and normal.
-struct SplitFloat {
-    float exponent, mantissa;
-};
-struct SplitFloats {
-    Floats exponent, mantissa;
+template <class F>
+struct Split {
+    F exponent, mantissa;
 };
 constexpr std::int32_t bits_of_root_half = 0x3f3504f3;
-STRATUS_INLINE SplitFloat split(float x) {
+STRATUS_INLINE Split<float> split(float x) {
     std::int32_t bits;
     __builtin_memcpy(&bits, &x, sizeof bits);
     const std::int32_t n = (bits - bits_of_root_half) >> 23;
     bits -= n * (1 << 23);
-    SplitFloat parts{static_cast<float>(n), 0};
+    Split<float> parts{static_cast<float>(n), 0};
     __builtin_memcpy(&parts.mantissa, &bits, sizeof bits);
     return parts;
 }
-STRATUS_INLINE SplitFloats split(Floats x) {
-    const IntLanes bits = reinterpret_cast<IntLanes>(x.v);
-    const IntLanes n = (bits - bits_of_root_half) >> 23;
-    return {as_float(Ints{n}), Floats(reinterpret_cast<FloatLanes>(bits - (n << 23)))};
+STRATUS_INLINE Split<Lookups> split(Lookups x) {
+    using Bits = decltype(Lookups::Ints::v);
+    const Bits bits = reinterpret_cast<Bits>(x.v);
+    const Bits n = (bits - bits_of_root_half) >> 23;
+    return {as_float(Lookups::Ints{n}),
+            Lookups(reinterpret_cast<Lookups::Floats>(bits - (n << 23)))};
 }
 
 /// Accuracy 2e-7 of the larger of the result and 1.
 template <class F>
 STRATUS_INLINE F binary_logarithm(F x) {
-    const auto parts = split(x);
-    const F s = (parts.mantissa - 1.0f) / (parts.mantissa + 1.0f);  // artanh series, |s| < 0.172
+    const Split<F> parts = split(x);
+    // artanh series, |s| < 0.172
+    const F s = (parts.mantissa - 1.0f) * inverse(parts.mantissa + 1.0f);
     const F q = s * s;
     return parts.exponent +
            s * (q * (q * (q * 0.41219859f + 0.57707802f) + 0.96179669f) + 2.88539008f);
@@ -70,10 +73,10 @@ struct Plan {
     alignas(64) float corner_weight[4][width];
     alignas(64) float azimuth_weight[window][width];
     alignas(64) float single[width], factor[width];
-    const FunctionRow* coefficient[width];  // first of the window
-    int coefficient_stride[width];          // from one albedo to the next
-    const FunctionRow* function[width];     // (mu, mu') of both places, first azimuth
-    int next_mu[width];                     // rows to the next mu
+    const CoefficientRow* coefficient[width];  // first of the window
+    int coefficient_stride[width];             // from one albedo to the next
+    const FunctionRow* function[width];        // (mu, mu') of both places, first azimuth
+    int next_mu[width];                        // rows to the next mu
 };
 
 /// Weights of the cubic through the samples at 0, 1, 2 and 3.
@@ -101,34 +104,33 @@ STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate,
     return {cell, first};
 }
 
-/// (1 - exp(-z)) / z.
-template <class F>
-STRATUS_INLINE F mean_decay(F z) {
-    const F safe = larger(z, F(1e-30f));
-    return attenuation(safe).taken / safe;
-}
+constexpr float least_exponent = 1e-20f;  // of diffusion, in place of 0
 
+/// diffusion.h, written with what exp keeps its relative accuracy of: numerator / denominator is
+/// the deficit of reflection.
 template <class F>
-STRATUS_INLINE F deficit_of(F depth, F exponent, float length) {  // diffusion.h
-    const F reach = depth + length;
-    return length / reach * attenuation(exponent * depth * 2.0f).passed *
-           mean_decay(exponent * (2 * length)) / mean_decay(exponent * reach * 2.0f);
+struct Deficit {
+    F numerator, denominator;
+};
+template <class F>
+STRATUS_INLINE Deficit<F> deficit_of(F depth, F exponent, float length) {
+    const Attenuation<F> a = attenuation(exponent * (2 * length));
+    const Attenuation<F> b = attenuation(exponent * depth * 2.0f);
+    return {b.passed * a.taken, a.taken + b.taken - a.taken * b.taken};
 }
 
 template <class F>
 STRATUS_INLINE F transmission_scale_of(F depth, F exponent, float length) {
-    const F reach = depth + length;
-    const F z = exponent * reach;
-    return length / reach * attenuation(z).passed / mean_decay(z * 2.0f);
+    const Attenuation<F> c = attenuation(exponent * (depth + length));
+    return exponent * (2 * length) * c.passed * inverse(c.taken * (c.passed + 1.0f));
 }
 
-/// Place of a cosine among those of a block.
+/// Places of a cosine among those of a block, at a coordinate of mu_places.h.
 template <class F, class Index>
-STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F mu) {
-    const F v = root(larger(1.0f - root(root(mu)), F(0.0f)));
+STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
     const F s = clamped((v - side.v_first) * side.segments_per_v, 0, segments * (1 - 1e-6f));
     const auto segment = truncated(s);
-    const Neighbours<F> at = neighbours(side.place, block * (segments + 1) + segment, 1);
+    const Neighbours<F> at = neighbours<1>(side.place, block * (segments + 1) + segment, F());
     return at.here + (s - as_float(segment)) * (at.next - at.here);
 }
 
@@ -142,17 +144,20 @@ struct Closed {
 template <PhaseForm form, class F>
 STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F depth,
                                            const LightPathOf<F>& path) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F inverse_sum = 1.0f / (path.mu_in + path.mu_out);
+    const F sum = path.mu_in + path.mu_out, product = path.mu_in * path.mu_out;
+    const F one_for_all = inverse(sum * product);  // one division
+    const F inverse_sum = one_for_all * product;
+    const F inverse_in = one_for_all * sum * path.mu_out,
+            inverse_out = one_for_all * sum * path.mu_in;
     const Attenuation<F> in = attenuation(inverse_in * depth);
     const Attenuation<F> out = attenuation(inverse_out * depth);
     const F shares = in.taken * out.taken, passed = in.passed * out.passed;
     F curve[3];  // phase function, nothing, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
-        sampled_values<3>(side.phase, versines_reflected(path), curve);
+        sampled_values<3>(side.phase, path, curve);
     else
-        curve[0] = phase_value<form>(side.phase, versines_reflected(path));
-    F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * albedo * 0.25f +
+        curve[0] = phase_value<form>(side.phase, path);
+    F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * (albedo * 0.25f) +
                passed * side.surface_albedo;
     if constexpr (form == PhaseForm::composed)
         single = single + curve[2] * passed * inverse_sum * side.beneath_quarter;
@@ -161,25 +166,24 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
     const F least = attenuation(inverse_in * side.lowest_depth).taken +
                     attenuation(inverse_out * side.lowest_depth).taken;
-    return {single,
-            where_less(depth, F(side.lowest_depth), (in.taken + out.taken) / least, F(1.0f))};
+    return {single, smaller((in.taken + out.taken) * inverse(least), F(1.0f))};
 }
 
 template <PhaseForm form, class F>
 STRATUS_INLINE Closed<F> closed_transmission(const TexturedSide& side, F albedo, F depth,
                                              const LightPathOf<F>& path) {
-    const F inverse_in = 1.0f / path.mu_in, inverse_out = 1.0f / path.mu_out;
-    const F steep = smaller(inverse_in, inverse_out), shallow = larger(inverse_in, inverse_out);
+    const F one_for_both = inverse(path.mu_in * path.mu_out);
+    const F steep = one_for_both * smaller(path.mu_in, path.mu_out);  // 1 / the larger cosine
+    const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
     const F path_depth = steep * depth;
     const Attenuation<F> beam = attenuation(path_depth);
     // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
-    const F mean = mean_decay((shallow - steep) * depth);
-    const F phase = phase_value<form>(side.phase, versines_transmitted(path));
-    return {phase * beam.passed * smaller(path_depth, F(1e30f)) * shallow * mean * albedo * 0.25f,
-            beam.taken * attenuation(shallow * depth).taken};
+    const F z = larger((shallow - steep) * depth, F(1e-30f));
+    const F taken = attenuation(z).taken;
+    const F phase = phase_value<form>(side.phase, path);
+    return {phase * beam.passed * path_depth * shallow * (taken * inverse(z)) * (albedo * 0.25f),
+            beam.taken * (beam.taken + beam.passed * taken)};
 }
-
-enum class Lit { above, below };  // R, T
 
 /// Which coefficients speak for an albedo and optical depth, and by how much.
 template <class F>
@@ -189,7 +193,7 @@ struct LayerWindow {
     F cell;  // over (albedo, optical depth)
 };
 
-template <Lit lit, class F>
+template <Leaves leaves, class F>
 STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F albedo, F co_albedo,
                                            F depth) {
     LayerWindow<F> at;
@@ -205,14 +209,16 @@ STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F albedo, F
     if (side.divided) {
         F exponent(0.0f);
         for (int l = 0; l < window; ++l)
-            exponent = exponent + of_albedo[l] * gathered(side.diffusion_exponent + l,
-                                                          truncated(at.first_albedo));
-        exponent = larger(exponent, F(0.0f));
+            exponent = exponent + of_albedo[l] * sample_at(side.diffusion_exponent + l,
+                                                           truncated(at.first_albedo), F());
+        exponent = larger(exponent, F(least_exponent));
         F scale;
-        if constexpr (lit == Lit::above)
-            scale = 1.0f / (deficit_of(within, exponent, side.extrapolation_length) + 1.0f);
-        else
+        if constexpr (leaves == Leaves::on_the_lit_side) {
+            const Deficit<F> of = deficit_of(within, exponent, side.extrapolation_length);
+            scale = of.denominator * inverse(of.denominator + of.numerator);
+        } else {
             scale = transmission_scale_of(within, exponent, side.extrapolation_length);
+        }
         scale = scale * clamped(albedo, side.lowest_albedo, side.highest_albedo);
         for (int t = 0; t < window; ++t) of_depth[t] = of_depth[t] * scale;
     }
@@ -231,8 +237,9 @@ void follow_diffusion(const TexturedSide& side, float albedo, float co_albedo, f
         static_cast<int>(cubic_place(side.albedo, -root(larger(co_albedo, 0.0f)), of_albedo).first);
     float exponent = 0;
     for (int l = 0; l < window; ++l) exponent += of_albedo[l] * side.diffusion_exponent[first + l];
-    const float deficit =
-        deficit_of(smaller(depth, side.deepest), larger(exponent, 0.0f), side.extrapolation_length);
+    const Deficit<float> of =
+        deficit_of(depth, larger(exponent, least_exponent), side.extrapolation_length);
+    const float deficit = of.numerator / of.denominator;
     const float factor =
         side.divided ? clamped(albedo, side.lowest_albedo, side.highest_albedo) : 1;
     float handed_on = 0;
@@ -258,7 +265,12 @@ template <bool azimuthal, class F, class Index>
 STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Index block,
                                                    const LightPathOf<F>& path, F azimuth) {
     DirectionWindow<F> at;
-    const F in = mu_place(side, block, path.mu_in), out = mu_place(side, block, path.mu_out);
+    F in = path.mu_in, out = path.mu_out;
+    F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
+    take_roots(in, out, in_complement, out_complement);
+    take_roots(in, out);
+    in = mu_place(side, block, in_complement * (1.0f - in * 0.5f));
+    out = mu_place(side, block, out_complement * (1.0f - out * 0.5f));
     const F high = larger(in, out), low = smaller(in, out);
     at.mu = whole(high);
     at.other_mu = whole(low);
@@ -279,23 +291,23 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Ind
 }
 
 /// Lookups n .. n + lanes of F of a plan.
-template <Lit lit, PhaseForm form, bool azimuthal, class F, int width>
+template <Leaves leaves, PhaseForm form, bool azimuthal, class F, int width>
 STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F optical_depth,
                             F mu_in, F mu_out, F azimuth, int n, Plan<width>& plan) {
     constexpr int lanes = static_cast<int>(sizeof(F) / sizeof(float));
     const F depth = clamped(optical_depth, 0, 1e30f);
-    const LightPathOf<F> path = light_path(mu_in, mu_out, azimuth);
+    const LightPathOf<F> path = light_path<leaves>(mu_in, mu_out, azimuth);
     Closed<F> closed;
-    if constexpr (lit == Lit::above)
+    if constexpr (leaves == Leaves::on_the_lit_side)
         closed = closed_reflection<form>(side, albedo, depth, path);
     else
         closed = closed_transmission<form>(side, albedo, depth, path);
     store(closed.single, plan.single + n);
     store(closed.factor, plan.factor + n);
 
-    const LayerWindow<F> layers = layer_window<lit>(side, albedo, co_albedo, depth);
+    const LayerWindow<F> layers = layer_window<leaves>(side, albedo, co_albedo, depth);
     for (int s = 0; s < window * window; ++s) store(layers.weight[s], plan.layer_weight[s] + n);
-    const auto block = truncated(gathered(side.block_of_cell, truncated(layers.cell)));
+    const auto block = truncated(sample_at(side.block_of_cell, truncated(layers.cell), F()));
     const DirectionWindow<F> directions = direction_window<azimuthal>(side, block, path, azimuth);
     for (int c = 0; c < 4; ++c) store(directions.corner[c], plan.corner_weight[c] + n);
     std::int32_t first_azimuth[lanes] = {};
@@ -340,24 +352,44 @@ STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F o
         plan.function[n + k] = function;
         plan.next_mu[n + k] = next;
         if constexpr (width > 1)
-            for (int a = 0; a < (azimuthal ? window : 1); ++a) {
-                __builtin_prefetch(function + a);
-                __builtin_prefetch(function + rows + a);
-                __builtin_prefetch(function + next + a);
-                __builtin_prefetch(function + next + rows + a);
+            for (const int corner : {0, rows, next, next + rows}) {
+                const auto* const from = reinterpret_cast<const char*>(function + corner);
+                constexpr int bytes = (azimuthal ? window : 1) * int{sizeof(FunctionRow)};
+                for (int line = 0; line < bytes; line += 64) __builtin_prefetch(from + line);
+                __builtin_prefetch(from + bytes - 1);
             }
     }
 }
 
 // ---- what it adds up to
 
-STRATUS_INLINE FloatLanes words(const FunctionRow& row, int word) {
-    FloatLanes values;
+STRATUS_INLINE Lookups::Floats words(const CoefficientRow& row, int word) {
+    Lookups::Floats values;
     __builtin_memcpy(&values, row.value + word * lane_width, sizeof values);
     return values;
 }
 
-STRATUS_INLINE float sum_of(FloatLanes lanes) {
+/// The values are these times `function_unit`.
+STRATUS_INLINE Lookups::Floats words(const FunctionRow& row, int word) {
+#if defined(__AVX512F__)
+    static_cast<void>(word);
+    return _mm512_maskz_cvtph_ps(0xffff,
+                                 _mm256_load_si256(reinterpret_cast<const __m256i*>(row.value)));
+#else
+    using Bits = decltype(Lookups::Ints::v);
+    std::int16_t halves __attribute__((vector_size(2 * lane_width)));
+    __builtin_memcpy(&halves, row.value + word * lane_width, sizeof halves);
+    const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & half_mask;
+    return reinterpret_cast<Lookups::Floats>(shifted);
+#endif
+}
+#if defined(__AVX512F__)
+constexpr float function_unit = 1;
+#else
+constexpr float function_unit = half_unit;
+#endif
+
+STRATUS_INLINE float sum_of(Lookups::Floats lanes) {
     float value[lane_width];
     __builtin_memcpy(value, &lanes, sizeof value);
     for (int half = lane_width / 2; half > 0; half /= 2)
@@ -369,22 +401,22 @@ STRATUS_INLINE float sum_of(FloatLanes lanes) {
 template <bool azimuthal, int width>
 STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& plan, int n) {
     const int rows = azimuthal ? side.azimuths + 2 : 1;
-    const FunctionRow* const coefficient = plan.coefficient[n];
+    const CoefficientRow* const coefficient = plan.coefficient[n];
     const FunctionRow* const function = plan.function[n];
     const int stride = plan.coefficient_stride[n];
     const int corner[4] = {0, rows, plan.next_mu[n], plan.next_mu[n] + rows};
-    FloatLanes sum{};
+    Lookups::Floats sum{};
     for (int word = 0; word < functions / lane_width; ++word) {
-        FloatLanes of_layers{};
+        Lookups::Floats of_layers{};
         for (int l = 0; l < window; ++l)
             for (int t = 0; t < window; ++t)
                 of_layers +=
                     plan.layer_weight[l * window + t][n] * words(coefficient[l * stride + t], word);
-        FloatLanes of_directions{};
+        Lookups::Floats of_directions{};
         for (int c = 0; c < 4; ++c) {
             const FunctionRow* const at = function + corner[c];
             if constexpr (azimuthal) {
-                FloatLanes around{};
+                Lookups::Floats around{};
                 for (int a = 0; a < window; ++a)
                     around += plan.azimuth_weight[a][n] * words(at[a], word);
                 of_directions += plan.corner_weight[c][n] * around;
@@ -394,71 +426,74 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
         }
         sum += of_layers * of_directions;
     }
-    return plan.factor[n] * sum_of(sum);
+    return plan.factor[n] * (function_unit * sum_of(sum));
 }
 
-template <Lit lit, PhaseForm form, bool azimuthal>
+template <Leaves leaves, PhaseForm form, bool azimuthal>
 void evaluate_one(const TexturedSide& side, const TexturedPoint& at, float* single_multiple) {
     Plan<1> plan;
-    prepare<lit, form, azimuthal>(side, at.albedo, at.co_albedo, at.optical_depth, at.mu_in,
-                                  at.mu_out, at.azimuth, 0, plan);
+    prepare<leaves, form, azimuthal>(side, at.albedo, at.co_albedo, at.optical_depth, at.mu_in,
+                                     at.mu_out, at.azimuth, 0, plan);
     single_multiple[0] = plan.single[0];
     single_multiple[1] = contracted<azimuthal>(side, plan, 0);
 }
 
-template <Lit lit, PhaseForm form, bool azimuthal>
+template <Leaves leaves, PhaseForm form, bool azimuthal>
 void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_t first,
                   Plan<points_at_once>& plan) {
     for (int n = 0; n < points_at_once; n += lane_width) {
         const std::size_t from = first + static_cast<std::size_t>(n);
-        Floats albedo, depth, mu_in, mu_out, azimuth;
+        Lookups albedo, depth, mu_in, mu_out, azimuth;
         load(at.albedo + from, albedo);
         load(at.optical_depth + from, depth);
         load(at.mu_in + from, mu_in);
         load(at.mu_out + from, mu_out);
         load(at.azimuth + from, azimuth);
-        prepare<lit, form, azimuthal>(side, albedo, 1.0f - albedo, depth, mu_in, mu_out, azimuth, n,
-                                      plan);
+        prepare<leaves, form, azimuthal>(side, albedo, 1.0f - albedo, depth, mu_in, mu_out, azimuth,
+                                         n, plan);
     }
 }
 
 /// While some lookups are added up, the memory that the next ones will read is on its way.
-template <Lit lit, PhaseForm form, bool azimuthal>
+template <Leaves leaves, PhaseForm form, bool azimuthal>
 void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size_t count,
                    float* total) {
     Plan<points_at_once> plan[2];
     constexpr auto step = static_cast<std::size_t>(points_at_once);
-    if (count > 0) prepare_many<lit, form, azimuthal>(side, at, 0, plan[0]);
+    if (count > 0) prepare_many<leaves, form, azimuthal>(side, at, 0, plan[0]);
     for (std::size_t first = 0; first < count; first += step) {
         const Plan<points_at_once>& now = plan[first / step % 2];
         if (first + step < count)
-            prepare_many<lit, form, azimuthal>(side, at, first + step, plan[1 - first / step % 2]);
+            prepare_many<leaves, form, azimuthal>(side, at, first + step,
+                                                  plan[1 - first / step % 2]);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
                 now.single[n] + contracted<azimuthal>(side, now, n);
     }
 }
 
-template <Lit lit, PhaseForm form, bool azimuthal>
+template <Leaves leaves, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
-    if constexpr (form == PhaseForm::none || (form == PhaseForm::composed && lit == Lit::below))
+    if constexpr (form == PhaseForm::none ||
+                  (form == PhaseForm::composed && leaves == Leaves::on_the_far_side))
         return {nullptr, nullptr};
     else
-        return {evaluate_one<lit, form, azimuthal>, evaluate_many<lit, form, azimuthal>};
+        return {evaluate_one<leaves, form, azimuthal>, evaluate_many<leaves, form, azimuthal>};
 }
 
-#define STRATUS_FORM(lit, form) \
-    { kernel<lit, form, false>(), kernel<lit, form, true>() }
-#define STRATUS_LIST(lit)                                                                    \
-    {                                                                                        \
-        STRATUS_FORM(lit, PhaseForm::none), STRATUS_FORM(lit, PhaseForm::polynomial),        \
-            STRATUS_FORM(lit, PhaseForm::one_lobe), STRATUS_FORM(lit, PhaseForm::two_lobes), \
-            STRATUS_FORM(lit, PhaseForm::sampled), STRATUS_FORM(lit, PhaseForm::composed)    \
+#define STRATUS_FORM(leaves, form) \
+    { kernel<leaves, form, false>(), kernel<leaves, form, true>() }
+#define STRATUS_LIST(leaves)                                                                       \
+    {                                                                                              \
+        STRATUS_FORM(leaves, PhaseForm::none), STRATUS_FORM(leaves, PhaseForm::polynomial),        \
+            STRATUS_FORM(leaves, PhaseForm::one_lobe), STRATUS_FORM(leaves, PhaseForm::two_lobes), \
+            STRATUS_FORM(leaves, PhaseForm::sampled), STRATUS_FORM(leaves, PhaseForm::composed)    \
     }
 
 }  // namespace
 
 extern const TexturedKernels textured_kernels;
-constexpr TexturedKernels textured_kernels{STRATUS_LIST(Lit::above), STRATUS_LIST(Lit::below)};
+constexpr TexturedKernels textured_kernels{STRATUS_LIST(Leaves::on_the_lit_side),
+                                           STRATUS_LIST(Leaves::on_the_far_side)};
 
 }  // namespace stratus::STRATUS_ISA

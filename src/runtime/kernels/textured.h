@@ -5,6 +5,7 @@
 
 #include <cstddef>
 
+#include <stratus/runtime/half.h>
 #include <stratus/runtime/light.h>
 #include <stratus/runtime/textured_table.h>
 
@@ -13,9 +14,14 @@ namespace stratus {
 constexpr int functions = 16;  // a row of floats: one line of the cache
 constexpr int segments = 16;   // of the cosines
 
-/// A row of coefficients, or of function values.
-struct alignas(64) FunctionRow {
+/// Coefficients of the functions.
+struct alignas(64) CoefficientRow {
     float value[functions];
+};
+
+/// The functions at one direction.
+struct alignas(32) FunctionRow {
+    Half value[functions];
 };
 
 /// The layers between two albedos and two optical depths.
@@ -24,9 +30,9 @@ struct TexturedBlock {
     /// first, R and T being symmetric. Where there are azimuths, one mirrored sample lies beyond
     /// either end.
     const FunctionRow* function;
-    const FunctionRow* coefficient;  // over (albedo, optical depth)
-    int first_albedo, first_depth;   // of the coefficients: samples of the table
-    int depths;                      // of the coefficients, infinity included
+    const CoefficientRow* coefficient;  // over (albedo, optical depth)
+    int first_albedo, first_depth;      // of the coefficients: samples of the table
+    int depths;                         // of the coefficients, infinity included
 };
 
 /// An axis of coefficients, at least four samples.
@@ -60,8 +66,8 @@ struct TexturedSide {
 
     const TexturedBlock* block;
     const float* block_of_cell;  // over (albedo, optical depth), whole numbers
-    // Places of cosines. The axis of v = sqrt(1 - mu^(1/4)) is cut into segments, each into as many
-    // steps as its block needs there: over (block, segment), the place where a segment begins.
+    // Places of cosines. The axis of v (mu_places.h) is cut into segments, each into as many steps
+    // as its block needs there: over (block, segment), the place where a segment begins.
     const float* place;
     float v_first, segments_per_v;
     int azimuths;  // samples of the table; 1: nothing depends on azimuth

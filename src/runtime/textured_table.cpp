@@ -456,7 +456,8 @@ PhaseForm form_of(const PhaseCurve& curve) {
 }
 
 /// Single scattering, and of what lies beneath on the lit side.
-void set_closed_forms(const TableView& table, Leaves leaves, TexturedMemory& side) {
+void set_closed_forms(const TableView& table, Leaves leaves, const TexturedKernels& all,
+                      TexturedMemory& side) {
     side.phase = PhaseCurve(*table.phase_function);
     PhaseForm form = form_of(side.phase);
     if (leaves == Leaves::on_the_lit_side && table.lies_on_something()) {
@@ -475,7 +476,6 @@ void set_closed_forms(const TableView& table, Leaves leaves, TexturedMemory& sid
         }
     }
     side.view.phase = side.phase.view();
-    const TexturedKernels& all = *kernels().textured;
     side.kernel = &(leaves == Leaves::on_the_lit_side
                         ? all.reflected
                         : all.transmitted)[static_cast<int>(form)][table.azimuth.count > 1 ? 1 : 0];
@@ -641,9 +641,10 @@ class Blocks {
     std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
 };
 
-std::unique_ptr<const TexturedMemory> textured(const TableView& table, Leaves leaves) {
+std::unique_ptr<const TexturedMemory> textured(const TableView& table, Leaves leaves,
+                                               const TexturedKernels& all) {
     auto side = std::make_unique<TexturedMemory>();
-    set_closed_forms(table, leaves, *side);
+    set_closed_forms(table, leaves, all, *side);
     set_axes(table, leaves, *side);
     side->view.azimuths = table.azimuth.count;
     const bool held = leaves == Leaves::on_the_lit_side
@@ -690,12 +691,17 @@ void at_many(const TexturedMemory& side, const TexturedPoints& points, float* to
 
 }  // namespace
 
-TexturedTable::TexturedTable(const TableView& table) {
+TexturedTable::TexturedTable(const TableView& table, const char* instruction_set) {
     const AxisView &in = table.mu_in, &out = table.mu_out;
     require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
             "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
-    reflection_ = textured(table, Leaves::on_the_lit_side);
-    if (!table.lies_on_something()) transmission_ = textured(table, Leaves::on_the_far_side);
+    const Kernels* const wanted = instruction_set ? kernels(instruction_set) : &kernels();
+    require(wanted != nullptr, "TexturedTable", "instruction_set",
+            "avx512, avx2 or generic, and one that this processor has",
+            instruction_set ? instruction_set : "none");
+    reflection_ = textured(table, Leaves::on_the_lit_side, *wanted->textured);
+    if (!table.lies_on_something())
+        transmission_ = textured(table, Leaves::on_the_far_side, *wanted->textured);
 }
 
 TexturedTable::TexturedTable(TexturedTable&&) noexcept = default;

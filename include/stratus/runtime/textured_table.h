@@ -38,12 +38,15 @@ struct TexturedMemory;  // of one side
 
 class TexturedTable {
   public:
-    /// Works out the functions; the table may go afterwards.
+    /// Works out the functions; the table may go afterwards. `instruction_set` ("avx512", "avx2" or
+    /// "generic") is for tests; null: the widest there is.
     ///
-    /// Accuracy adds up to a quarter of the table's tolerance to its errors in 99.9 % of lookups.
-    /// Cost     seconds for tables of 100 MB; memory as `bytes` tells.
-    /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ.
-    explicit TexturedTable(const TableView& table);
+    /// Accuracy in 99.9 % of lookups 0.35 (R) or 0.6 (T) of the table's tolerance are added to its
+    ///          errors, 1.2 at worst.
+    /// Cost     of time, seconds for tables of 100 MB; of memory, see `bytes`.
+    /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ, or an instruction
+    ///          set that this processor lacks.
+    explicit TexturedTable(const TableView& table, const char* instruction_set = nullptr);
     TexturedTable(TexturedTable&&) noexcept;
     TexturedTable& operator=(TexturedTable&&) noexcept;
     ~TexturedTable();

@@ -54,6 +54,16 @@ STRATUS_INLINE F binary_logarithm(F x) {
            s * (q * (q * (q * 0.41219859f + 0.57707802f) + 0.96179669f) + 2.88539008f);
 }
 
+/// Four attenuations; those of plain floats are worked out at once.
+template <class F>
+STRATUS_INLINE void take_attenuations(const F (&x)[4], Attenuation<F> (&of)[4]) {
+    for (int k = 0; k < 4; ++k) of[k] = attenuation(x[k]);
+}
+STRATUS_INLINE void take_attenuations(const float (&x)[4], Attenuation<float> (&of)[4]) {
+    const Attenuation<Channels> all = attenuation(four(x));
+    for (int k = 0; k < 4; ++k) of[k] = {all.passed.v[k], all.taken.v[k]};
+}
+
 template <class F>
 STRATUS_INLINE F clamped(F x, float low, float high) {
     return larger(smaller(x, F(high)), F(low));
@@ -69,10 +79,12 @@ STRATUS_INLINE F whole(F x) {
 /// Lookups made ready: what to read and how to weigh it.
 template <int width>
 struct Plan {
-    alignas(64) float layer_weight[window * window][width];  // over (albedo, optical depth)
+    alignas(64) float albedo_weight[window][width];
+    alignas(64) float depth_weight[window][width];
     alignas(64) float corner_weight[4][width];
     alignas(64) float azimuth_weight[window][width];
     alignas(64) float single[width], factor[width];
+    CoefficientRow mixed[width][window];       // of lookups beyond the deepest sample
     const CoefficientRow* coefficient[width];  // first of the window
     int coefficient_stride[width];             // from one albedo to the next
     const FunctionRow* function[width];        // (mu, mu') of both places, first azimuth
@@ -88,6 +100,12 @@ STRATUS_INLINE void cubic(F t, F* weight) {
     weight[1] = t * bc * 3.0f;
     weight[2] = ta * c * -3.0f;
     weight[3] = ta * b;
+}
+STRATUS_INLINE void cubic(float t, float* weight) {  // the same, side by side
+    using Four = Channels::Floats;
+    const Four all = (t - Four{1, 0, 0, 0}) * (t - Four{2, 2, 1, 1}) * (t - Four{3, 3, 3, 2}) *
+                     Four{-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f};
+    __builtin_memcpy(weight, &all, sizeof all);
 }
 
 /// Where a coordinate is on an axis: the sample before it, the first of its window.
@@ -106,25 +124,6 @@ STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate,
 
 constexpr float least_exponent = 1e-20f;  // of diffusion, in place of 0
 
-/// diffusion.h, written with what exp keeps its relative accuracy of: numerator / denominator is
-/// the deficit of reflection.
-template <class F>
-struct Deficit {
-    F numerator, denominator;
-};
-template <class F>
-STRATUS_INLINE Deficit<F> deficit_of(F depth, F exponent, float length) {
-    const Attenuation<F> a = attenuation(exponent * (2 * length));
-    const Attenuation<F> b = attenuation(exponent * depth * 2.0f);
-    return {b.passed * a.taken, a.taken + b.taken - a.taken * b.taken};
-}
-
-template <class F>
-STRATUS_INLINE F transmission_scale_of(F depth, F exponent, float length) {
-    const Attenuation<F> c = attenuation(exponent * (depth + length));
-    return exponent * (2 * length) * c.passed * inverse(c.taken * (c.passed + 1.0f));
-}
-
 /// Places of a cosine among those of a block, at a coordinate of mu_places.h.
 template <class F, class Index>
 STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
@@ -134,23 +133,57 @@ STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
     return at.here + (s - as_float(segment)) * (at.next - at.here);
 }
 
-/// Light scattered once, and what the functions' sum is to be multiplied by but for albedo and
-/// diffusion.
+/// Which coefficients speak for an albedo and optical depth, and by how much but for their scale.
+template <class F>
+struct LayerWindow {
+    F of_albedo[window], of_depth[window];
+    F first_albedo, first_depth;
+    F cell;    // over (albedo, optical depth)
+    F within;  // optical depth clamped to the table
+    F diffusion_exponent;
+};
+
+template <class F>
+STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo, F depth) {
+    LayerWindow<F> at;
+    const CubicPlace<F> in_albedo =
+        cubic_place(side.albedo, root(larger(co_albedo, F(0.0f))) * -1.0f, at.of_albedo);
+    at.within = clamped(depth, 1e-30f, side.deepest);
+    const CubicPlace<F> in_depth =
+        cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);
+    at.first_albedo = in_albedo.first;
+    at.first_depth = in_depth.first;
+    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
+    F exponent(0.0f);
+    for (int l = 0; l < window; ++l)
+        exponent = exponent + at.of_albedo[l] * sample_at(side.diffusion_exponent + l,
+                                                          truncated(at.first_albedo), F());
+    at.diffusion_exponent = larger(exponent, F(least_exponent));
+    return at;
+}
+
+/// Light scattered once, and what the functions' sum is to be multiplied by.
 template <class F>
 struct Closed {
     F single, factor;
 };
 
+/// The scales are those of diffusion.h, written with what exp keeps its relative accuracy of.
 template <PhaseForm form, class F>
 STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F depth,
+                                           const LayerWindow<F>& layers,
                                            const LightPathOf<F>& path) {
     const F sum = path.mu_in + path.mu_out, product = path.mu_in * path.mu_out;
     const F one_for_all = inverse(sum * product);  // one division
     const F inverse_sum = one_for_all * product;
     const F inverse_in = one_for_all * sum * path.mu_out,
             inverse_out = one_for_all * sum * path.mu_in;
-    const Attenuation<F> in = attenuation(inverse_in * depth);
-    const Attenuation<F> out = attenuation(inverse_out * depth);
+    const F exponent = layers.diffusion_exponent;
+    Attenuation<F> of[4];
+    take_attenuations({inverse_in * depth, inverse_out * depth,
+                       exponent * (2 * side.extrapolation_length), exponent * layers.within * 2.0f},
+                      of);
+    const Attenuation<F>&in = of[0], &out = of[1], &length = of[2], &twice = of[3];
     const F shares = in.taken * out.taken;
     F curve[3];  // phase function, nothing, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
@@ -158,7 +191,11 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
     else
         curve[0] = phase_value<form>(side.phase, path);
     F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * (albedo * 0.25f);
-    if (side.divided) return {single, shares};
+    if (side.divided) {
+        const F whole = length.taken + twice.taken - length.taken * twice.taken;
+        const F scale = whole * inverse(whole + twice.passed * length.taken);
+        return {single, shares * scale * clamped(albedo, side.lowest_albedo, side.highest_albedo)};
+    }
     const F passed = in.passed * out.passed;
     single = single + passed * side.surface_albedo;
     if constexpr (form == PhaseForm::composed)
@@ -172,87 +209,67 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
 
 template <PhaseForm form, class F>
 STRATUS_INLINE Closed<F> closed_transmission(const TexturedSide& side, F albedo, F depth,
+                                             const LayerWindow<F>& layers,
                                              const LightPathOf<F>& path) {
     const F one_for_both = inverse(path.mu_in * path.mu_out);
     const F steep = one_for_both * smaller(path.mu_in, path.mu_out);  // 1 / the larger cosine
     const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
-    const F path_depth = steep * depth;
-    const Attenuation<F> beam = attenuation(path_depth);
+    const F exponent = layers.diffusion_exponent, path_depth = steep * depth;
     // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
     const F z = larger((shallow - steep) * depth, F(1e-30f));
-    const F taken = attenuation(z).taken;
+    Attenuation<F> of[4];
+    take_attenuations(
+        {path_depth, z, exponent * (layers.within + side.extrapolation_length), F(0.0f)}, of);
+    const Attenuation<F>&beam = of[0], &more = of[1], &diffuse = of[2];
+    const F scale = exponent * (2 * side.extrapolation_length) * diffuse.passed *
+                    inverse(diffuse.taken * (diffuse.passed + 1.0f));
     const F phase = phase_value<form>(side.phase, path);
-    return {phase * beam.passed * path_depth * shallow * (taken * inverse(z)) * (albedo * 0.25f),
-            beam.taken * (beam.taken + beam.passed * taken)};
+    return {
+        phase * beam.passed * path_depth * shallow * (more.taken * inverse(z)) * (albedo * 0.25f),
+        beam.taken * (beam.taken + beam.passed * more.taken) * scale *
+            clamped(albedo, side.lowest_albedo, side.highest_albedo)};
 }
 
-/// Which coefficients speak for an albedo and optical depth, and by how much.
-template <class F>
-struct LayerWindow {
-    F weight[window * window];  // over (albedo, optical depth)
-    F first_albedo, first_depth;
-    F cell;  // over (albedo, optical depth)
-};
-
-template <Leaves leaves, class F>
-STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F albedo, F co_albedo,
-                                           F depth) {
-    LayerWindow<F> at;
-    F of_albedo[window], of_depth[window];
-    const CubicPlace<F> in_albedo =
-        cubic_place(side.albedo, root(larger(co_albedo, F(0.0f))) * -1.0f, of_albedo);
-    const F within = clamped(depth, 1e-30f, side.deepest);
-    const CubicPlace<F> in_depth =
-        cubic_place(side.optical_depth, binary_logarithm(within), of_depth);
-    at.first_albedo = in_albedo.first;
-    at.first_depth = in_depth.first;
-    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
-    if (side.divided) {
-        F exponent(0.0f);
-        for (int l = 0; l < window; ++l)
-            exponent = exponent + of_albedo[l] * sample_at(side.diffusion_exponent + l,
-                                                           truncated(at.first_albedo), F());
-        exponent = larger(exponent, F(least_exponent));
-        F scale;
-        if constexpr (leaves == Leaves::on_the_lit_side) {
-            const Deficit<F> of = deficit_of(within, exponent, side.extrapolation_length);
-            scale = of.denominator * inverse(of.denominator + of.numerator);
-        } else {
-            scale = transmission_scale_of(within, exponent, side.extrapolation_length);
-        }
-        scale = scale * clamped(albedo, side.lowest_albedo, side.highest_albedo);
-        for (int t = 0; t < window; ++t) of_depth[t] = of_depth[t] * scale;
-    }
-    for (int l = 0; l < window; ++l)
-        for (int t = 0; t < window; ++t) at.weight[l * window + t] = of_albedo[l] * of_depth[t];
-    return at;
+/// The shares of light intercepted along both directions.
+STRATUS_INLINE float shares_at(float depth, float mu_in, float mu_out) {
+    return attenuation(depth / mu_in).taken * attenuation(depth / mu_out).taken;
 }
 
-/// Between the deepest finite sample and the one at infinity reflection follows the law of
-/// diffusion (lookup.h); they are the last two of the last block.
+/// Lookup n of a plan, deeper than the last finite sample: from there to infinity reflection
+/// follows the law of diffusion (lookup.h). Those two are the last of the last block.
 template <int width>
-void follow_diffusion(const TexturedSide& side, float albedo, float co_albedo, float depth, int n,
+void follow_diffusion(const TexturedSide& side, const TexturedBlock& block, float albedo,
+                      float co_albedo, float depth, float mu_in, float mu_out, int n,
                       Plan<width>& plan) {
-    float of_albedo[window];
-    const auto first =
-        static_cast<int>(cubic_place(side.albedo, -root(larger(co_albedo, 0.0f)), of_albedo).first);
-    float exponent = 0;
-    for (int l = 0; l < window; ++l) exponent += of_albedo[l] * side.diffusion_exponent[first + l];
-    const Deficit<float> of =
-        deficit_of(depth, larger(exponent, least_exponent), side.extrapolation_length);
-    const float deficit = of.numerator / of.denominator;
-    const float factor =
-        side.divided ? clamped(albedo, side.lowest_albedo, side.highest_albedo) : 1;
+    const LayerWindow<float> at = layer_window(side, co_albedo, depth);
+    const auto first = static_cast<int>(at.first_albedo);
+    // As reflection_deficit, diffusion.h.
+    const float exponent = at.diffusion_exponent;
+    const Attenuation<float> length = attenuation(exponent * (2 * side.extrapolation_length));
+    const Attenuation<float> twice = attenuation(exponent * at.within * 2.0f);
+    const float deficit =
+        twice.passed * length.taken / (length.taken + twice.taken - length.taken * twice.taken);
     float handed_on = 0;
+    CoefficientRow(&mixed)[window] = plan.mixed[n];
+    for (CoefficientRow& row : mixed) row = {};
     for (int l = 0; l < window; ++l) {
-        const float inverse = side.inverse_deficit[first + l];
-        const float share = (of_albedo[l] + handed_on) * deficit * inverse;
-        handed_on = inverse == 0 ? of_albedo[l] + handed_on : 0;
-        float(*const row)[width] = plan.layer_weight + l * window;
-        row[0][n] = row[1][n] = 0;
-        row[2][n] = factor * share * side.deepest_scale[first + l];
-        row[3][n] = factor * (of_albedo[l] - share);
+        const float own = at.of_albedo[l], least = side.inverse_deficit[first + l];
+        const float share = (own + handed_on) * deficit * least;
+        handed_on = least == 0 ? own + handed_on : 0;
+        const CoefficientRow* const infinite =
+            block.coefficient + (first + l - block.first_albedo + 1) * block.depths - 1;
+        for (int f = 0; f < functions; ++f)
+            mixed[0].value[f] += share * side.deepest_scale[first + l] * infinite[-1].value[f] +
+                                 (own - share) * infinite->value[f];
     }
+    // The first row alone counts, and the scale of the finite samples does not.
+    for (int s = 0; s < window; ++s)
+        plan.albedo_weight[s][n] = plan.depth_weight[s][n] = s == 0 ? 1.0f : 0.0f;
+    plan.coefficient[n] = mixed;
+    plan.coefficient_stride[n] = 0;
+    if (side.divided)
+        plan.factor[n] = shares_at(depth, mu_in, mu_out) *
+                         clamped(albedo, side.lowest_albedo, side.highest_albedo);
 }
 
 /// Which function values of a block speak for the directions, and by how much.
@@ -298,16 +315,19 @@ STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F o
     constexpr int lanes = static_cast<int>(sizeof(F) / sizeof(float));
     const F depth = clamped(optical_depth, 0, 1e30f);
     const LightPathOf<F> path = light_path<leaves>(mu_in, mu_out, azimuth);
+    const LayerWindow<F> layers = layer_window(side, co_albedo, depth);
+    for (int s = 0; s < window; ++s) {
+        store(layers.of_albedo[s], plan.albedo_weight[s] + n);
+        store(layers.of_depth[s], plan.depth_weight[s] + n);
+    }
     Closed<F> closed;
     if constexpr (leaves == Leaves::on_the_lit_side)
-        closed = closed_reflection<form>(side, albedo, depth, path);
+        closed = closed_reflection<form>(side, albedo, depth, layers, path);
     else
-        closed = closed_transmission<form>(side, albedo, depth, path);
+        closed = closed_transmission<form>(side, albedo, depth, layers, path);
     store(closed.single, plan.single + n);
     store(closed.factor, plan.factor + n);
 
-    const LayerWindow<F> layers = layer_window<leaves>(side, albedo, co_albedo, depth);
-    for (int s = 0; s < window * window; ++s) store(layers.weight[s], plan.layer_weight[s] + n);
     const auto block = truncated(sample_at(side.block_of_cell, truncated(layers.cell), F()));
     const DirectionWindow<F> directions = direction_window<azimuthal>(side, block, path, azimuth);
     for (int c = 0; c < 4; ++c) store(directions.corner[c], plan.corner_weight[c] + n);
@@ -324,32 +344,30 @@ STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F o
     store(truncated(layers.first_depth), first_depth);
     store(truncated(directions.mu), mu);
     store(truncated(directions.other_mu), other_mu);
-    float depths[lanes], albedos[lanes], co_albedos[lanes];
+    float depths[lanes], albedos[lanes], co_albedos[lanes], cosines[2][lanes];
     store(depth, depths);
-    float cosines[2][lanes];
+    store(albedo, albedos);
+    store(co_albedo, co_albedos);
     store(path.mu_in, cosines[0]);
     store(path.mu_out, cosines[1]);
-    if (side.ends_at_infinity) {
-        store(albedo, albedos);
-        store(co_albedo, co_albedos);
-    }
     const int rows = azimuthal ? side.azimuths + 2 : 1;  // of one (mu, mu')
     for (int k = 0; k < lanes; ++k) {
         const TexturedBlock& of = side.block[block_at[k]];
-        int first = first_depth[k] - of.first_depth;
-        if (side.ends_at_infinity && depths[k] > side.highest_depth) {
-            follow_diffusion(side, albedos[k], co_albedos[k], depths[k], n + k, plan);
-            first = of.depths - window;
-        } else if (side.divided && depths[k] > side.deepest) {  // clamped, as in lookup.h
-            plan.factor[n + k] = attenuation(side.deepest / cosines[0][k]).taken *
-                                 attenuation(side.deepest / cosines[1][k]).taken;
+        plan.coefficient[n + k] = of.coefficient + (first_albedo[k] - of.first_albedo) * of.depths +
+                                  first_depth[k] - of.first_depth;
+        plan.coefficient_stride[n + k] = of.depths;
+        if (depths[k] > side.highest_depth) {
+            const float mu_in_here = cosines[0][k], mu_out_here = cosines[1][k];
+            if (side.ends_at_infinity)
+                follow_diffusion(side, of, albedos[k], co_albedos[k], depths[k], mu_in_here,
+                                 mu_out_here, n + k, plan);
+            else if (side.divided && depths[k] > side.deepest)  // clamped, as in lookup.h
+                plan.factor[n + k] *= shares_at(side.deepest, mu_in_here, mu_out_here) /
+                                      shares_at(depths[k], mu_in_here, mu_out_here);
         }
         const int next = (mu[k] + 2) * rows;
         const FunctionRow* const function =
             of.function + (mu[k] * (mu[k] + 3) / 2 + other_mu[k]) * rows + first_azimuth[k];
-        plan.coefficient[n + k] =
-            of.coefficient + (first_albedo[k] - of.first_albedo) * of.depths + first;
-        plan.coefficient_stride[n + k] = of.depths;
         plan.function[n + k] = function;
         plan.next_mu[n + k] = next;
         if constexpr (width > 1)
@@ -390,12 +408,15 @@ constexpr float function_unit = 1;
 constexpr float function_unit = half_unit;
 #endif
 
-STRATUS_INLINE float sum_of(Lookups::Floats lanes) {
-    float value[lane_width];
-    __builtin_memcpy(value, &lanes, sizeof value);
-    for (int half = lane_width / 2; half > 0; half /= 2)
-        for (int k = 0; k < half; ++k) value[k] += value[k + half];
-    return value[0];
+template <int width>
+STRATUS_INLINE float sum_of(typename Register<width>::Floats lanes) {
+    if constexpr (width == 4) {
+        return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+    } else {
+        typename Register<width / 2>::Floats half[2];
+        __builtin_memcpy(half, &lanes, sizeof lanes);
+        return sum_of<width / 2>(half[0] + half[1]);
+    }
 }
 
 /// Orders n >= 2 of lookup n of a plan.
@@ -409,10 +430,12 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
     Lookups::Floats sum{};
     for (int word = 0; word < functions / lane_width; ++word) {
         Lookups::Floats of_layers{};
-        for (int l = 0; l < window; ++l)
+        for (int l = 0; l < window; ++l) {
+            Lookups::Floats of_albedo{};
             for (int t = 0; t < window; ++t)
-                of_layers +=
-                    plan.layer_weight[l * window + t][n] * words(coefficient[l * stride + t], word);
+                of_albedo += plan.depth_weight[t][n] * words(coefficient[l * stride + t], word);
+            of_layers += plan.albedo_weight[l][n] * of_albedo;
+        }
         Lookups::Floats of_directions{};
         for (int c = 0; c < 4; ++c) {
             const FunctionRow* const at = function + corner[c];
@@ -427,7 +450,7 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
         }
         sum += of_layers * of_directions;
     }
-    return plan.factor[n] * (function_unit * sum_of(sum));
+    return plan.factor[n] * (function_unit * sum_of<lane_width>(sum));
 }
 
 template <Leaves leaves, PhaseForm form, bool azimuthal>

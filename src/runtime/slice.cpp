@@ -12,6 +12,7 @@
 
 #include "kernels/kernels.h"
 #include "layers.h"
+#include "mu_places.h"
 
 namespace stratus {
 namespace {
@@ -44,19 +45,6 @@ struct Sheet {
 
 /// Samples of an axis and their weights, for each place of a finer one.
 using Stencils = std::vector<Stencil>;
-
-/// The coordinate of a slice along mu, as `take_places` has it: sqrt(1 - mu) (1 - mu^(1/4) / 2).
-double v_at(double mu) { return std::sqrt(1 - mu) * (1 - std::sqrt(std::sqrt(mu)) / 2); }
-
-/// Its inverse; v falls from 1 to 0.
-double mu_at(double v) {
-    double low = 0, high = 1;  // of mu^(1/4), by bisection to the last bit
-    for (int i = 0; i < 60; ++i) {
-        const double middle = (low + high) / 2;
-        (v_at(middle * middle * middle * middle) > v ? low : high) = middle;
-    }
-    return std::pow((low + high) / 2, 4);
-}
 
 /// Cosines of a slice, from the table's largest to its smallest.
 struct MuPlaces {

@@ -1,6 +1,7 @@
 // A program of its own, because it counts every call of operator new in it.
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/textured_table.h>
 
 #include "small_table.h"
 
@@ -41,6 +42,9 @@ TEST(Lookup, AllocatesNothing) {
     prepare(table);
     const HalfTable half = halved(table);
     const TableView views[] = {table.view(), half.view()};
+    const TexturedTable textured(table.view());
+    const std::vector<float> some(20, 0.6f);
+    std::vector<float> total(20);
 
     double sum = 0;
     const long before = allocations;
@@ -49,6 +53,9 @@ TEST(Lookup, AllocatesNothing) {
             sum += reflection(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
             sum += transmission(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
         }
+    sum += textured.reflection(0.7, 2, {0.4, 0.6, 1}).total();
+    textured.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},
+                          total.data());
     const long after = allocations;
     EXPECT_EQ(after - before, 0);
     EXPECT_GT(sum, 0);

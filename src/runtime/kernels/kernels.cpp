@@ -120,6 +120,7 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 #define STRATUS_NAME_OF(isa) #isa
 #define STRATUS_NAME(isa) STRATUS_NAME_OF(isa)
 
+extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
 constexpr Kernels kernels{
     STRATUS_NAME(STRATUS_ISA),
@@ -128,6 +129,7 @@ constexpr Kernels kernels{
     STRATUS_LIST(Leaves::on_the_lit_side, 3),
     STRATUS_LIST(Leaves::on_the_far_side, 3),
     {paths_of_angles<Leaves::on_the_lit_side>, paths_of_angles<Leaves::on_the_far_side>},
-    paths_of_vectors};
+    paths_of_vectors,
+    &textured_kernels};
 
 }  // namespace stratus::STRATUS_ISA

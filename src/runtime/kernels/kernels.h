@@ -31,6 +31,8 @@ struct SideKernel {
 /// Places in the lists of kernels.
 constexpr int phase_forms = 6, order_forms = 3;
 
+struct TexturedKernels;  // textured.h
+
 struct Kernels {
     const char* instruction_set;
     // Over [PhaseForm][Orders]; null where nothing is asked for.
@@ -41,6 +43,7 @@ struct Kernels {
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
                                LightPaths& paths);
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
+    const TexturedKernels* textured;
 };
 
 /// For the widest instruction set that this processor has and this build contains: "avx512",

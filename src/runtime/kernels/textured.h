@@ -1,0 +1,95 @@
+// Lookups in a TexturedTable: single scattering in closed form, and sixteen functions of the
+// directions times the coefficients of an albedo and optical depth; one lookup at a time or many
+// side by side, compiled once for each instruction set (kernels.h says how that is kept apart).
+#pragma once
+
+#include <cstddef>
+
+#include <stratus/runtime/half.h>
+#include <stratus/runtime/light.h>
+#include <stratus/runtime/textured_table.h>
+
+namespace stratus {
+
+constexpr int functions = 16;  // a row of floats: one line of the cache
+constexpr int segments = 16;   // of the cosines
+
+/// Coefficients of the functions.
+struct alignas(64) CoefficientRow {
+    float value[functions];
+};
+
+/// The functions at one direction.
+struct alignas(32) FunctionRow {
+    Half value[functions];
+};
+
+/// The layers between two albedos and two optical depths.
+struct TexturedBlock {
+    /// Over (mu, mu', azimuth). Row i over mu has mu' = 0 .. i + 1: the larger of both places comes
+    /// first, R and T being symmetric. Where there are azimuths, one mirrored sample lies beyond
+    /// either end.
+    const FunctionRow* function;
+    const CoefficientRow* coefficient;  // over (albedo, optical depth)
+    int first_albedo, first_depth;      // of the coefficients: samples of the table
+    int depths;                         // of the coefficients, infinity included
+};
+
+/// An axis of coefficients, at least four samples.
+struct TexturedAxis {
+    float first, inverse_step;
+    float last;  // index
+};
+
+/// One side of a textured table.
+struct TexturedSide {
+    PhaseCurveView phase;
+
+    TexturedAxis albedo;         // over -sqrt(1 - w)
+    TexturedAxis optical_depth;  // over log2(tau), finite samples
+    float lowest_albedo, highest_albedo;
+    float lowest_depth;     // finite samples; what lies beneath shines through less than that
+    float highest_depth;    // finite samples; beyond it reflection follows the law of diffusion
+    float deepest;          // depths are clamped to it
+    bool ends_at_infinity;  // reflection alone
+    bool divided;           // by albedo, shares and diffusion scales; not over what lies beneath
+    bool over_surface;
+    float surface_albedo;   // of a surface beneath
+    float beneath_quarter;  // w / 4 of a layer beneath
+
+    float extrapolation_length;
+    const float* diffusion_exponent;  // over albedo
+    // Over albedo, for reflection beyond the deepest finite sample: 1 / its deficit, 0 where it is
+    // spent, and the scale of its samples.
+    const float* inverse_deficit;
+    const float* deepest_scale;
+
+    const TexturedBlock* block;
+    const float* block_of_cell;  // over (albedo, optical depth), whole numbers
+    // Places of cosines. The axis of v (mu_places.h) is cut into segments, each into as many steps
+    // as its block needs there: over (block, segment), the place where a segment begins.
+    const float* place;
+    float v_first, segments_per_v;
+    int azimuths;  // samples of the table; 1: nothing depends on azimuth
+};
+
+/// One lookup. 1 - albedo comes beside the albedo with its own precision.
+struct TexturedPoint {
+    float albedo, co_albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+constexpr int points_at_once = 16;
+
+/// A side of a layer: single and multiple at one point, or totals at `count` of them, a multiple of
+/// `points_at_once`.
+struct TexturedKernel {
+    void (*one)(const TexturedSide&, const TexturedPoint&, float* single_multiple);
+    void (*many)(const TexturedSide&, const TexturedPoints&, std::size_t count, float* total);
+};
+
+struct TexturedKernels {
+    // Over [PhaseForm][depends on azimuth].
+    TexturedKernel reflected[6][2], transmitted[6][2];
+};
+
+}  // namespace stratus

@@ -1,0 +1,278 @@
+#include <stratus/runtime/textured_table.h>
+
+#include "refusal.h"
+#include "small_table.h"
+
+#include <stratus/runtime/half_table.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double tolerance = 1e-3;
+
+/// Between 1 and 3, symmetric in the cosines: what is left of samples once they are divided by all
+/// that lookups divide by.
+double shape(const Point& p) {
+    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
+    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
+    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
+           0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
+}
+
+double reflected(const Point& p) { return small_table_reflection_scale(p) * shape(p); }
+double transmitted(const Point& p) { return small_table_transmission_scale(p) * shape(p); }
+
+/// Over something nothing is divided out.
+double reflected_over(const Point& p) {
+    return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
+}
+
+Table filled(const Counts& counts, const Depths& depths, const char* phase = "rayleigh") {
+    Table table = empty_table(counts, depths);
+    table.phase_function = parse_phase_function(phase);
+    table.tolerance = tolerance;
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
+constexpr Counts usual{9, 12, 16, 16, 9};
+constexpr Depths to_eight{0.05, 8, false}, to_infinity{0.05, 8, true};
+
+/// Random lookups, cosines evenly spread over their roots.
+std::vector<Point> points(const Table& table, int count, double shallowest, double deepest) {
+    const TableView view = table.view();
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    std::vector<Point> all;
+    for (int n = 0; n < count; ++n) {
+        const auto cosine = [&] { return std::pow(0.1 + 0.9 * uniform(random), 2); };
+        Point p{};
+        p.albedo = view.albedo.lowest + (1 - view.albedo.lowest) * uniform(random);
+        p.optical_depth = shallowest * std::pow(deepest / shallowest, uniform(random));
+        p.mu_in = cosine();
+        p.mu_out = cosine();
+        p.azimuth = pi * uniform(random);
+        all.push_back(p);
+    }
+    return all;
+}
+
+Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
+/// That the lookups of a textured table are those of lookup.h, to the tolerance relative to R or T
+/// but not to less than 1 % of 1.
+void expect_lookups(const TexturedTable& textured, const TableView& view,
+                    const std::vector<Point>& at) {
+    for (const Point& p : at) {
+        const std::pair<Scattered, Scattered> both[] = {
+            {textured.reflection(p.albedo, p.optical_depth, geometry(p)),
+             reflection(view, p.albedo, p.optical_depth, geometry(p))},
+            {textured.transmission(p.albedo, p.optical_depth, geometry(p)),
+             transmission(view, p.albedo, p.optical_depth, geometry(p))}};
+        for (const auto& [found, expected] : both) {
+            const double scale = std::max(expected.total(), 0.01);
+            EXPECT_NEAR(found.multiple, expected.multiple, tolerance * scale)
+                << (&found == &both[0].first ? "R" : "T") << " at w " << p.albedo << " tau "
+                << p.optical_depth << " mu " << p.mu_in << " " << p.mu_out << " azimuth "
+                << p.azimuth;
+            // Single precision, and exp of paths up to 80.
+            EXPECT_NEAR(found.single, expected.single, 1e-5 * std::max(expected.single, 1e-4));
+        }
+    }
+}
+
+struct Shape {
+    const char* name;
+    Counts counts;
+    Depths depths;
+    const char* phase;
+};
+
+class TexturedTables : public testing::TestWithParam<Shape> {};
+
+TEST_P(TexturedTables, GiveWhatLookupsGive) {
+    const Shape& of = GetParam();
+    const Table table = filled(of.counts, of.depths, of.phase);
+    expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.01, 20));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, TexturedTables,
+    testing::Values(Shape{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
+                    Shape{"to_infinity", usual, to_infinity, "rayleigh"},
+                    Shape{"two_lobes", usual, to_eight,
+                          "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
+                    Shape{"sampled", usual, to_eight, "lambert_sphere"},
+                    Shape{"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
+                    Shape{"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
+                    Shape{"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
+                    Shape{"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
+                    Shape{"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
+                    Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
+    [](const auto& row) { return row.param.name; });
+
+class TexturedSets : public testing::TestWithParam<const char*> {};
+
+TEST_P(TexturedSets, AgreeWithLookups) {
+    const Table table = filled(usual, to_eight);
+    try {
+        expect_lookups(TexturedTable(table.view(), GetParam()), table.view(),
+                       points(table, 200, 0.05, 8));
+    } catch (const std::invalid_argument&) {
+        GTEST_SKIP() << "this processor lacks " << GetParam();
+    }
+}
+
+TEST_P(TexturedSets, GiveManyTheSameAsOne) {
+    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
+    try {
+        const TexturedTable textured(table.view(), GetParam());
+        const std::vector<Point> at = points(table, 1003, 0.01, 40);  // no multiple of any width
+        std::vector<float> of[5];
+        for (const Point& p : at) {
+            const double quantities[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
+            for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
+        }
+        std::vector<float> R(at.size()), T(at.size());
+        const TexturedPoints points{of[0].data(), of[1].data(), of[2].data(),
+                                    of[3].data(), of[4].data(), at.size()};
+        textured.reflection(points, R.data());
+        textured.transmission(points, T.data());
+        for (std::size_t n = 0; n < at.size(); ++n) {
+            const Geometry here{of[2][n], of[3][n], of[4][n]};
+            const double of_one[] = {textured.reflection(of[0][n], of[1][n], here).total(),
+                                     textured.transmission(of[0][n], of[1][n], here).total()};
+            EXPECT_NEAR(R[n], of_one[0], 1e-6 * std::max(1.0, of_one[0]));
+            EXPECT_NEAR(T[n], of_one[1], 1e-6 * std::max(1.0, of_one[1]));
+        }
+    } catch (const std::invalid_argument&) {
+        GTEST_SKIP() << "this processor lacks " << GetParam();
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, TexturedSets, testing::Values("generic", "avx2", "avx512"),
+                         [](const auto& row) { return std::string(row.param); });
+
+TEST(TexturedTable, IsSymmetricInTheCosinesToTheLastBit) {
+    const Table table = filled(usual, to_infinity);
+    const TexturedTable textured(table.view());
+    for (const Point& p : points(table, 200, 0.01, 40)) {
+        const Geometry back{p.mu_out, p.mu_in, p.azimuth};
+        EXPECT_EQ(textured.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  textured.reflection(p.albedo, p.optical_depth, back).multiple);
+        EXPECT_EQ(textured.transmission(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  textured.transmission(p.albedo, p.optical_depth, back).multiple);
+    }
+}
+
+TEST(TexturedTable, IsEvenInTheAzimuthAndKnowsItsPeriod) {
+    const Table table = filled(usual, to_eight);
+    const TexturedTable textured(table.view());
+    const double there = textured.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
+    for (const double azimuth : {-1.2, 2 * pi - 1.2, 2 * pi + 1.2, 20 * pi + 1.2})
+        EXPECT_NEAR(textured.reflection(0.9, 1, {0.4, 0.7, azimuth}).total(), there, 1e-6);
+}
+
+TEST(TexturedTable, ScattersNothingWhereThereIsNothing) {
+    Table table = filled(usual, to_infinity);
+    const TexturedTable textured(table.view());
+    EXPECT_EQ(textured.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(textured.transmission(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(textured.transmission(0.9, infinity, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(textured.reflection(0, 1, {0.4, 0.7, 1}).single, 0);
+}
+
+TEST(TexturedTable, NearsTheLimitOfInfiniteDepthByTheLawOfDiffusion) {
+    const Table table = filled(usual, to_infinity);
+    const TexturedTable textured(table.view());
+    std::vector<Point> at = points(table, 100, 8, 1e5);
+    for (int n = 0; n < 20; ++n) at[static_cast<std::size_t>(n)].optical_depth = infinity;
+    at[0].albedo = at[30].albedo = 1;
+    expect_lookups(textured, table.view(), at);
+}
+
+TEST(TexturedTable, LetsNeighboursSpeakForSamplesOutOfReach) {
+    // T of the lower albedos is below 1e-35 at the deepest samples.
+    const Table table = filled({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
+    const TexturedTable textured(table.view());
+    for (const Point& p : points(table, 200, 20, 400)) {
+        const double found = textured.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
+        const double expected =
+            transmission(table.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
+        EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01));
+    }
+}
+
+TEST(TexturedTable, AddsSingleScatteringAloneToASideThatTheTableLacks) {
+    Table table = filled(usual, to_eight);
+    table.transmission_multiple.clear();
+    const TexturedTable textured(table.view());
+    const Scattered found = textured.transmission(0.9, 1, {0.4, 0.7, 1});
+    const Scattered expected = transmission(table.view(), 0.9, 1, {0.4, 0.7, 1});
+    EXPECT_EQ(found.multiple, 0);
+    EXPECT_NEAR(found.single, expected.single, 1e-6 * expected.single);
+}
+
+class TexturedOver : public testing::TestWithParam<Below> {};
+
+TEST_P(TexturedOver, GiveWhatLookupsGive) {
+    Table table = empty_table(usual, to_infinity);
+    table.phase_function = PhaseFunction::henyey_greenstein(0.5);
+    table.tolerance = tolerance;
+    table.below = GetParam();
+    table.reflection_multiple = samples_of(table, reflected_over);
+    prepare(table);
+    expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.005, 40));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, TexturedOver,
+                         testing::Values(Below::surface(0.3),
+                                         Below::layer(PhaseFunction::rayleigh(), 0.6)),
+                         [](const auto& row) {
+                             return row.param.kind == Below::Kind::surface ? "surface" : "layer";
+                         });
+
+TEST(TexturedTable, IsMadeOfHalvesToo) {
+    const Table table = filled(usual, to_eight);
+    const HalfTable half = halved(table);
+    expect_lookups(TexturedTable(half.view()), table.view(), points(table, 200, 0.05, 8));
+}
+
+TEST(TexturedTable, OutlivesItsTable) {
+    Table table = filled(usual, to_eight);
+    const double expected = reflection(table.view(), 0.9, 1, {0.4, 0.7, 1}).total();
+    TexturedTable textured(table.view());
+    table = Table();
+    const TexturedTable moved = std::move(textured);
+    EXPECT_NEAR(moved.reflection(0.9, 1, {0.4, 0.7, 1}).total(), expected, tolerance * expected);
+    EXPECT_GT(moved.bytes(), 0u);
+}
+
+TEST(TexturedTable, RefusesCosinesThatDiffer) {
+    const Table table = filled({9, 12, 16, 15, 9}, to_eight);
+    expect_refusal<std::invalid_argument>([&] { TexturedTable{table.view()}; },
+                                          {"TexturedTable", "mu_out", "15"});
+}
+
+TEST(TexturedTable, RefusesAnUnknownInstructionSet) {
+    const Table table = filled(usual, to_eight);
+    expect_refusal<std::invalid_argument>([&] { TexturedTable(table.view(), "abacus"); },
+                                          {"instruction_set", "generic", "abacus"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -319,7 +319,8 @@ struct DirectionDensity::Draw {
 /// What follows once the side is known. One function for either: the branch between them is met
 /// early, and those that come later, in the slice too, then go the same way.
 template <Leaves leaves>
-[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::draw(const Draw& given) const noexcept {
+[[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::draw(
+    const Draw& given) const noexcept {
     const Part part(given.line.number / places);
     const Peaks& peaks = peaks_[static_cast<int>(leaves)];
     const float at_line = around_sample(given.line.number % places, places - 1, given.line.rest);

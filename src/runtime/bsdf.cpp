@@ -17,6 +17,11 @@ constexpr int parts = 4, lines = parts * places;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
+/// `low` for not-a-number. With branches: it is foreseen that they change nothing.
+[[gnu::always_inline]] inline float within(float low, float x, float high) noexcept {
+    return x > low ? (x < high ? x : high) : low;
+}
+
 /// A cosine by its coordinate v = sqrt(1 - sqrt(mu)): half the angle to the normal near it, half
 /// the root of the cosine below 1 near the horizon.
 struct Cosine {
@@ -27,13 +32,13 @@ struct Cosine {
 constexpr float normal_v = 1e-6f, horizon_v = 1 - 5e-5f;
 
 Cosine cosine_at(float v) noexcept {
-    const float inside = larger(smaller(v, horizon_v), normal_v);
+    const float inside = within(normal_v, v, horizon_v);
     const float root_mu = (1 - inside) * (1 + inside);
     return {inside, root_mu, root_mu * root_mu};
 }
 
 Cosine cosine_of(const DirectionDensity::Inclination& to_normal) noexcept {
-    const float mu = larger(to_normal.cosine, 0.0f);
+    const float mu = within(0, to_normal.cosine, 1);
     return cosine_at(root(to_normal.sine_squared / ((1 + mu) * (1 + root(mu)))));
 }
 
@@ -43,7 +48,7 @@ struct Cosines {
 
     Cosines(const DirectionDensity::Inclination& from,
             const DirectionDensity::Inclination& to) noexcept {
-        const float mu_in = larger(from.cosine, 0.0f), mu_out = larger(to.cosine, 0.0f);
+        const float mu_in = within(0, from.cosine, 1), mu_out = within(0, to.cosine, 1);
         const float below_in = (1 + mu_in) * (1 + root(mu_in));
         const float below_out = (1 + mu_out) * (1 + root(mu_out));
         const float one_over = 1 / (below_in * below_out);
@@ -123,9 +128,9 @@ Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float around_sample(int sample, int last, float u) noexcept {
     const float w = 2 * u - 1;
-    const float tent = std::copysign(1 - root(larger(1 - std::abs(w), 0.0f)), w);
+    const float tent = std::copysign(1 - root(within(0, 1 - std::abs(w), 1)), w);
     const float place = std::abs(as_float(sample) + tent);
-    return smaller(place, as_float(2 * last) - place);
+    return std::min(place, as_float(2 * last) - place);
 }
 
 /// One of `count` events of given cumulative probability, and what is left of the random number.
@@ -139,10 +144,10 @@ Event event(const float* cumulative, float u) noexcept {
     int number = -1;  // the first sum is 0
     for (int i = 0; i < count; ++i) number += cumulative[i] <= u ? 1 : 0;
     const float low = cumulative[number], high = cumulative[number + 1];
-    return {number, (u - low) / larger(high - low, 1e-30f)};
+    return {number, (u - low) / std::max(high - low, 1e-30f)};
 }
 
-float inside_unit(float u) noexcept { return larger(smaller(u, 1 - 6e-8f), 0.0f); }
+float inside_unit(float u) noexcept { return within(0, u, 1 - 6e-8f); }
 
 /// Directions of one incident cosine, to be evaluated together.
 class Geometries {
@@ -212,7 +217,7 @@ struct DirectionDensity::Place {
 
     Place(float at_row, int first_line, float at_line, float at_azimuth) noexcept {
         const auto part = [](float at, int count, std::size_t& whole, float& rest) {
-            const float from = larger(smaller(at, as_float(count - 1) * (1 - 1e-7f)), 0.0f);
+            const float from = within(0, at, as_float(count - 1) * (1 - 1e-7f));
             const auto n = truncated(from);
             whole = static_cast<std::size_t>(n);
             rest = from - as_float(n);
@@ -297,7 +302,7 @@ float DirectionDensity::pdf(Leaves leaves, const Inclination& from, const Inclin
     const float x = scale.a * half.cosine, y = scale.b * half.sine;
     const float one_over = 1 / (x + y);
     const float reach = std::abs(part.reach(in));
-    const float distance = smaller(std::abs(out.v - in.v) / reach, 1.0f);
+    const float distance = within(0, std::abs(out.v - in.v) / reach, 1);
     // distance = slope s + (1 - slope) s^2, solved for s
     const float slope_here = root(peaks.slope * peaks.slope + 4 * (1 - peaks.slope) * distance);
     const float s = (slope_here - peaks.slope) * peaks.half_over_bend;
@@ -347,7 +352,7 @@ DirectionDensity::Direction DirectionDensity::sample(const Inclination& from, fl
                                                      float u3) const noexcept {
     const Cosine in = cosine_of(from);
     const float at_row = row_place(in);
-    const auto low_row = truncated(smaller(at_row, static_cast<float>(rows - 2)));
+    const auto low_row = truncated(within(0, at_row, rows - 2));
     const auto row = static_cast<std::size_t>(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
     const float* const over_lines = over_lines_.data() + row * (lines + 1);
     if (!(over_lines[lines] > 0)) return {Leaves::on_the_lit_side, 1, 0, 1, 0, 0};
@@ -377,7 +382,7 @@ void set(Rgb& value, const float* channel) noexcept {
 
 /// Gauss-Legendre on [0, 1].
 struct Quadrature {
-    static constexpr int nodes = 10;
+    static constexpr int nodes = 16;
     float x[nodes], weight[nodes];
 
     Quadrature() {
@@ -407,7 +412,7 @@ template <int channels>
 float intercepted(const SliceOf<channels>& slice, int channel, float mu) noexcept {
     if (slice.is_one_sided()) return 1;
     const float depth = static_cast<float>(std::min(slice.medium().optical_depth[channel], 1e30));
-    return attenuation(depth / larger(mu, least_cosine)).taken;
+    return attenuation(depth / std::max(mu, least_cosine)).taken;
 }
 
 /// The horizontal part of an incident direction; along x where it has none.
@@ -496,7 +501,7 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     // Light travels along -wi: cos(azimuth) = -dot / m, and of tan(azimuth / 2) = |cross| / (m -
     // dot) = (m + dot) / |cross| the one that loses nothing.
     const float dot = in.x * wo.x + in.y * wo.y, cross = std::abs(in.x * wo.y - in.y * wo.x);
-    const float m = larger(root(in.square * square), 1e-18f);
+    const float m = std::max(root(in.square * square), 1e-18f);
     const float both[2] = {cross, m + std::abs(dot)};
     const int backward = dot > 0 ? 1 : 0;
     return density_.pdf(static_cast<Leaves>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
@@ -512,7 +517,7 @@ typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, flo
     const DirectionDensity::Direction out =
         density_.sample({std::abs(wi.z), in.square}, u1, u2, u3);
     const float scale = out.sine * inverse_root(in.square);
-    const float along = -scale * out.cos_azimuth, aside = scale * out.sin_azimuth;
+    const float along = -scale * out.cos_azimuth, aside = -scale * out.sin_azimuth;
     const float side = 1 - 2 * as_float(static_cast<int>(out.leaves));
     const Vector wo{along * in.x - aside * in.y, along * in.y + aside * in.x,
                     std::copysign(out.mu, wi.z) * side};
@@ -531,7 +536,7 @@ template <int channels>
 ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     float mu_in) const noexcept {
     const float place = cosine_of(inclination(mu_in)).v * (albedo_rows - 1);
-    const int row = truncated(smaller(place, static_cast<float>(albedo_rows - 2)));
+    const int row = truncated(within(0, place, albedo_rows - 2));
     const float past = place - as_float(row);
     const float* const here = albedo_.data() + row * 2 * channels;
     float channel[2 * channels];

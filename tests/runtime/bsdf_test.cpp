@@ -70,20 +70,33 @@ double integral_of_pdf(const Bsdf& bsdf, const Vector& wi, bool up, double from,
     return sum * (to - from) * pi * (azimuth_to - azimuth_from) / (n * n);
 }
 
+/// Integral over half the azimuths and the cosines from v_in, where the density peaks, to an end of
+/// v; midpoints lie closest around the peak and at both ends of the azimuth.
+double integral_beside_peak(const Bsdf& bsdf, const Vector& wi, bool up, double v_in, double end) {
+    constexpr int n = 160;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+        const double x = (i + 0.5) / n, v = v_in + (end - v_in) * x * x,
+                     mu = std::pow(1 - v * v, 2);
+        const double d_mu = 4 * v * (1 - v * v) * std::abs(end - v_in) * 2 * x;
+        for (int k = 0; k < n; ++k) {
+            const double y = (k + 0.5) / n, y2 = y * y;
+            const double azimuth = pi * y2 * y * (10 - 15 * y + 6 * y2);
+            const double d_azimuth = pi * 30 * y2 * (1 - y) * (1 - y);
+            sum += d_mu * d_azimuth * double{bsdf.pdf(wi, direction(mu, azimuth, up))};
+        }
+    }
+    return sum / (n * n);
+}
+
 TEST_P(EveryMaterial, DrawsFromADensityOfIntegral1) {
     const Bsdf bsdf = GetParam().bsdf();
-    for (const float mu : {1.0f, 0.97f, 0.6f, 0.2f, 0.02f}) {
+    for (const double mu : {1.0, 0.97, 0.6, 0.2, 0.02}) {
+        const double v_in = std::sqrt(1 - std::sqrt(mu));
         double sum = 0;
-        for (const bool up : {true, false}) {
-            constexpr int pieces = 2;  // azimuths are even: half a turn, its ends close together
-            for (int i = 0; i < pieces; ++i) {
-                const double split = 0.15, bounds[] = {0, split, 1 - split, 1};
-                for (int k = 0; k < 3; ++k)
-                    sum += 2 * integral_of_pdf(bsdf, direction(mu, pi, true), up,
-                                               static_cast<double>(i) / pieces, (i + 1.0) / pieces,
-                                               bounds[k], bounds[k + 1], 100);
-            }
-        }
+        for (const bool up : {true, false})
+            for (const double end : {0, 1})
+                sum += 2 * integral_beside_peak(bsdf, direction(mu, pi, true), up, v_in, end);
         EXPECT_NEAR(sum, 1, 1e-4) << "mu_in " << mu;
     }
 }
@@ -349,7 +362,7 @@ TEST(Bsdf, ReachesAllThatItScattersTo) {
         for (const RandomNumbers& u : evenly_spread(1000)) {
             const Vector wi = direction(u.u1, 0, true);
             const Vector wo = direction(u.u2, 6 * u.u3, u.u3 < 0.5f);
-            if (bsdf.eval(wi, wo) > 0) EXPECT_GT(bsdf.pdf(wi, wo), 0);
+            EXPECT_TRUE(bsdf.pdf(wi, wo) > 0 || bsdf.eval(wi, wo) == 0);
         }
     }
 }
@@ -372,14 +385,14 @@ TEST(RgbBsdf, DrawsTheMeanOfItsColours) {
         for (std::size_t c = 0; c < 3; ++c) {
             const ScatteredShares<float> shares = of_channel[c].albedo(wi);
             const float share = shares.reflected + shares.transmitted;
-            EXPECT_NEAR(value[c], of_channel[c].eval(wi, drawn.wo), 1e-6 * value[c]);
+            EXPECT_NEAR(value[c], of_channel[c].eval(wi, drawn.wo), 3e-6 * value[c]);
             mean += value[c];
             pdf += of_channel[c].pdf(wi, drawn.wo) * share;
             all += share;
             sum[c] += double{value[c] * weight} / count;
         }
-        // Three densities, each linear between its own samples.
-        EXPECT_NEAR(drawn.pdf * all / pdf, 1, 1e-3);
+        // Densities are linear between samples: a mean of shapes is not the shape of a mean.
+        EXPECT_NEAR(drawn.pdf * all / pdf, 1, 3e-3);
     }
     const ScatteredShares<Rgb> shares = rgb.albedo(wi);
     // 8,192 points of a deviation of one, evenly spread.

@@ -40,7 +40,7 @@ void expect_fluxes(const Table& table, std::size_t albedo, std::size_t depth, do
     }
 }
 
-TEST(Bsdf, ScattersWhatTheTableSaysIsScattered) {
+TEST(BsdfOfTable, ScattersWhatTheTableSaysIsScattered) {
     const Table table = bake(parse_recipe(
         "phase_function = 'henyey_greenstein:g=0.6'\ntolerance = 1e-3\n"
         "optical_depth = { min = 0.5, max = 2.0 }\nalbedo = { min = 0.9, max = 1.0 }\n"));
@@ -49,7 +49,7 @@ TEST(Bsdf, ScattersWhatTheTableSaysIsScattered) {
             expect_fluxes(table, albedo, depth, 1e-3, 0.12);
 }
 
-TEST(Bsdf, ScattersWhatCloudAndGroundSendBack) {
+TEST(BsdfOfTable, ScattersWhatCloudAndGroundSendBack) {
     const Table table = bake(parse_recipe(
         "phase_function = 'henyey_greenstein:g=0.5'\ntolerance = 1e-3\n"
         "optical_depth = { min = 1.0, max = 1.0 }\nalbedo = { min = 0.95, max = 0.95 }\n"
@@ -63,7 +63,7 @@ TEST(Bsdf, ScattersWhatCloudAndGroundSendBack) {
     EXPECT_EQ(bsdf.pdf(direction(0.5, 1, true), from_below), 0);
 }
 
-TEST(Bsdf, LosesNoLightInAWhiteFurnace) {
+TEST(BsdfOfTable, LosesNoLightInAWhiteFurnace) {
     for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.75"}) {
         const Table table = bake(parse_recipe(std::string("phase_function = '") + phase +
                                               "'\ntolerance = 1e-3\n"

@@ -445,6 +445,10 @@ std::vector<CoefficientRow> coefficients(const Layers& layers, const Basis& basi
                         all[size(a * rows + d)].value[f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
                 }
+    // What is left of albedo 0 would make lookups slow: numbers at the end of float's range.
+    for (CoefficientRow& row : all)
+        for (float& value : row.value)
+            if (std::abs(value) < faintest * faintest) value = 0;
     return all;
 }
 

@@ -151,17 +151,18 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
             inverse_out = one_for_all * sum * path.mu_in;
     const Attenuation<F> in = attenuation(inverse_in * depth);
     const Attenuation<F> out = attenuation(inverse_out * depth);
-    const F shares = in.taken * out.taken, passed = in.passed * out.passed;
+    const F shares = in.taken * out.taken;
     F curve[3];  // phase function, nothing, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
         sampled_values<3>(side.phase, path, curve);
     else
         curve[0] = phase_value<form>(side.phase, path);
-    F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * (albedo * 0.25f) +
-               passed * side.surface_albedo;
+    F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * (albedo * 0.25f);
+    if (side.divided) return {single, shares};
+    const F passed = in.passed * out.passed;
+    single = single + passed * side.surface_albedo;
     if constexpr (form == PhaseForm::composed)
         single = single + curve[2] * passed * inverse_sum * side.beneath_quarter;
-    if (side.divided) return {single, shares};
     if (!side.over_surface) return {single, F(1.0f)};
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
     const F least = attenuation(inverse_in * side.lowest_depth).taken +

@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/half_table.h>
+#include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
 
 namespace {
@@ -136,5 +138,91 @@ BENCHMARK_CAPTURE(reflection_of_halves, rings, rings);
 BENCHMARK_CAPTURE(closed_form, rings, rings);
 BENCHMARK_CAPTURE(plain_read, rings, rings);
 BENCHMARK_CAPTURE(plain_read_256_rows, rings, rings);
+
+// ---- BSDFs: any two directions, any random numbers
+
+struct Pair {
+    stratus::Vector wi, wo;
+    float u[3];
+};
+
+std::vector<Pair> random_pairs() {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    const auto vector = [&] {
+        const float z = 2 * uniform(random) - 1, azimuth = 6.2831853f * uniform(random);
+        const float sine = std::sqrt((1 - z) * (1 + z));
+        return stratus::Vector{sine * std::cos(azimuth), sine * std::sin(azimuth), z};
+    };
+    std::vector<Pair> pairs(1 << 14);
+    for (Pair& pair : pairs) {
+        pair.wi = vector();
+        pair.wo = vector();
+        for (float& u : pair.u) u = uniform(random);
+    }
+    return pairs;
+}
+
+template <class Ask>
+void bsdf(benchmark::State& state, const Table& (*table)(), Ask ask) {
+    const stratus::Bsdf bsdf(table().view().bind(1, 0.99));
+    const std::vector<Pair> pairs = random_pairs();
+    std::size_t next = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(ask(bsdf, pairs[next]));
+        next = (next + 1) & (pairs.size() - 1);
+    }
+    state.counters["kB"] = static_cast<double>(bsdf.bytes()) * 1e-3;
+}
+
+const auto evaluate = [](const stratus::Bsdf& bsdf, const Pair& at) {
+    return bsdf.eval(at.wi, at.wo);
+};
+const auto pdf = [](const stratus::Bsdf& bsdf, const Pair& at) { return bsdf.pdf(at.wi, at.wo); };
+const auto sample = [](const stratus::Bsdf& bsdf, const Pair& at) {
+    return bsdf.sample(at.wi, at.u[0], at.u[1], at.u[2]);
+};
+const auto sample_and_pdf = [](const stratus::Bsdf& bsdf, const Pair& at) {
+    stratus::Bsdf::Sample drawn = sample(bsdf, at);
+    drawn.pdf += pdf(bsdf, at);
+    return drawn;
+};
+
+/// Without binding the slice.
+void build_bsdf(benchmark::State& state, const Table& (*table)()) {
+    for (auto _ : state) {
+        state.PauseTiming();
+        stratus::Slice slice = table().view().bind(1, 0.99);
+        state.ResumeTiming();
+        benchmark::DoNotOptimize(stratus::Bsdf(std::move(slice)).bytes());
+    }
+}
+
+/// As many random reads as `pdf` makes, four pairs of floats, of as much memory as it reads from.
+void plain_read_of_bsdf(benchmark::State& state) {
+    const std::vector<float> memory(15000, 1.0f);
+    std::mt19937 random(1);
+    std::vector<std::size_t> places(1 << 14);
+    for (std::size_t& place : places) place = random() % (memory.size() - 2000);
+    std::size_t next = 0;
+    for (auto _ : state) {
+        const float* const at = memory.data() + places[next];
+        float sum = 0;
+        for (const std::size_t row : {0, 12, 576, 588}) sum += at[row] + at[row + 1];
+        benchmark::DoNotOptimize(sum);
+        next = (next + 1) & (places.size() - 1);
+    }
+}
+
+BENCHMARK(plain_read_of_bsdf);
+BENCHMARK_CAPTURE(bsdf, eval_isotropic, isotropic, evaluate);
+BENCHMARK_CAPTURE(bsdf, pdf_isotropic, isotropic, pdf);
+BENCHMARK_CAPTURE(bsdf, sample_isotropic, isotropic, sample);
+BENCHMARK_CAPTURE(bsdf, sample_and_pdf_isotropic, isotropic, sample_and_pdf);
+BENCHMARK_CAPTURE(bsdf, eval_rings, rings, evaluate);
+BENCHMARK_CAPTURE(bsdf, pdf_rings, rings, pdf);
+BENCHMARK_CAPTURE(bsdf, sample_rings, rings, sample);
+BENCHMARK_CAPTURE(bsdf, sample_and_pdf_rings, rings, sample_and_pdf);
+BENCHMARK_CAPTURE(build_bsdf, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

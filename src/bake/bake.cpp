@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -250,12 +249,6 @@ class TableSolver {
     std::vector<double> reflected_phase_, transmitted_phase_, below_phase_;
 };
 
-std::string short_number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 /// A resolved recipe's table and how it did at the bake's own check.
 struct Attempt {
     Table table;
@@ -286,15 +279,15 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.threads = options.threads;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);
-    const std::string median = short_number(error_quantile(verification.samples, 0.5));
-    const std::string most = short_number(error_quantile(verification.samples, 0.999));
+    const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
+    const std::string most = short_number(error_quantile(verification.samples, 0.999), 3);
     table.measured_error = error_quantile(verification.samples, 1);
     table.attributes["measured_error_median"] = median;
     table.attributes["measured_error_99.9_percent"] = most;
     if (options.note)
         options.note("checked at " + std::to_string(check_samples) + " random points: median " +
                      median + ", 99.9 % within " + most + ", largest " +
-                     short_number(table.measured_error));
+                     short_number(table.measured_error, 3));
     attempt.met = verification.meets(margin * recipe.tolerance);
     attempt.missed = !verification.meets(recipe.tolerance);
     return attempt;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -19,6 +18,7 @@
 #include <stratus/runtime/lookup.h>
 
 #include "axes.h"
+#include "resolve.h"
 
 namespace stratus {
 
@@ -84,12 +84,6 @@ constexpr SweptAxis swept_axes[] = {
 
 double seconds_since(Clock::time_point started) {
     return std::chrono::duration<double>(Clock::now() - started).count();
-}
-
-std::string short_number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g", value);
-    return text;
 }
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
@@ -708,11 +702,7 @@ class CostMeter {
     double seconds_per_byte_ = 0;
 };
 
-std::string number(double value) {
-    char text[32];
-    const int length = std::snprintf(text, sizeof text, "%.6g", value);
-    return {text, static_cast<std::size_t>(length)};
-}
+std::string number(double value) { return short_number(value, 6); }
 
 struct CostColumn {
     const char* name;

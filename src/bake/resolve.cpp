@@ -120,12 +120,6 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
 
 using Errors = std::vector<double>;
 
-std::string short_number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g", value);
-    return text;
-}
-
 class Resolver {
   public:
     Resolver(const Recipe& recipe, double strictness, const BakeOptions& options)
@@ -655,6 +649,12 @@ class Resolver {
 };
 
 }  // namespace
+
+std::string short_number(double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
+}
 
 Recipe resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
     return Resolver(recipe, strictness, options).resolve();

@@ -7,14 +7,19 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstring>
+#include <memory>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
+#include <libdeflate.h>
 
 namespace stratus::io {
 namespace {
@@ -470,6 +475,78 @@ std::vector<std::size_t> dataset_extents(hid_t dataset, const std::string& name,
     return {sizes.begin(), sizes.end()};
 }
 
+/// How the samples of a dataset lie when they lie as this program writes them: in chunks that are
+/// runs of neighbouring samples, shuffled and deflated.
+struct Runs {
+    std::vector<hsize_t> extents, chunk;
+    std::size_t cut;    // the dimension that chunks cut: one at a time before it, whole behind it
+    std::size_t inner;  // samples behind it
+};
+
+/// Nothing when they lie otherwise.
+std::optional<Runs> runs_of(hid_t dataset, std::span<const std::size_t> extents) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read a layout");
+    if (H5Pget_layout(creation) != H5D_CHUNKED || H5Pget_nfilters(creation) != 2) return {};
+    const auto filter = [&](unsigned number) {
+        std::size_t values = 0;
+        return H5Pget_filter2(creation, number, nullptr, &values, nullptr, 0, nullptr, nullptr);
+    };
+    if (filter(0) != H5Z_FILTER_SHUFFLE || filter(1) != H5Z_FILTER_DEFLATE) return {};
+    Runs runs{{extents.begin(), extents.end()}, std::vector<hsize_t>(extents.size()), 0, 1};
+    H5Pget_chunk(creation, static_cast<int>(extents.size()), runs.chunk.data());
+    while (runs.cut + 1 < extents.size() && runs.chunk[runs.cut] == 1) ++runs.cut;
+    for (std::size_t d = runs.cut + 1; d < extents.size(); ++d) {
+        if (runs.chunk[d] != extents[d]) return {};
+        runs.inner *= extents[d];
+    }
+    return runs;
+}
+
+/// Turns the bytes of floats, all first ones before all second ones and so on, back.
+void unshuffle(std::span<const unsigned char> bytes, std::span<float> values) {
+    const unsigned char* const plane = bytes.data();
+    const std::size_t count = bytes.size() / sizeof(float);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = std::bit_cast<float>(
+            std::uint32_t{plane[i]} | std::uint32_t{plane[count + i]} << 8 |
+            std::uint32_t{plane[2 * count + i]} << 16 | std::uint32_t{plane[3 * count + i]} << 24);
+}
+
+/// Inflates all chunks from the file's bytes to where they belong; false when some are not
+/// deflated.
+bool inflate(hid_t dataset, const std::string& name, const Runs& runs, const Bytes& file_bytes,
+             std::vector<float>& values) {
+    const std::size_t length = runs.chunk[runs.cut] * runs.inner;
+    std::vector<unsigned char> chunk(length * sizeof(float));
+    std::vector<hsize_t> at(runs.extents.size(), 0);
+    const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+        decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+    if (!decompressor) throw std::bad_alloc();
+    for (std::size_t done = 0; done < values.size();) {
+        unsigned skipped_filters = 0;
+        haddr_t address = HADDR_UNDEF;
+        hsize_t size = 0;
+        checked(H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &size),
+                "find a chunk of " + name);
+        if (skipped_filters != 0 || address == HADDR_UNDEF) return false;
+        if (address > file_bytes.size() || size > file_bytes.size() - address)
+            throw std::runtime_error(name + " has a chunk beyond the end of the file");
+        if (libdeflate_zlib_decompress(decompressor.get(), file_bytes.data() + address, size,
+                                       chunk.data(), chunk.size(), nullptr) != LIBDEFLATE_SUCCESS)
+            throw std::runtime_error(name + " has a damaged chunk");
+        const std::size_t rows =
+            std::min(runs.chunk[runs.cut], runs.extents[runs.cut] - at[runs.cut]);
+        unshuffle(chunk, std::span(values).subspan(done, rows * runs.inner));
+        done += rows * runs.inner;
+        at[runs.cut] += rows;
+        for (std::size_t d = runs.cut; d > 0 && at[d] == runs.extents[d]; --d) {
+            at[d] = 0;
+            ++at[d - 1];
+        }
+    }
+    return true;
+}
+
 /// Reads a dataset whose extents the caller has compared with what they must be.
 template <class Number>
 std::vector<Number> read_values(hid_t dataset, const std::string& name,
@@ -482,9 +559,14 @@ std::vector<Number> read_values(hid_t dataset, const std::string& name,
     const std::uintmax_t stored =
         std::min<std::uintmax_t>(H5Dget_storage_size(dataset), file_bytes.size());
     std::vector<Number> values(checked_count(name, extents, sizeof(Number), stored));
-    checked(
-        H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        "read dataset " + name);
+    bool read = false;
+    if constexpr (std::is_same_v<Number, float>)
+        if (const auto runs = runs_of(dataset, extents))
+            read = inflate(dataset, name, *runs, file_bytes, values);
+    if (!read)
+        checked(H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                        values.data()),
+                "read dataset " + name);
     check_checksum(name, read_text(dataset, name, checksum_name, file_bytes),
                    checksum(std::span<const Number>(values)));
     return values;

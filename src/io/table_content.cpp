@@ -11,7 +11,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
 
-#include "crc32.h"
+#include <libdeflate.h>
 
 namespace stratus::io {
 namespace {
@@ -202,7 +202,8 @@ std::vector<SampleField> listed_samples(const Metadata& metadata) {
 
 std::string checksum(std::span<const char> bytes) {
     char text[sizeof "crc32:xxxxxxxx"];
-    std::snprintf(text, sizeof text, "crc32:%08x", crc32(bytes));
+    std::snprintf(text, sizeof text, "crc32:%08x",
+                  static_cast<unsigned>(libdeflate_crc32(0, bytes.data(), bytes.size())));
     return text;
 }
 

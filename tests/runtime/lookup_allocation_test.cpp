@@ -1,4 +1,5 @@
 // A program of its own, because it counts every call of operator new in it.
+#include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/textured_table.h>
@@ -56,6 +57,18 @@ TEST(Lookup, AllocatesNothing) {
     sum += textured.reflection(0.7, 2, {0.4, 0.6, 1}).total();
     textured.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},
                           total.data());
+    const long after = allocations;
+    EXPECT_EQ(after - before, 0);
+    EXPECT_GT(sum, 0);
+}
+
+TEST(Bsdf, AllocatesNothing) {
+    const Bsdf bsdf(Slice(parse_phase_function("henyey_greenstein:g=0.5"), {{1}, {0.9}}));
+    const Vector wi{0.6f, 0, 0.8f};
+    const long before = allocations;
+    const Bsdf::Sample drawn = bsdf.sample(wi, 0.3f, 0.6f, 0.9f);
+    const float sum = drawn.value + bsdf.pdf(wi, drawn.wo) + bsdf.albedo(wi).reflected +
+                      bsdf.sample(0.8f, 0.3f, 0.6f, 0.9f).value;
     const long after = allocations;
     EXPECT_EQ(after - before, 0);
     EXPECT_GT(sum, 0);

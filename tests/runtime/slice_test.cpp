@@ -264,7 +264,7 @@ TEST(Slice, SeesTheGroundThroughTheLayer) {
 
 /// A table that is smooth along every axis, as solved ones are.
 Table smooth_table(bool with_azimuth) {
-    Table table = empty_table({8, 16, 24, 24, with_azimuth ? 13 : 1}, {0.1, 8, true});
+    Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
     const auto varied = [](const Point& p) {
         return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
                0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *

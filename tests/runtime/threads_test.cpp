@@ -2,6 +2,7 @@
 // every unguarded access to what one thread writes.
 #include "small_table.h"
 
+#include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 
@@ -24,6 +25,7 @@ struct Shared {
     Table table;
     HalfTable half;
     Table over_ground;
+    Bsdf bsdf;
 };
 
 /// A table with a phase function of every kind, from 0.5 to 8 and at infinity.
@@ -78,6 +80,15 @@ const Function functions[] = {
          return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_of(p))
              .total();
      }},
+    {"Bsdf",
+     [](const Shared& shared, const Point& p) {
+         const float mu = static_cast<float>(p.mu_in);
+         const Bsdf::SampleOfAngles drawn = shared.bsdf.sample(mu, static_cast<float>(p.mu_out),
+                                                               static_cast<float>(p.albedo), 0.5f);
+         return double{drawn.value} +
+                double{shared.bsdf.pdf(drawn.leaves, mu, drawn.mu_out, drawn.azimuth)} +
+                double{shared.bsdf.albedo(mu).reflected};
+     }},
     {"Halved",
      [](const Shared& shared, const Point& p) {
          return reflection(halved(shared.table).view(), p.albedo, p.optical_depth, geometry_of(p))
@@ -100,7 +111,8 @@ class SharedTable : public testing::TestWithParam<Function> {};
 
 TEST_P(SharedTable, GivesManyThreadsTheBitsThatItGivesOne) {
     const Table table = every_kind();
-    const Shared shared{table, halved(table), every_kind_over_ground()};
+    const Shared shared{table, halved(table), every_kind_over_ground(),
+                        Bsdf(table.view().bind(2, 0.7))};
     const std::vector<Point> points = random_points(200);
     const auto values_at_all_points = [&] {
         std::vector<double> values;

@@ -90,6 +90,9 @@ class SliceOf {
 
     const Medium<channels>& medium() const noexcept { return medium_; }
 
+    /// True where something lies beneath: light from below meets nothing then.
+    bool is_one_sided() const noexcept { return one_sided_; }
+
     /// For renderers that call light.h themselves: what `bind` filled in, and with which forms.
     const SideView<channels>& reflection_side() const noexcept { return reflection_.view; }
     const SideView<channels>& transmission_side() const noexcept { return transmission_.view; }

@@ -1,0 +1,395 @@
+// The C interface beside the C++ one: the same bits, and every refusal in words.
+#include <stratus/stratus.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/slice.h>
+
+#include "../io/temporary_folder.h"
+#include "../picture/synthetic_table.h"
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+using Slice = std::unique_ptr<stratus_slice, decltype(&stratus_slice_free)>;
+
+stratus_effects default_effects() {
+    stratus_effects effects{};
+    effects.size = sizeof effects;
+    EXPECT_EQ(stratus_effects_default(&effects), STRATUS_OK);
+    return effects;
+}
+
+/// Expects a refusal whose text holds `part`.
+void expect_refused(int status, int expected, const std::string& part) {
+    EXPECT_EQ(status, expected);
+    EXPECT_NE(std::string(stratus_last_error()).find(part), std::string::npos)
+        << stratus_last_error();
+}
+
+/// Directions over both hemispheres, as arrays of x, y and z.
+struct Directions {
+    std::vector<float> x, y, z;
+
+    explicit Directions(std::size_t count, unsigned seed) : x(count), y(count), z(count) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<float> cosine(-1, 1), angle(0, 6.2831853f);
+        for (std::size_t i = 0; i < count; ++i) {
+            z[i] = cosine(random);
+            const float sine = std::sqrt(1 - z[i] * z[i]), around = angle(random);
+            x[i] = sine * std::cos(around);
+            y[i] = sine * std::sin(around);
+        }
+    }
+    std::array<const float*, 3> arrays() const { return {x.data(), y.data(), z.data()}; }
+    std::array<float, 3> at(std::size_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+class C : public testing::Test {
+  protected:
+    C() {
+        stratus::test::SyntheticOptions options;
+        options.and_infinity = true;
+        table_ = stratus::test::make_synthetic_table(options);
+        const std::string path = (folder_.path() / "table.h5").string();
+        stratus::write_table(table_, path);
+        EXPECT_EQ(stratus_table_open(path.c_str(), &handle_), STRATUS_OK) << stratus_last_error();
+    }
+    ~C() override { stratus_table_close(handle_); }
+
+    Slice bind(int channels, const double* depths, const double* albedos,
+               const stratus_effects* effects = nullptr) {
+        stratus_slice* slice = nullptr;
+        EXPECT_EQ(stratus_slice_bind(handle_, channels, depths, albedos, effects, &slice),
+                  STRATUS_OK)
+            << stratus_last_error();
+        return {slice, &stratus_slice_free};
+    }
+
+    stratus::test::TemporaryFolder folder_;
+    stratus::Table table_;
+    stratus_table* handle_ = nullptr;
+};
+
+TEST_F(C, DescribesTheTable) {
+    stratus_table_info info{};
+    info.size = sizeof info;
+    ASSERT_EQ(stratus_table_describe(handle_, &info), STRATUS_OK);
+    EXPECT_EQ(info.optical_depth.lowest, 0.01);
+    EXPECT_EQ(info.optical_depth.highest, infinity);
+    EXPECT_EQ(info.optical_depth.samples, 12u);
+    EXPECT_EQ(info.albedo.lowest, 0);
+    EXPECT_EQ(info.albedo.highest, 1);
+    EXPECT_EQ(info.mu_in.samples, 8u);
+    EXPECT_EQ(info.azimuth.samples, 5u);
+    EXPECT_EQ(info.has_reflection, 1);
+    EXPECT_EQ(info.has_transmission, 1);
+    EXPECT_EQ(info.lies_on_something, 0);
+    EXPECT_EQ(info.tolerance, 1e-3);
+    EXPECT_EQ(info.measured_error, 8.1e-4);
+    EXPECT_EQ(stratus_table_text(handle_, "phase_function"), table_.phase_function.text());
+    EXPECT_EQ(stratus_table_text(handle_, "title"), table_.attributes["title"]);
+    EXPECT_EQ(stratus_table_text(handle_, "absent"), nullptr);
+}
+
+TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
+    const std::vector<stratus_point> points = {
+        {1.5, 0.9, 0.5, 0.8, 1}, {infinity, 1, 0.01, 1, 3}, {0.001, 0.5, 0.3, 0.3, 0}};
+    std::vector<stratus_scattered> r(points.size()), t(points.size());
+    ASSERT_EQ(stratus_table_reflection(handle_, points.size(), points.data(), r.data()),
+              STRATUS_OK);
+    ASSERT_EQ(stratus_table_transmission(handle_, points.size(), points.data(), t.data()),
+              STRATUS_OK);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const stratus_point& at = points[i];
+        const stratus::Geometry geometry{at.mu_in, at.mu_out, at.azimuth};
+        const auto R = stratus::reflection(table_.view(), at.albedo, at.optical_depth, geometry);
+        const auto T = stratus::transmission(table_.view(), at.albedo, at.optical_depth, geometry);
+        EXPECT_EQ(r[i].single, R.single);
+        EXPECT_EQ(r[i].multiple, R.multiple);
+        EXPECT_EQ(t[i].single, T.single);
+        EXPECT_EQ(t[i].multiple, T.multiple);
+    }
+}
+
+TEST_F(C, BindsToTheBitsOfCpp) {
+    stratus_effects effects = default_effects();
+    effects.density = 0.2;
+    effects.opposition = STRATUS_HAPKE_OPPOSITION;
+    effects.opposition_width = 0.1;
+    effects.opposition_amplitude = 0.5;
+    stratus::Effects same;
+    same.density = 0.2;
+    same.opposition = stratus::Opposition::hapke(0.5, 0.1);
+    const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
+    const Slice one = bind(1, depths, albedos, &effects),
+                three = bind(3, depths, albedos, &effects);
+    const stratus::Slice cpp_one = table_.view().bind(depths[0], albedos[0], same);
+    const stratus::RgbSlice cpp_three = table_.view().bind_rgb(depths, albedos, same);
+    EXPECT_EQ(stratus_slice_channels(one.get()), 1);
+    EXPECT_EQ(stratus_slice_channels(three.get()), 3);
+    EXPECT_EQ(stratus_slice_bytes(one.get()), cpp_one.bytes());
+    EXPECT_EQ(stratus_slice_bytes(three.get()), cpp_three.bytes());
+
+    const auto expect_rgb = [](const float(&met)[3], const stratus::Rgb& expected) {
+        EXPECT_EQ(met[0], expected.r);
+        EXPECT_EQ(met[1], expected.g);
+        EXPECT_EQ(met[2], expected.b);
+    };
+    float value[3];
+    ASSERT_EQ(stratus_slice_reflection(one.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    EXPECT_EQ(value[0], cpp_one.reflection(0.4f, 0.7f, 1));
+    ASSERT_EQ(stratus_slice_reflection(three.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    expect_rgb(value, cpp_three.reflection(0.4f, 0.7f, 1));
+    ASSERT_EQ(stratus_slice_transmission(three.get(), 0.4f, 0.7f, 1, value), STRATUS_OK);
+    expect_rgb(value, cpp_three.transmission(0.4f, 0.7f, 1));
+    ASSERT_EQ(stratus_slice_direct(three.get(), 0.4f, value), STRATUS_OK);
+    expect_rgb(value, cpp_three.direct(0.4f));
+    ASSERT_EQ(stratus_slice_background(three.get(), 0.4f, value), STRATUS_OK);
+    expect_rgb(value, cpp_three.background(0.4f));
+
+    constexpr std::size_t count = 50;
+    const Directions wi(count, 1), wo(count, 2);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto in = wi.at(i), out = wo.at(i);
+        ASSERT_EQ(stratus_slice_eval(three.get(), in.data(), out.data(), value), STRATUS_OK);
+        expect_rgb(value, cpp_three.eval({in[0], in[1], in[2]}, {out[0], out[1], out[2]}));
+    }
+    std::vector<float> met(3 * count), expected(3 * count);
+    ASSERT_EQ(stratus_slice_eval_many(three.get(), count, wi.arrays().data(), wo.arrays().data(),
+                                      met.data()),
+              STRATUS_OK);
+    cpp_three.eval(count, wi.arrays().data(), wo.arrays().data(), expected.data());
+    EXPECT_EQ(met, expected);
+
+    const std::vector<float> mu(count, 0.3f), azimuth(count, 2.0f);
+    met.assign(count, 0);
+    expected.assign(count, 0);
+    ASSERT_EQ(stratus_slice_reflection_many(one.get(), count, mu.data(), mu.data(), azimuth.data(),
+                                            met.data()),
+              STRATUS_OK);
+    cpp_one.reflection(count, mu.data(), mu.data(), azimuth.data(), expected.data());
+    EXPECT_EQ(met, expected);
+    ASSERT_EQ(stratus_slice_transmission_many(one.get(), count, mu.data(), mu.data(),
+                                              azimuth.data(), met.data()),
+              STRATUS_OK);
+    cpp_one.transmission(count, mu.data(), mu.data(), azimuth.data(), expected.data());
+    EXPECT_EQ(met, expected);
+}
+
+TEST_F(C, AsksForEachEffectAlone) {
+    const double depth = 1, albedo = 0.9;
+    const auto side_sums = [&](int stratus_effects::*off) {
+        stratus_effects effects = default_effects();
+        effects.*off = 0;
+        const Slice slice = bind(1, &depth, &albedo, &effects);
+        std::array<float, 2> sides{};
+        stratus_slice_reflection(slice.get(), 0.5f, 0.5f, 0, &sides[0]);
+        stratus_slice_transmission(slice.get(), 0.5f, 0.5f, 0, &sides[1]);
+        return sides;
+    };
+    const auto orders_1 = side_sums(&stratus_effects::multiple);
+    const auto orders_2 = side_sums(&stratus_effects::single);
+    const auto without_r = side_sums(&stratus_effects::reflection);
+    const auto without_t = side_sums(&stratus_effects::transmission);
+    EXPECT_EQ(without_r[0], 0);
+    EXPECT_EQ(without_t[1], 0);
+    // A quarter of the table's tolerance: what is asked for decides how finely a slice is sampled.
+    EXPECT_NEAR((orders_1[0] + orders_2[0]) / without_t[0], 1, 2.5e-4);
+    EXPECT_NEAR((orders_1[1] + orders_2[1]) / without_r[1], 1, 2.5e-4);
+    EXPECT_GT(orders_1[0], 0);
+    EXPECT_GT(orders_2[0], 0);
+}
+
+TEST_F(C, DrawsToTheBitsOfCpp) {
+    const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
+    const stratus::Bsdf cpp_one(table_.view().bind(depths[0], albedos[0]));
+    const stratus::RgbBsdf cpp_three(table_.view().bind_rgb(depths, albedos));
+    stratus_bsdf *one = nullptr, *three = nullptr;
+    stratus_slice* slice = bind(1, depths, albedos).release();
+    ASSERT_EQ(stratus_bsdf_build(&slice, &one), STRATUS_OK) << stratus_last_error();
+    EXPECT_EQ(slice, nullptr);
+    slice = bind(3, depths, albedos).release();
+    ASSERT_EQ(stratus_bsdf_build(&slice, &three), STRATUS_OK) << stratus_last_error();
+    EXPECT_EQ(stratus_slice_channels(stratus_bsdf_slice(one)), 1);
+    EXPECT_EQ(stratus_slice_channels(stratus_bsdf_slice(three)), 3);
+    EXPECT_EQ(stratus_bsdf_bytes(three), cpp_three.bytes());
+
+    const float wi[3] = {0.6f, 0, 0.8f}, random[3] = {0.3f, 0.7f, 0.2f};
+    const stratus::Vector in{wi[0], wi[1], wi[2]};
+    float wo[3], value[3], pdf = 0, same = 0, other[3];
+    ASSERT_EQ(stratus_bsdf_sample(one, wi, random, wo, value, &pdf), STRATUS_OK);
+    const stratus::Bsdf::Sample drawn = cpp_one.sample(in, random[0], random[1], random[2]);
+    EXPECT_EQ(wo[0], drawn.wo.x);
+    EXPECT_EQ(wo[1], drawn.wo.y);
+    EXPECT_EQ(wo[2], drawn.wo.z);
+    EXPECT_EQ(value[0], drawn.value);
+    EXPECT_EQ(pdf, drawn.pdf);
+    ASSERT_EQ(stratus_bsdf_sample(three, wi, random, wo, value, &pdf), STRATUS_OK);
+    const stratus::RgbBsdf::Sample coloured = cpp_three.sample(in, random[0], random[1], random[2]);
+    EXPECT_EQ(wo[2], coloured.wo.z);
+    EXPECT_EQ(value[0], coloured.value.r);
+    EXPECT_EQ(value[2], coloured.value.b);
+    ASSERT_EQ(stratus_bsdf_pdf(three, wi, wo, &same), STRATUS_OK);
+    EXPECT_EQ(same, cpp_three.pdf(in, coloured.wo));
+    ASSERT_EQ(stratus_slice_eval(stratus_bsdf_slice(three), wi, wo, other), STRATUS_OK);
+    EXPECT_EQ(other[1], cpp_three.eval(in, coloured.wo).g);
+    ASSERT_EQ(stratus_bsdf_albedo(three, wi, value, other), STRATUS_OK);
+    EXPECT_EQ(value[1], cpp_three.albedo(in).reflected.g);
+    EXPECT_EQ(other[1], cpp_three.albedo(in).transmitted.g);
+
+    const auto refused = [](int status, const char* part) {
+        expect_refused(status, STRATUS_INVALID_ARGUMENT, part);
+    };
+    refused(stratus_bsdf_sample(nullptr, wi, random, wo, value, &pdf), "bsdf");
+    refused(stratus_bsdf_sample(one, wi, nullptr, wo, value, &pdf), "random");
+    refused(stratus_bsdf_sample(one, wi, random, wo, value, nullptr), "pdf");
+    refused(stratus_bsdf_pdf(one, wi, nullptr, &pdf), "wo");
+    refused(stratus_bsdf_albedo(one, wi, value, nullptr), "transmitted");
+    stratus_bsdf_free(one);
+    stratus_bsdf_free(three);
+    refused(stratus_bsdf_build(&slice, &one), "*slice must be given, got null");
+    EXPECT_EQ(one, nullptr);
+    EXPECT_EQ(stratus_bsdf_slice(nullptr), nullptr);
+    EXPECT_EQ(stratus_bsdf_bytes(nullptr), 0u);
+    stratus_bsdf_free(nullptr);
+}
+
+TEST(CSingle, NeedsNoTable) {
+    const double depth = 2, albedo = 0.8;
+    stratus_slice* slice = nullptr;
+    ASSERT_EQ(stratus_slice_bind_single("isotropic", 1, &depth, &albedo, nullptr, &slice),
+              STRATUS_OK);
+    float value = 0;
+    ASSERT_EQ(stratus_slice_reflection(slice, 0.5f, 1, 0, &value), STRATUS_OK);
+    stratus_slice_free(slice);
+    EXPECT_NEAR(value, 0.2 * -std::expm1(-2 * 3.0) / 1.5, 1e-7);  // single precision
+}
+
+TEST_F(C, RefusesFilesThatAreNone) {
+    stratus_table* table = handle_;
+    expect_refused(stratus_table_open("absent.h5", &table), STRATUS_FAILED, "absent.h5");
+    EXPECT_EQ(table, nullptr);
+    expect_refused(stratus_table_open("table.txt", &table), STRATUS_INVALID_ARGUMENT, ".exr");
+    expect_refused(stratus_table_open(nullptr, &table), STRATUS_INVALID_ARGUMENT,
+                   "stratus_table_open: path must be given, got null");
+    expect_refused(stratus_table_open("a.h5", nullptr), STRATUS_INVALID_ARGUMENT, "table");
+}
+
+TEST_F(C, RefusesSizesOfAnotherVersion) {
+    stratus_table_info info{};
+    expect_refused(
+        stratus_table_describe(handle_, &info), STRATUS_INVALID_ARGUMENT,
+        "stratus_table_describe: info.size must be " + std::to_string(sizeof info) + ", got 0");
+    stratus_effects effects = default_effects();
+    effects.size += 1;
+    expect_refused(stratus_effects_default(&effects), STRATUS_INVALID_ARGUMENT, "effects.size");
+    const double one = 1;
+    stratus_slice* slice = nullptr;
+    expect_refused(stratus_slice_bind(handle_, 1, &one, &one, &effects, &slice),
+                   STRATUS_INVALID_ARGUMENT, "stratus_slice_bind: effects.size");
+}
+
+TEST_F(C, RefusesToBindWhatIsOutOfRange) {
+    const double one = 1, negative = -1e-9, more = 1.0000001, nan = std::nan("");
+    stratus_slice* slice = nullptr;
+    const auto refused = [&](int channels, const double* depth, const double* albedo,
+                             const stratus_effects* effects, const char* part) {
+        expect_refused(stratus_slice_bind(handle_, channels, depth, albedo, effects, &slice),
+                       STRATUS_INVALID_ARGUMENT, part);
+        EXPECT_EQ(slice, nullptr);
+    };
+    refused(2, &one, &one, nullptr, "channels must be 1 or 3, got 2");
+    refused(1, &negative, &one, nullptr, "optical_depth must be in [0, inf], got -1e-09");
+    refused(1, &nan, &one, nullptr, "optical_depth");
+    refused(1, &one, &more, nullptr, "albedo must be in [0, 1], got 1.0000001");
+    refused(1, nullptr, &one, nullptr, "optical_depth must be given");
+    refused(1, &one, nullptr, nullptr, "albedo must be given");
+    stratus_effects effects = default_effects();
+    effects.density = 1;
+    refused(1, &one, &one, &effects, "density must be in [0, 1), got 1");
+    effects = default_effects();
+    effects.opposition = 3;
+    refused(1, &one, &one, &effects, "opposition must be one of the laws, 0 to 2, got 3");
+    effects = default_effects();
+    effects.opposition = STRATUS_BLINN_OPPOSITION;
+    refused(1, &one, &one, &effects, "opposition.width must be in (0, inf), got 0");
+    effects = default_effects();
+    effects.multiple = 2;
+    refused(1, &one, &one, &effects, "multiple must be 0 or 1, got 2");
+    expect_refused(stratus_slice_bind_single("rayleig", 1, &one, &one, nullptr, &slice),
+                   STRATUS_INVALID_ARGUMENT, "rayleig");
+    expect_refused(stratus_slice_bind_single(nullptr, 1, &one, &one, nullptr, &slice),
+                   STRATUS_INVALID_ARGUMENT, "phase_function must be given");
+    expect_refused(stratus_slice_bind(nullptr, 1, &one, &one, nullptr, &slice),
+                   STRATUS_INVALID_ARGUMENT, "table must be given");
+    expect_refused(stratus_slice_bind(handle_, 1, &one, &one, nullptr, nullptr),
+                   STRATUS_INVALID_ARGUMENT, "slice must be given");
+}
+
+TEST_F(C, RefusesLookupsOfNull) {
+    const double one = 1;
+    const Slice slice = bind(1, &one, &one);
+    const float v[3] = {0, 0, 1};
+    const float* const arrays[3] = {v, v, v};
+    const float* const gap[3] = {v, v, nullptr};
+    float value = 7;
+    const stratus_point point{1, 1, 1, 1, 0};
+    stratus_scattered scattered;
+    const auto refused = [](int status, const char* part) {
+        expect_refused(status, STRATUS_INVALID_ARGUMENT, part);
+    };
+    const auto* const no_slice = static_cast<const stratus_slice*>(nullptr);
+    refused(stratus_table_reflection(nullptr, 1, &point, &scattered), "table");
+    refused(stratus_table_transmission(handle_, 1, nullptr, &scattered), "points");
+    refused(stratus_table_transmission(handle_, 1, &point, nullptr), "values");
+    refused(stratus_slice_reflection(no_slice, 1, 1, 0, &value), "slice");
+    refused(stratus_slice_reflection(slice.get(), 1, 1, 0, nullptr), "value");
+    refused(stratus_slice_transmission(no_slice, 1, 1, 0, &value), "slice");
+    refused(stratus_slice_direct(no_slice, 1, &value), "slice");
+    refused(stratus_slice_background(no_slice, 1, &value), "slice");
+    refused(stratus_slice_eval(no_slice, v, v, &value), "slice");
+    refused(stratus_slice_eval(slice.get(), nullptr, v, &value), "wi");
+    refused(stratus_slice_eval(slice.get(), v, nullptr, &value), "wo");
+    refused(stratus_slice_reflection_many(slice.get(), 1, v, v, nullptr, &value), "every array");
+    refused(stratus_slice_transmission_many(slice.get(), 1, nullptr, v, v, &value), "every array");
+    refused(stratus_slice_eval_many(slice.get(), 1, arrays, gap, &value), "every array");
+    refused(stratus_slice_eval_many(slice.get(), 1, nullptr, arrays, &value), "wi");
+    EXPECT_EQ(value, 7);
+    EXPECT_EQ(stratus_slice_channels(nullptr), 0);
+    EXPECT_EQ(stratus_slice_bytes(nullptr), 0u);
+    EXPECT_EQ(stratus_table_text(nullptr, "title"), nullptr);
+    stratus_table_close(nullptr);
+    stratus_slice_free(nullptr);
+    // No numbers, no arrays.
+    EXPECT_EQ(stratus_table_reflection(handle_, 0, nullptr, nullptr), STRATUS_OK);
+    EXPECT_EQ(stratus_slice_reflection_many(slice.get(), 0, nullptr, nullptr, nullptr, nullptr),
+              STRATUS_OK);
+}
+
+TEST(CErrors, StayOnTheirThread) {
+    stratus_table* table = nullptr;
+    expect_refused(stratus_table_open("mine.h5", &table), STRATUS_FAILED, "mine.h5");
+    std::thread([] {
+        EXPECT_STREQ(stratus_last_error(), "");
+        stratus_table* other = nullptr;
+        expect_refused(stratus_table_open("theirs.h5", &other), STRATUS_FAILED, "theirs.h5");
+    }).join();
+    EXPECT_NE(std::string(stratus_last_error()).find("mine.h5"), std::string::npos);
+}
+
+}  // namespace

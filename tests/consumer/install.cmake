@@ -1,0 +1,6 @@
+# Installs BUILD, and moves the copy to PREFIX: nothing of it may remember where it was.
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
+
+file(REMOVE_RECURSE ${PREFIX} ${PREFIX}.first)
+run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${PREFIX}.first)
+file(RENAME ${PREFIX}.first ${PREFIX})

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Builds programs in C++ and C against an installed copy with a compiler and pkg-config alone, and checks what they say.
+#
+#     path_trace.sh PREFIX RECIPE CHECK_PICTURES C_PROGRAM CXX CC
+set -eu
+prefix=$1 recipe=$2 check_pictures=$3 c_program=$4 cxx=$5 cc=$6
+here=$(dirname "$0")
+work=$prefix/../without_cmake
+rm -rf "$work"
+mkdir "$work"
+PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name stratus.pc)")
+export PKG_CONFIG_PATH
+libraries=$(dirname "$PKG_CONFIG_PATH")
+
+# shellcheck disable=SC2046  # words of a command
+{
+    "$cxx" -O2 "$here/path_tracer.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/path_tracer"
+    "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs stratus) -o "$work/renderer"
+    "$cc" -std=c99 "$c_program" $(pkg-config --cflags --libs stratus-c) -lm -Wl,-rpath,"$libraries" -o "$work/look_up"
+    "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs --static stratus-io) -o "$work/renderer"
+}
+"$work/renderer" >/dev/null
+
+"$prefix/bin/stratus" bake "$recipe" -o "$work/dust.h5" 2>"$work/log" || { cat "$work/log"; exit 1; }
+"$work/path_tracer" "$work/dust.h5" "$work/sunlit.ppm" 2.5 0 1
+"$work/path_tracer" "$work/dust.h5" "$work/furnace.ppm" 0 0.5
+"$check_pictures" "$work/dust.h5" "$work/sunlit.ppm" 2.5 "$work/furnace.ppm" 0.5
+bash "$here/../c/with_table.sh" "$prefix/bin/stratus" "$work/look_up"

@@ -1,0 +1,9 @@
+/* Prints the version of the library that it was linked with. */
+#include <stdio.h>
+
+#include <stratus/stratus.h>
+
+int main(void) {
+    printf("%s\n", stratus_version());
+    return stratus_abi_version() != STRATUS_ABI_VERSION;
+}

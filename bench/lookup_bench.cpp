@@ -13,6 +13,7 @@
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/textured_table.h>
 
 namespace {
 
@@ -40,6 +41,16 @@ const Table& isotropic() {
 const Table& rings() {
     static const Table table =
         bake("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
+    return table;
+}
+
+const Table& rayleigh() {
+    static const Table table = bake("rayleigh");
+    return table;
+}
+
+const Table& forward() {
+    static const Table table = bake("henyey_greenstein:g=0.75");
     return table;
 }
 
@@ -124,6 +135,48 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
                         sum += first[a * albedo + d * depth + i * in + j * out];
         return sum;
     });
+}
+
+/// Fast lookups where albedo and optical depth vary too, one at a time.
+void textured(benchmark::State& state, const Table& (*table)(), bool lit) {
+    const stratus::TexturedTable textured(table().view());
+    at_random_points(state, table(), [&](const Point& at) {
+        return (lit ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
+                    : textured.transmission(at.albedo, at.optical_depth, at.geometry))
+            .total();
+    });
+    state.counters["MB_both_sides"] = static_cast<double>(textured.bytes()) * 1e-6;
+}
+
+/// The same, many at once; the time is that of one.
+void textured_batch(benchmark::State& state, const Table& (*table)(), bool lit) {
+    const stratus::TexturedTable textured(table().view());
+    std::vector<float> of[5];
+    for (const Point& at : random_points(table())) {
+        const double quantities[] = {at.albedo, at.optical_depth, at.geometry.mu_in,
+                                     at.geometry.mu_out, at.geometry.azimuth};
+        for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
+    }
+    constexpr std::size_t batch = 1024;
+    std::vector<float> total(batch);
+    std::size_t next = 0;
+    while (state.KeepRunningBatch(batch)) {
+        const stratus::TexturedPoints points{&of[0][next], &of[1][next], &of[2][next],
+                                             &of[3][next], &of[4][next], batch};
+        if (lit)
+            textured.reflection(points, total.data());
+        else
+            textured.transmission(points, total.data());
+        benchmark::DoNotOptimize(total.data());
+        benchmark::ClobberMemory();
+        next = (next + batch) % of[0].size();
+    }
+}
+
+/// Building one.
+void textured_build(benchmark::State& state, const Table& (*table)()) {
+    const stratus::TableView view = table().view();
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::TexturedTable(view).bytes());
 }
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
@@ -224,5 +277,25 @@ BENCHMARK_CAPTURE(bsdf, pdf_rings, rings, pdf);
 BENCHMARK_CAPTURE(bsdf, sample_rings, rings, sample);
 BENCHMARK_CAPTURE(bsdf, sample_and_pdf_rings, rings, sample_and_pdf);
 BENCHMARK_CAPTURE(build_bsdf, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, true);
+BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, false);
+BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, true);
+BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, false);
+BENCHMARK_CAPTURE(textured_build, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, true);
+BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, false);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, true);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, false);
+BENCHMARK_CAPTURE(textured_build, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(textured, forward_R, forward, true);
+BENCHMARK_CAPTURE(textured, forward_T, forward, false);
+BENCHMARK_CAPTURE(textured_batch, forward_R, forward, true);
+BENCHMARK_CAPTURE(textured_batch, forward_T, forward, false);
+BENCHMARK_CAPTURE(textured_build, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(textured, rings_R, rings, true);
+BENCHMARK_CAPTURE(textured, rings_T, rings, false);
+BENCHMARK_CAPTURE(textured_batch, rings_R, rings, true);
+BENCHMARK_CAPTURE(textured_batch, rings_T, rings, false);
+BENCHMARK_CAPTURE(textured_build, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

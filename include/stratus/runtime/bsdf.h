@@ -7,13 +7,14 @@
 // SliceOf::direct and SliceOf::background.
 //
 // Directions follow single scattering and all higher orders together, both sides at once, the mean
-// over channels. The density is linear between samples over incident cosine, outgoing cosine and
+// over channels. Their density is linear between samples over incident cosine, outgoing cosine and
 // azimuth, in coordinates that widen the slice's forward and backward peaks; what is drawn and what
 // `pdf` says are one and the same function.
 //
-// Cost     to build: 5 ms (four hundred lookups of a million); 270 kB, of which a scene with
-//          few angles touches a part.
-// Threads  no call allocates, throws or takes a lock; any number of threads may share a BSDF.
+// Accuracy  eval * cos / pdf varies by 2 to 5 % of its mean, up to 15 % within a few degrees of the
+//           normal and the horizon for Henyey-Greenstein's g = 0.85, up to 25 % for g = 0.95.
+// Cost      to build: 3 to 8 ms, a hundred and fifty thousand lookups of the slice; 126 kB.
+// Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 
 #include <cstddef>

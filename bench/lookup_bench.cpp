@@ -10,9 +10,10 @@
 #include <vector>
 
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/slice.h>
 #include <stratus/runtime/textured_table.h>
 
 namespace {
@@ -267,6 +268,133 @@ void plain_read_of_bsdf(benchmark::State& state) {
     }
 }
 
+// ---- slices
+
+/// Directions, structure of arrays.
+struct Directions {
+    std::vector<float> mu_in, mu_out, azimuth;
+
+    Directions() {
+        std::mt19937 random(1);
+        std::uniform_real_distribution<float> uniform(0, 1);
+        for (int i = 0; i < 1 << 14; ++i) {
+            mu_in.push_back(1 - uniform(random));
+            mu_out.push_back(1 - uniform(random));
+            azimuth.push_back(3.1415926f * uniform(random));
+        }
+    }
+};
+
+/// Light that a slice reflects, one lookup at a time.
+template <class Slice>
+void look_up(benchmark::State& state, const Slice& slice) {
+    const Directions at;
+    std::size_t next = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(
+            slice.reflection(at.mu_in[next], at.mu_out[next], at.azimuth[next]));
+        next = (next + 1) & (at.mu_in.size() - 1);
+    }
+    state.counters["kB"] = static_cast<double>(slice.bytes()) * 1e-3;
+}
+
+/// The same, many at once; the time is that of one.
+template <class Slice>
+void look_up_batch(benchmark::State& state, const Slice& slice) {
+    const Directions at;
+    constexpr std::size_t batch = 1024;
+    std::vector<float> value(3 * batch);
+    std::size_t next = 0;
+    while (state.KeepRunningBatch(batch)) {
+        slice.reflection(batch, &at.mu_in[next], &at.mu_out[next], &at.azimuth[next], value.data());
+        benchmark::ClobberMemory();
+        next = (next + batch) % at.mu_in.size();
+    }
+}
+
+stratus::Slice bound(const Table& (*table)()) {
+    stratus::Effects lit;
+    lit.transmission = false;
+    return table().view().bind(2, 0.95, lit);
+}
+
+stratus::RgbSlice bound_rgb(const Table& (*table)()) {
+    stratus::Effects lit;
+    lit.transmission = false;
+    return table().view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, lit);
+}
+
+stratus::Slice single(const Table& (*table)()) {
+    return stratus::Slice(table().phase_function, {{2}, {0.95}});
+}
+
+void slice(benchmark::State& state, const Table& (*table)()) { look_up(state, bound(table)); }
+void slice_batch(benchmark::State& state, const Table& (*table)()) {
+    look_up_batch(state, bound(table));
+}
+void rgb_slice(benchmark::State& state, const Table& (*table)()) {
+    look_up(state, bound_rgb(table));
+}
+void rgb_slice_batch(benchmark::State& state, const Table& (*table)()) {
+    look_up_batch(state, bound_rgb(table));
+}
+void single_slice(benchmark::State& state, const Table& (*table)()) {
+    look_up(state, single(table));
+}
+void single_slice_batch(benchmark::State& state, const Table& (*table)()) {
+    look_up_batch(state, single(table));
+}
+void bind(benchmark::State& state, const Table& (*table)()) {
+    for (auto _ : state) benchmark::DoNotOptimize(bound(table).bytes());
+}
+
+/// The floor: a plain table of 32^3 floats, linear.
+void plain_trilinear(benchmark::State& state) {
+    const Directions at;
+    const std::vector<float> table(32 * 32 * 32, 1.0f);
+    std::size_t next = 0;
+    for (auto _ : state) {
+        const float place[3] = {at.mu_in[next] * 30.9f, at.mu_out[next] * 30.9f,
+                                at.azimuth[next] * 9.8f};
+        const auto i = static_cast<int>(place[0]), j = static_cast<int>(place[1]),
+                   k = static_cast<int>(place[2]);
+        const float x = place[0] - static_cast<float>(i), y = place[1] - static_cast<float>(j),
+                    z = place[2] - static_cast<float>(k);
+        const float* const corner = table.data() + (i * 32 + j) * 32 + k;
+        const auto along = [&](int row) {
+            return corner[row] + z * (corner[row + 1] - corner[row]);
+        };
+        const float near = along(0) + y * (along(32) - along(0));
+        const float far = along(1024) + y * (along(1056) - along(1024));
+        benchmark::DoNotOptimize(near + x * (far - near));
+        next = (next + 1) & (at.mu_in.size() - 1);
+    }
+}
+
+BENCHMARK(plain_trilinear);
+BENCHMARK_CAPTURE(slice, isotropic, isotropic);
+BENCHMARK_CAPTURE(slice, rayleigh, rayleigh);
+BENCHMARK_CAPTURE(slice, forward, forward);
+BENCHMARK_CAPTURE(slice, rings, rings);
+BENCHMARK_CAPTURE(slice_batch, isotropic, isotropic);
+BENCHMARK_CAPTURE(slice_batch, rayleigh, rayleigh);
+BENCHMARK_CAPTURE(slice_batch, forward, forward);
+BENCHMARK_CAPTURE(slice_batch, rings, rings);
+BENCHMARK_CAPTURE(rgb_slice, isotropic, isotropic);
+BENCHMARK_CAPTURE(rgb_slice, rayleigh, rayleigh);
+BENCHMARK_CAPTURE(rgb_slice, forward, forward);
+BENCHMARK_CAPTURE(rgb_slice, rings, rings);
+BENCHMARK_CAPTURE(rgb_slice_batch, rings, rings);
+BENCHMARK_CAPTURE(single_slice, isotropic, isotropic);
+BENCHMARK_CAPTURE(single_slice, rayleigh, rayleigh);
+BENCHMARK_CAPTURE(single_slice, forward, forward);
+BENCHMARK_CAPTURE(single_slice, rings, rings);
+BENCHMARK_CAPTURE(single_slice_batch, isotropic, isotropic);
+BENCHMARK_CAPTURE(single_slice_batch, rings, rings);
+BENCHMARK_CAPTURE(bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bind, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bind, rings, rings)->Unit(benchmark::kMillisecond);
 BENCHMARK(plain_read_of_bsdf);
 BENCHMARK_CAPTURE(bsdf, eval_isotropic, isotropic, evaluate);
 BENCHMARK_CAPTURE(bsdf, pdf_isotropic, isotropic, pdf);

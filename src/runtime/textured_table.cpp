@@ -36,7 +36,7 @@ constexpr double usual_tolerance = 1e-3;  // of a table that does not say
 
 // Shares of the tolerance: by which the functions may miss a layer, and straight lines between
 // cosines all but the worst hundredth of the directions.
-constexpr double basis_share = 0.2, line_share = 0.2, rare = 0.01;
+constexpr double basis_share = 0.2, line_share = 0.25, rare = 0.01;
 
 constexpr float darkest_share = 0.01f, faintest = 1e-8f;  // below which errors count less
 

@@ -10,10 +10,6 @@
 namespace stratus {
 namespace {
 
-/// Where less than this of the law of diffusion is left at the deepest sample, that sample is the
-/// limit itself.
-constexpr double least_deficit = 1e-5;
-
 /// What is asked of the multiply scattered part.
 struct Query {
     Stencil albedo_stencil;

@@ -9,7 +9,9 @@
 
 namespace stratus {
 
-constexpr int window = 4;  // samples of a cubic
+/// Where less than this of the law of diffusion is left at the deepest sample, that sample is the
+/// limit itself.
+constexpr double least_deficit = 1e-5;
 
 /// One (albedo, optical_depth) of a side: where its directions start among the side's samples, its
 /// share of the answer, its depth.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace stratus {
 namespace {
@@ -43,6 +44,7 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
         samples = std::move(finer);
     }
     PhaseCurve curve;
+    curve.form_ = PhaseForm::sampled;
     curve.width_ = width;
     curve.samples_.assign(samples.begin(), samples.end());
     return curve;
@@ -50,6 +52,7 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
 
 PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
     double polynomial[3] = {0, 0, 0};
+    int lobes = 0;
     bool closed = true;
     for (const auto& [weight, term] : phase_function.terms()) {
         if (std::holds_alternative<Isotropic>(term)) {
@@ -63,12 +66,12 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
             polynomial[0] += weight * (1 - linear->x);
             polynomial[1] += weight * linear->x;
         } else if (const auto* lobe = std::get_if<HenyeyGreenstein>(&term);
-                   lobe != nullptr && lobes_ < 2) {
+                   lobe != nullptr && lobes < 2) {
             const double size = std::abs(lobe->g);
-            closed_.lobe[lobes_++] = {static_cast<float>(weight * (1 - size) * (1 + size)),
-                                      static_cast<float>((1 - size) * (1 - size)),
-                                      static_cast<float>(std::max(0.0, 2 * lobe->g)),
-                                      static_cast<float>(std::max(0.0, -2 * lobe->g))};
+            closed_.lobe[lobes++] = {static_cast<float>(weight * (1 - size) * (1 + size)),
+                                     static_cast<float>((1 - size) * (1 - size)),
+                                     static_cast<float>(std::max(0.0, 2 * lobe->g)),
+                                     static_cast<float>(std::max(0.0, -2 * lobe->g))};
         } else {
             closed = false;
         }
@@ -78,6 +81,25 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
         return;
     }
     for (int i = 0; i < 3; ++i) closed_.polynomial[i] = static_cast<float>(polynomial[i]);
+    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
+                                   PhaseForm::two_lobes};
+    form_ = forms[lobes];
+}
+
+PhaseCurve PhaseCurve::composed(const PhaseFunction& phase_function, const Opposition& opposition,
+                                const Below* below) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const bool with_depth = opposition.law == Opposition::Law::blinn;
+    PhaseCurve curve = sampled(3, [&](double c, double* value) {
+        const double phase = phase_function(c);
+        const double bump = opposition_factor(opposition, c, infinity, 1, 1) - 1;
+        value[0] = with_depth ? phase : phase * (1 + bump);
+        value[1] = with_depth ? phase * bump : 0;
+        value[2] =
+            below != nullptr && below->kind == Below::Kind::layer ? below->phase_function(c) : 0;
+    });
+    curve.form_ = PhaseForm::composed;
+    return curve;
 }
 
 PhaseCurveView PhaseCurve::view() const noexcept {

@@ -10,6 +10,7 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 
+#include "kept_tolerance.h"
 #include "kernels/kernels.h"
 #include "layers.h"
 #include "mu_places.h"
@@ -18,10 +19,8 @@ namespace stratus {
 namespace {
 
 constexpr const char* door = "bind";
-constexpr double usual_tolerance = 1e-3;  // of a table that does not say
 /// Share of the tolerance that straight lines along each of the three axes may use up.
 constexpr double share_of_tolerance = 0.2;
-constexpr double darkest_share = 0.01;  // of the largest value, below which errors count less
 
 // Intervals along an axis while its need is found out, and of the slice.
 constexpr int probed = 32, fewest = 16, most_along_mu = 176, most_along_azimuth = 128;
@@ -269,7 +268,7 @@ class Refinement {
 
     const TableView& table_;
     const Layers& layers_;
-    const Single& single_;
+    Single single_;
     Sheet sheet_;
 };
 
@@ -278,22 +277,20 @@ class Refinement {
 template <int channels, class Single>
 std::vector<float> refined(const TableView& table, const Layers (&layers)[channels],
                            const Single& single, SideView<channels>& view) {
-    double mu_error = 0, azimuth_error = 0;
-    const auto for_each_channel = [&](auto&& use) {
-        for (int c = 0; c < channels; ++c) {
-            const auto of_channel = [&](double in, double out, double azimuth) {
-                return single(c, in, out, azimuth);
-            };
-            use(c, Refinement(table, layers[c], of_channel));
-        }
+    const auto of_channel = [&](int c) {
+        return Refinement(table, layers[c], [&single, c](double in, double out, double azimuth) {
+            return single(c, in, out, azimuth);
+        });
     };
-    for_each_channel([&](int, const auto& refinement) {
-        const auto [along_mu, along_azimuth] = refinement.errors_of_straight_lines();
+    std::vector<decltype(of_channel(0))> refinements;
+    double mu_error = 0, azimuth_error = 0;
+    for (int c = 0; c < channels; ++c) {
+        refinements.push_back(of_channel(c));
+        const auto [along_mu, along_azimuth] = refinements.back().errors_of_straight_lines();
         mu_error = std::max(mu_error, along_mu);
         azimuth_error = std::max(azimuth_error, along_azimuth);
-    });
-    const double allowed =
-        share_of_tolerance * (table.tolerance > 0 ? table.tolerance : usual_tolerance);
+    }
+    const double allowed = share_of_tolerance * kept_tolerance(table);
     const int azimuths =
         table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, most_along_azimuth);
     const MuPlaces places(
@@ -301,37 +298,14 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
     // Rows 0 to `intervals`, the last one column short.
     const std::size_t rows = size(places.intervals + 1);
     std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels + 1);
-    for_each_channel([&](int c, const auto& refinement) {
-        refinement.write(places, azimuths, channels, samples.data() + c);
-    });
+    for (std::size_t c = 0; c < refinements.size(); ++c)
+        refinements[c].write(places, azimuths, channels, samples.data() + c);
     view.sample = samples.data();
     view.azimuths = azimuths;
     view.last_mu = places.intervals;
     view.mu_first = static_cast<float>(places.first);
     view.mu_step_inverse = places.step > 0 ? static_cast<float>(1 / places.step) : 0;
     return samples;
-}
-
-PhaseForm form_of(const PhaseCurve& curve) {
-    if (curve.view().sample != nullptr) return PhaseForm::sampled;
-    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
-                                   PhaseForm::two_lobes};
-    return forms[curve.lobes()];
-}
-
-/// Single scattering on the lit side with all that acts on it there.
-PhaseCurve composed(const PhaseFunction& phase_function, const Below* below,
-                    const Opposition& opposition) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    const bool with_depth = opposition.law == Opposition::Law::blinn;
-    return PhaseCurve::sampled(3, [&](double c, double* value) {
-        const double phase = phase_function(c);
-        const double bump = opposition_factor(opposition, c, infinity, 1, 1) - 1;
-        value[0] = with_depth ? phase : phase * (1 + bump);
-        value[1] = with_depth ? phase * bump : 0;
-        value[2] =
-            below != nullptr && below->kind == Below::Kind::layer ? below->phase_function(c) : 0;
-    });
 }
 
 template <int channels>
@@ -380,12 +354,12 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     if (effects.reflection) {
         SideView<channels>& view = reflection_.view;
         set_medium(view, 1e30);
-        reflection_.form = PhaseForm::none;
         if (effects.single) {
             const bool layer_below = one_sided_ && below->kind == Below::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
-            reflection_.phase = plain ? curve : composed(phase_function, below, effects.opposition);
-            reflection_.form = plain ? form_of(curve) : PhaseForm::composed;
+            reflection_.phase =
+                plain ? curve : PhaseCurve::composed(phase_function, effects.opposition, below);
+            reflection_.form = reflection_.phase.form();
             for (int c = 0; c < channels; ++c) {
                 view.surface[c] =
                     one_sided_ && !layer_below ? static_cast<float>(below->albedo) : 0;
@@ -395,8 +369,10 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     }
     if (effects.transmission && !one_sided_) {
         set_medium(transmission_.view, 1e4);  // nothing passes a hundred
-        transmission_.form = effects.single ? form_of(curve) : PhaseForm::none;
-        if (effects.single) transmission_.phase = curve;
+        if (effects.single) {
+            transmission_.phase = curve;
+            transmission_.form = curve.form();
+        }
     }
     for (Side* side : {&reflection_, &transmission_}) side->view.phase = side->phase.view();
     set_kernels();

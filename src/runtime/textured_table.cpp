@@ -11,8 +11,10 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/diffusion.h>
 
+#include "kept_tolerance.h"
 #include "kernels/kernels.h"
 #include "kernels/textured.h"
+#include "layers.h"
 #include "mu_places.h"
 
 namespace stratus {
@@ -31,17 +33,11 @@ struct TexturedMemory {
 
 namespace {
 
-constexpr int window = 4;                 // samples of a cubic
-constexpr double usual_tolerance = 1e-3;  // of a table that does not say
-
 // Shares of the tolerance: by which the functions may miss a layer, and straight lines between
 // cosines all but the worst hundredth of the directions.
 constexpr double basis_share = 0.2, line_share = 0.25, rare = 0.01;
 
-constexpr float darkest_share = 0.01f, faintest = 1e-8f;  // below which errors count less
-
-/// As lookup.h has it: the deepest sample of reflection is the limit itself.
-constexpr double least_deficit = 1e-5;
+constexpr float faintest = 1e-8f;  // below which errors count less
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
@@ -160,7 +156,7 @@ class Shapes {
                     if (other >= 0.1) largest = std::max(largest, found[n]);
                 }
             }
-        const float least = std::max(darkest_share * largest, faintest);
+        const float least = std::max(static_cast<float>(darkest_share) * largest, faintest);
         n = 0;
         for (int i = 0; i < table_.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j)
@@ -195,7 +191,7 @@ struct Rows {
 };
 
 /// The layers of a block, thinned out along azimuth.
-struct Layers {
+struct BlockLayers {
     Rows albedos, depths;                                       // depths: finite ones
     bool and_infinity;                                          // after the depths
     std::vector<const std::vector<float>*> values, importance;  // over (albedo, depth)
@@ -215,7 +211,7 @@ struct Basis {
 
 /// Takes the layer that is met worst into the basis until all are met. Of many albedos a few speak
 /// for all.
-Basis greedy(const Layers& layers, double allowed) {
+Basis greedy(const BlockLayers& layers, double allowed) {
     constexpr int speaking_albedos = 12;
     const int albedo_step = (layers.albedos.count - 1) / speaking_albedos + 1;
     const std::size_t columns = layers.values[0]->size();
@@ -306,7 +302,7 @@ struct Places {
     }
 };
 
-Places places_for(const AxisView& axis, const Layers& layers, double allowed) {
+Places places_for(const AxisView& axis, const BlockLayers& layers, double allowed) {
     constexpr int probed = 16;  // intervals a segment
     constexpr int most = 64;    // steps a segment
     Places places{v_at(axis.highest), 0, {}};
@@ -361,7 +357,7 @@ float unit_of(float largest) {
 }
 
 /// The functions over (mu, mu', azimuth).
-Functions refined(const Shapes& samples, const Layers& layers, const Basis& basis,
+Functions refined(const Shapes& samples, const BlockLayers& layers, const Basis& basis,
                   const Places& places) {
     const AxisView& mu = samples.table().mu_in;
     const int cosines = mu.count, azimuths = samples.azimuths(), used = std::min(window, cosines);
@@ -424,7 +420,7 @@ Functions refined(const Shapes& samples, const Layers& layers, const Basis& basi
 
 /// Coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions in the
 /// units that they are stored in.
-std::vector<CoefficientRow> coefficients(const Layers& layers, const Basis& basis,
+std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const Basis& basis,
                                          const std::array<float, functions>& unit) {
     const int finite = layers.depths.count, depths = layers.depth_count();
     const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
@@ -452,37 +448,23 @@ std::vector<CoefficientRow> coefficients(const Layers& layers, const Basis& basi
     return all;
 }
 
-PhaseForm form_of(const PhaseCurve& curve) {
-    if (curve.view().sample != nullptr) return PhaseForm::sampled;
-    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
-                                   PhaseForm::two_lobes};
-    return forms[curve.lobes()];
-}
-
 /// Single scattering, and of what lies beneath on the lit side.
 void set_closed_forms(const TableView& table, Leaves leaves, const TexturedKernels& all,
                       TexturedMemory& side) {
-    side.phase = PhaseCurve(*table.phase_function);
-    PhaseForm form = form_of(side.phase);
+    const bool composed = leaves == Leaves::on_the_lit_side && table.lies_on_something() &&
+                          table.below->kind == Below::Kind::layer;
+    side.phase = composed ? PhaseCurve::composed(*table.phase_function, {}, table.below)
+                          : *table.phase_curve;
     if (leaves == Leaves::on_the_lit_side && table.lies_on_something()) {
-        const Below& below = *table.below;
-        side.view.over_surface = below.kind == Below::Kind::surface;
-        if (side.view.over_surface) {
-            side.view.surface_albedo = static_cast<float>(below.albedo);
-        } else {
-            side.view.beneath_quarter = static_cast<float>(below.albedo / 4);
-            side.phase = PhaseCurve::sampled(3, [&](double cos_theta, double* value) {
-                value[0] = (*table.phase_function)(cos_theta);
-                value[1] = 0;
-                value[2] = below.phase_function(cos_theta);
-            });
-            form = PhaseForm::composed;
-        }
+        const auto albedo = static_cast<float>(table.below->albedo);
+        side.view.over_surface = !composed;
+        side.view.surface_albedo = composed ? 0 : albedo;
+        side.view.beneath_quarter = composed ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    side.kernel = &(leaves == Leaves::on_the_lit_side
-                        ? all.reflected
-                        : all.transmitted)[static_cast<int>(form)][table.azimuth.count > 1 ? 1 : 0];
+    side.kernel =
+        &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)[static_cast<int>(
+            side.phase.form())][table.azimuth.count > 1 ? 1 : 0];
 }
 
 /// The axes of the coefficients and the scales along them.
@@ -546,7 +528,7 @@ class Blocks {
     Blocks(const Shapes& samples, TexturedMemory& side)
         : samples_(samples),
           side_(side),
-          tolerance_(samples.table().tolerance > 0 ? samples.table().tolerance : usual_tolerance),
+          tolerance_(kept_tolerance(samples.table())),
           azimuth_step_(std::max(1, (samples.azimuths() - 1) / 8)) {
         const AxisView &albedo = samples.table().albedo, &depth = samples.table().optical_depth;
         for (int a = 0; a < albedo.count; ++a)
@@ -581,7 +563,7 @@ class Blocks {
         int guess = 9;
         for (int first = first_depth; first < end;) {
             const Rows depth_cells{first, std::min(guess, end - first)};
-            const Layers layers = layers_of(albedo_cells, depth_cells);
+            const BlockLayers layers = layers_of(albedo_cells, depth_cells);
             const Basis basis = greedy(layers, allowed);
             const bool met = basis.error <= allowed;
             if (!met && depth_cells.count > shallow) {
@@ -600,15 +582,15 @@ class Blocks {
         }
     }
 
-    Layers layers_of(const Rows& albedo_cells, const Rows& depth_cells) const {
+    BlockLayers layers_of(const Rows& albedo_cells, const Rows& depth_cells) const {
         const AxisView& depth = samples_.table().optical_depth;
         const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
-        Layers layers{reach(albedo_cells, samples_.table().albedo.count),
-                      reach(depth_cells, depth.count),
-                      deepest && side_.view.ends_at_infinity,
-                      {},
-                      {},
-                      (samples_.azimuths() - 1) / azimuth_step_ + 1};
+        BlockLayers layers{reach(albedo_cells, samples_.table().albedo.count),
+                           reach(depth_cells, depth.count),
+                           deepest && side_.view.ends_at_infinity,
+                           {},
+                           {},
+                           (samples_.azimuths() - 1) / azimuth_step_ + 1};
         for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
             for (int d = 0; d < layers.depth_count(); ++d) {
                 const std::size_t at = size(a * depth.size() + layers.depths.first + d);
@@ -618,7 +600,7 @@ class Blocks {
         return layers;
     }
 
-    void add(const Layers& layers, const Basis& basis, const Rows& albedo_cells,
+    void add(const BlockLayers& layers, const Basis& basis, const Rows& albedo_cells,
              const Rows& depth_cells) {
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto end_of = [](const Rows& cells, int samples) {

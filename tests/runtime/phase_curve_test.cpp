@@ -16,11 +16,11 @@ double value_of(const PhaseCurve& curve, double angle) {
     path.forward = static_cast<float>(2 * std::pow(std::sin(angle / 2), 2));
     path.backward = static_cast<float>(2 * std::pow(std::cos(angle / 2), 2));
     const PhaseCurveView view = curve.view();
-    if (view.sample != nullptr) return phase_value<PhaseForm::sampled>(view, path);
-    switch (curve.lobes()) {
-        case 0: return phase_value<PhaseForm::polynomial>(view, path);
-        case 1: return phase_value<PhaseForm::one_lobe>(view, path);
-        default: return phase_value<PhaseForm::two_lobes>(view, path);
+    switch (curve.form()) {
+        case PhaseForm::polynomial: return phase_value<PhaseForm::polynomial>(view, path);
+        case PhaseForm::one_lobe: return phase_value<PhaseForm::one_lobe>(view, path);
+        case PhaseForm::two_lobes: return phase_value<PhaseForm::two_lobes>(view, path);
+        default: return phase_value<PhaseForm::sampled>(view, path);
     }
 }
 

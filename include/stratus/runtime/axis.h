@@ -22,11 +22,14 @@ enum class AxisScale {
 /// "square_root_of_complement".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
+/// Samples of a cubic.
+constexpr int window = 4;
+
 /// Up to four neighbouring samples and their weights; unused weights are 0. On an axis of fewer
 /// than four samples `first` is 0 and the weights past its end, all 0, belong to no sample.
 struct Stencil {
     int first;
-    float weight[4];
+    float weight[window];
 };
 
 /// The numbers of an axis that a lookup needs; trivially copyable.

@@ -36,16 +36,6 @@ struct LightPathOf {
 };
 using LightPath = LightPathOf<float>;
 
-/// How single scattering finds its phase function.
-enum class PhaseForm {
-    none,        // single scattering is not asked for
-    polynomial,  // in cos Theta
-    one_lobe,    // a polynomial and a Henyey-Greenstein lobe
-    two_lobes,
-    sampled,
-    composed,  // sampled, with opposition and a layer beneath sampled beside it; reflection alone
-};
-
 /// How orders n >= 2 are stored.
 enum class Orders {
     none,
@@ -68,8 +58,7 @@ struct SideView {
     // symmetric.
     const float* sample;
     int last_mu, azimuths;
-    float mu_first,
-        mu_step_inverse;  // place = (sqrt(1 - mu) (1 - mu^(1/4) / 2) - first) * step_inverse
+    float mu_first, mu_step_inverse;  // place = (coordinate - first) * step_inverse
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
 };
@@ -302,19 +291,26 @@ template <PhaseForm form, class F>
 
 // ---- higher orders
 
-/// Places of two cosines among the samples of a slice; `spare` becomes its root.
-template <int channels, class F>
-[[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
-                                                      F& spare) {
+/// Replaces two cosines by their coordinates sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples
+/// lie evenly; `spare` becomes its root.
+template <class F>
+[[gnu::always_inline]] static inline void take_mu_coordinates(F& in, F& out, F& spare) {
     F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
     take_roots(in, out, in_complement, out_complement);
     take_roots(in, out, spare);
+    in = in_complement * (1.0f - in * 0.5f);
+    out = out_complement * (1.0f - out * 0.5f);
+}
+
+/// The same as places among the samples of a slice.
+template <int channels, class F>
+[[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
+                                                      F& spare) {
+    take_mu_coordinates(in, out, spare);
     // Never the last sample itself: there is one beyond each.
     const F last(static_cast<float>(side.last_mu) * (1 - 1e-6f)), first(0.0f);
-    in = (in_complement * (1.0f - in * 0.5f) - side.mu_first) * side.mu_step_inverse;
-    out = (out_complement * (1.0f - out * 0.5f) - side.mu_first) * side.mu_step_inverse;
-    in = larger(smaller(in, last), first);
-    out = larger(smaller(out, last), first);
+    in = larger(smaller((in - side.mu_first) * side.mu_step_inverse, last), first);
+    out = larger(smaller((out - side.mu_first) * side.mu_step_inverse, last), first);
 }
 
 /// Orders n >= 2 as they are stored, bilinear or trilinear.

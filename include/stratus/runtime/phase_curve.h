@@ -10,6 +10,8 @@
 #include <functional>
 #include <vector>
 
+#include <stratus/runtime/below.h>
+#include <stratus/runtime/effects.h>
 #include <stratus/runtime/phase_function.h>
 
 namespace stratus {
@@ -27,6 +29,17 @@ struct PhaseCurveView {
     int last = 0;                   // index of the last sample
 };
 
+/// How a lookup finds its phase function.
+enum class PhaseForm {
+    none,        // single scattering is not asked for
+    polynomial,  // in cos Theta
+    one_lobe,    // a polynomial and a Henyey-Greenstein lobe
+    two_lobes,
+    sampled,
+    composed,  // sampled, with opposition and a layer beneath sampled beside it; reflection alone
+};
+constexpr int phase_forms = 6;
+
 /// A phase function made ready for fast lookups.
 class PhaseCurve {
   public:
@@ -43,16 +56,21 @@ class PhaseCurve {
     static PhaseCurve sampled(int width,
                               const std::function<void(double cos_theta, double* value)>& value);
 
+    /// Single scattering on the lit side with what acts on it there, side by side: the phase
+    /// function, the same times the bump of an opposition whose amplitude depends on the depth, and
+    /// the phase function of a layer beneath.
+    static PhaseCurve composed(const PhaseFunction& phase_function, const Opposition& opposition,
+                               const Below* below);
+
     PhaseCurveView view() const noexcept;
+
+    PhaseForm form() const noexcept { return form_; }
 
     std::size_t sample_count() const noexcept { return samples_.size(); }
 
-    /// How many lobes of the view are in use.
-    int lobes() const noexcept { return lobes_; }
-
   private:
     PhaseCurveView closed_;
-    int lobes_ = 0;
+    PhaseForm form_ = PhaseForm::polynomial;
     std::vector<float> samples_;
     int width_ = 1;
 };

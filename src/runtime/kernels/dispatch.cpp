@@ -1,4 +1,4 @@
-#include <cstring>
+#include <stratus/runtime/instruction_set.h>
 
 #include "kernels.h"
 
@@ -14,21 +14,18 @@ namespace generic {
 extern const Kernels kernels;
 }
 
-const Kernels* kernels(const char* instruction_set) noexcept {
-#ifdef STRATUS_WIDE_KERNELS
-    if (!std::strcmp(instruction_set, "avx512"))
-        return __builtin_cpu_supports("avx512f") ? &avx512::kernels : nullptr;
-    if (!std::strcmp(instruction_set, "avx2"))
-        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? &avx2::kernels
-                                                                               : nullptr;
-#endif
-    return std::strcmp(instruction_set, "generic") ? nullptr : &generic::kernels;
-}
+namespace {
 
-const Kernels& kernels() noexcept {
-    if (const Kernels* widest = kernels("avx512")) return *widest;
-    if (const Kernels* wide = kernels("avx2")) return *wide;
-    return generic::kernels;
-}
+#ifdef STRATUS_WIDE
+constexpr PerInstructionSet<Kernels> all{&generic::kernels, &avx2::kernels, &avx512::kernels};
+#else
+constexpr PerInstructionSet<Kernels> all{&generic::kernels, nullptr, nullptr};
+#endif
+
+}  // namespace
+
+const Kernels* kernels(const char* instruction_set) noexcept { return all.named(instruction_set); }
+
+const Kernels& kernels() noexcept { return all.widest(); }
 
 }  // namespace stratus

@@ -28,8 +28,7 @@ struct SideKernel {
     void (*many)(const SideView<channels>&, const LightPaths&, float* value);
 };
 
-/// Places in the lists of kernels.
-constexpr int phase_forms = 6, order_forms = 3;
+constexpr int order_forms = 3;  // of Orders
 
 struct TexturedKernels;  // textured.h
 

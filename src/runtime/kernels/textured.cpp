@@ -6,8 +6,6 @@
 namespace stratus::STRATUS_ISA {
 namespace {
 
-constexpr int window = 4;  // samples of a cubic
-
 // ---- what light.h does not ask of its lanes
 
 STRATUS_INLINE void load(const float* from, Lookups& x) {
@@ -283,12 +281,10 @@ template <bool azimuthal, class F, class Index>
 STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Index block,
                                                    const LightPathOf<F>& path, F azimuth) {
     DirectionWindow<F> at;
-    F in = path.mu_in, out = path.mu_out;
-    F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
-    take_roots(in, out, in_complement, out_complement);
-    take_roots(in, out);
-    in = mu_place(side, block, in_complement * (1.0f - in * 0.5f));
-    out = mu_place(side, block, out_complement * (1.0f - out * 0.5f));
+    F in = path.mu_in, out = path.mu_out, spare = in;
+    take_mu_coordinates(in, out, spare);
+    in = mu_place(side, block, in);
+    out = mu_place(side, block, out);
     const F high = larger(in, out), low = smaller(in, out);
     at.mu = whole(high);
     at.other_mu = whole(low);

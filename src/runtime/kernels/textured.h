@@ -89,7 +89,7 @@ struct TexturedKernel {
 
 struct TexturedKernels {
     // Over [PhaseForm][depends on azimuth].
-    TexturedKernel reflected[6][2], transmitted[6][2];
+    TexturedKernel reflected[phase_forms][2], transmitted[phase_forms][2];
 };
 
 }  // namespace stratus

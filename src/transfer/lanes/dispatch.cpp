@@ -1,4 +1,4 @@
-#include <cstring>
+#include <stratus/runtime/instruction_set.h>
 
 #include "lanes.h"
 
@@ -14,21 +14,18 @@ namespace generic {
 extern const LaneMethods methods;
 }
 
-const LaneMethods* lane_methods(const char* instruction_set) {
-#ifdef __x86_64__
-    if (!std::strcmp(instruction_set, "avx512"))
-        return __builtin_cpu_supports("avx512f") ? &avx512::methods : nullptr;
-    if (!std::strcmp(instruction_set, "avx2"))
-        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? &avx2::methods
-                                                                               : nullptr;
-#endif
-    return std::strcmp(instruction_set, "generic") ? nullptr : &generic::methods;
-}
+namespace {
 
-const LaneMethods& lane_methods() {
-    if (const LaneMethods* widest = lane_methods("avx512")) return *widest;
-    if (const LaneMethods* wide = lane_methods("avx2")) return *wide;
-    return generic::methods;
-}
+#ifdef STRATUS_WIDE
+constexpr PerInstructionSet<LaneMethods> all{&generic::methods, &avx2::methods, &avx512::methods};
+#else
+constexpr PerInstructionSet<LaneMethods> all{&generic::methods, nullptr, nullptr};
+#endif
+
+}  // namespace
+
+const LaneMethods* lane_methods(const char* instruction_set) { return all.named(instruction_set); }
+
+const LaneMethods& lane_methods() { return all.widest(); }
 
 }  // namespace stratus

@@ -311,11 +311,10 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
 template <int channels>
 const SideKernel<channels>& kernel_of(bool reflected, PhaseForm form, Orders orders) {
     const Kernels& all = kernels();
-    const auto f = static_cast<std::size_t>(form), o = static_cast<std::size_t>(orders);
     if constexpr (channels == 1)
-        return (reflected ? all.reflected : all.transmitted)[f][o];
+        return (reflected ? all.reflected : all.transmitted).of(form, orders);
     else
-        return (reflected ? all.reflected_rgb : all.transmitted_rgb)[f][o];
+        return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
 }
 
 template <int channels>

@@ -462,9 +462,8 @@ void set_closed_forms(const TableView& table, Leaves leaves, const TexturedKerne
         side.view.beneath_quarter = composed ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    side.kernel =
-        &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)[static_cast<int>(
-            side.phase.form())][table.azimuth.count > 1 ? 1 : 0];
+    side.kernel = &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)
+                       .of(side.phase.form(), table.azimuth.count > 1);
 }
 
 /// The axes of the coefficients and the scales along them.

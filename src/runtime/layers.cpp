@@ -12,13 +12,24 @@ namespace {
 
 /// What is asked of the multiply scattered part.
 struct Query {
-    Stencil albedo_stencil;
+    Stencil albedo_stencil, mixture_stencil;
     double albedo;  // clamped to the axis; 1 where samples are not divided by anything
     double optical_depth;
+    double extrapolation_length;
     double diffusion_exponent;
 };
 
 int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
+
+/// Of a table that mixes nothing, one that is all of it.
+int used_mixtures(const TableView& table) noexcept { return std::max(1, used(table.mixture)); }
+
+double extrapolation_length_at(const TableView& table, double mixture) noexcept {
+    return table.has_mixture()
+               ? mixed_extrapolation_length(table.extrapolation_length,
+                                            table.second_extrapolation_length, mixture)
+               : table.extrapolation_length;
+}
 
 /// One side of a table, and the layers of it that a query needs.
 class Side {
@@ -38,6 +49,17 @@ class Side {
     }
 
     const Layers& layers() const noexcept { return layers_; }
+
+    /// Calls `add` for each mixture around that of the query: the samples added then are of it, and
+    /// their shares of its share.
+    template <class Add>
+    void each_mixture(const Query& query, const Add& add) noexcept {
+        for (int m = 0; m < used_mixtures(table_); ++m) {
+            mixture_ = query.mixture_stencil.first + m;
+            mixture_share_ = double{query.mixture_stencil.weight[m]};
+            add();
+        }
+    }
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
     /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
@@ -66,15 +88,18 @@ class Side {
     /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity(const Query& query) noexcept {
-        const double length = table_.extrapolation_length, highest = table_.optical_depth.highest;
+        const double highest = table_.optical_depth.highest;
+        const double length = extrapolation_length_at(
+            table_, table_.has_mixture() ? table_.mixture.value(mixture_) : 0);
         const bool over_below = table_.lies_on_something();
-        const double deficit =
-            reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
+        const double deficit = reflection_deficit(query.optical_depth, query.diffusion_exponent,
+                                                  query.extrapolation_length);
         const int last = table_.optical_depth.count - 1;
         double handed_on = 0;
         for (int l = 0; l < used(table_.albedo); ++l) {
             const int albedo = query.albedo_stencil.first + l;
-            const double exponent = table_.diffusion_exponent[albedo];
+            const double exponent =
+                table_.diffusion_exponent[mixture_ * table_.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
             const double weight = double{query.albedo_stencil.weight[l]};
             const bool spent = deepest < least_deficit;
@@ -91,11 +116,13 @@ class Side {
   private:
     /// False when the sample is too small to be scaled back up.
     bool add(int albedo, int depth, double share) noexcept {
-        const std::ptrdiff_t at = std::ptrdiff_t{albedo} * depths_ + depth;
+        const std::ptrdiff_t at =
+            (std::ptrdiff_t{mixture_} * table_.albedo.count + albedo) * depths_ + depth;
         if (weight_[at] == 0) return false;
-        if (share != 0)
+        const double mixed_share = mixture_share_ * share;
+        if (mixed_share != 0)
             layers_.layer[layers_.count++] = {
-                at * layer_size_, static_cast<float>(share * double{weight_[at]}), depth};
+                at * layer_size_, static_cast<float>(mixed_share * double{weight_[at]}), depth};
         return true;
     }
 
@@ -103,15 +130,26 @@ class Side {
     const float* weight_;
     int depths_;
     std::ptrdiff_t layer_size_;
+    int mixture_ = 0;
+    double mixture_share_ = 1;
     Layers layers_;
 };
 
 Query query_of(const TableView& table, double albedo, double optical_depth) noexcept {
     Query query{table.albedo.stencil(albedo),
-                std::clamp(albedo, table.albedo.lowest, table.albedo.highest), optical_depth, 0};
-    for (int l = 0; l < used(table.albedo); ++l)
-        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} *
-                                    table.diffusion_exponent[query.albedo_stencil.first + l];
+                table.mixture.stencil(table.chosen_mixture),
+                std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
+                optical_depth,
+                extrapolation_length_at(table, table.chosen_mixture),
+                0};
+    for (int m = 0; m < used_mixtures(table); ++m) {
+        const double* const exponent =
+            table.diffusion_exponent + (query.mixture_stencil.first + m) * table.albedo.count +
+            query.albedo_stencil.first;
+        for (int l = 0; l < used(table.albedo); ++l)
+            query.diffusion_exponent += double{query.mixture_stencil.weight[m]} *
+                                        double{query.albedo_stencil.weight[l]} * exponent[l];
+    }
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
     if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
@@ -125,14 +163,19 @@ Layers reflection_layers(const TableView& table, double albedo, double optical_d
     const Query query = query_of(table, albedo, optical_depth);
     const AxisView& depth = table.optical_depth;
     Side side(table, table.reflection_multiple, table.reflection_weight, query);
-    if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
-        side.add_between_last_and_infinity(query);
-    else if (table.lies_on_something())
-        side.add_depths(query, 1);
-    else
-        side.add_depths(
-            query, query.albedo * reflection_scale(query.optical_depth, query.diffusion_exponent,
-                                                   table.extrapolation_length));
+    const bool beyond =
+        depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest);
+    const double scale =
+        table.lies_on_something()
+            ? 1
+            : query.albedo * reflection_scale(query.optical_depth, query.diffusion_exponent,
+                                              query.extrapolation_length);
+    side.each_mixture(query, [&] {
+        if (beyond)
+            side.add_between_last_and_infinity(query);
+        else
+            side.add_depths(query, scale);
+    });
     return side.layers();
 }
 
@@ -143,11 +186,13 @@ Layers transmission_layers(const TableView& table, double albedo, double optical
     if (depth.count == 0) return side.layers();  // nothing passes a layer without end
     const double scale =
         query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
-                                          table.extrapolation_length);
-    if (query.optical_depth > depth.highest)
-        side.add_depth(query, depth.count - 1, scale);
-    else
-        side.add_depths(query, scale);
+                                          query.extrapolation_length);
+    side.each_mixture(query, [&] {
+        if (query.optical_depth > depth.highest)
+            side.add_depth(query, depth.count - 1, scale);
+        else
+            side.add_depths(query, scale);
+    });
     return side.layers();
 }
 

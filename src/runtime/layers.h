@@ -1,6 +1,6 @@
 // Which samples of a table speak for one mixture, optical depth and albedo, and by how much each:
-// cubic along these axes, the laws of diffusion between the deepest sample and infinity, the way around
-// samples that float cannot hold.
+// cubic along these axes, the laws of diffusion between the deepest sample and infinity, the way
+// around samples that float cannot hold.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace stratus {
 /// limit itself.
 constexpr double least_deficit = 1e-5;
 
-/// One (mixture, albedo, optical_depth) of a side: where its directions start among the side's samples, its
-/// share of the answer, its depth.
+/// One (mixture, albedo, optical_depth) of a side: where its directions start among the side's
+/// samples, its share of the answer, its depth.
 struct Layer {
     std::ptrdiff_t first;
     float share;

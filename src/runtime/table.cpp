@@ -57,7 +57,8 @@ void check_mixture(const Axis& axis) {
     if (axis.values.empty()) return;
     check_scale(axis, "mixture", {AxisScale::identity});
     check_samples(axis, "mixture", 0, 1, false);
-    require(axis.values.size() >= 2, door, "mixture", "of two samples at least", axis.values.size());
+    require(axis.values.size() >= 2, door, "mixture", "of two samples at least",
+            axis.values.size());
 }
 
 void check_azimuth(const Axis& axis) {
@@ -151,11 +152,10 @@ void work_out_weights(Table& table) {
             const double albedo = sampled > 0 ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
             const double length =
-                table.has_mixture()
-                    ? mixed_extrapolation_length(table.extrapolation_length,
-                                                 table.second_extrapolation_length,
-                                                 table.mixture.values[a / albedos])
-                    : table.extrapolation_length;
+                table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
+                                                                 table.second_extrapolation_length,
+                                                                 table.mixture.values[a / albedos])
+                                    : table.extrapolation_length;
             table.reflection_weight.push_back(
                 table.below.is_something()
                     ? 1

@@ -58,9 +58,9 @@ struct TableView {
 
     Samples reflection_multiple, transmission_multiple;  // none when the table has no such side
 
-    // What samples are multiplied by before they are interpolated (lookup.h): over (mixture, albedo,
-    // optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where something
-    // lies beneath. Halves hold more of the product themselves (half_table.h).
+    // What samples are multiplied by before they are interpolated (lookup.h): over (mixture,
+    // albedo, optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where
+    // something lies beneath. Halves hold more of the product themselves (half_table.h).
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;

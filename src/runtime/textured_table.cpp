@@ -680,6 +680,8 @@ TexturedTable::TexturedTable(const TableView& table, const char* instruction_set
     const AxisView &in = table.mu_in, &out = table.mu_out;
     require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
             "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
+    require(!table.has_mixture(), "TexturedTable", "mixture of the table", "no axis of it",
+            table.mixture.count);
     const Kernels* const wanted = instruction_set ? kernels(instruction_set) : &kernels();
     require(wanted != nullptr, "TexturedTable", "instruction_set",
             "avx512, avx2 or generic, and one that this processor has",

@@ -63,11 +63,13 @@ class Problem {
         return residuals;
     }
 
-    /// Central differences of the interpolation, within the table.
-    Eigen::MatrixX3d derivatives(const Place& at) const {
+    /// Central differences of the interpolation, within the table; 0 by what is held.
+    Eigen::MatrixX3d derivatives(const Place& at, std::optional<int> held = {}) const {
         constexpr double step = 1e-3;
-        Eigen::MatrixX3d derivatives(static_cast<Eigen::Index>(observations_.size()), 3);
+        Eigen::MatrixX3d derivatives =
+            Eigen::MatrixX3d::Zero(static_cast<Eigen::Index>(observations_.size()), 3);
         for (int p = 0; p < 3; ++p) {
+            if (held == p) continue;
             Place above = at, below = at;
             above[p] = std::min(1.0, at[p] + step);
             below[p] = std::max(0.0, at[p] - step);
@@ -100,15 +102,16 @@ struct Minimum {
 };
 
 /// Levenberg-Marquardt within the unit cube: a parameter at an edge stays there while downhill is
-/// beyond it. `held` is one that is not varied.
-Minimum descend(const Problem& problem, Place at, std::optional<int> held = {}) {
+/// beyond it. `held` is one that is not varied. It ends with a step that gains less than `enough`
+/// of chi-square and crosses less than its root of the cube.
+Minimum descend(const Problem& problem, Place at, std::optional<int> held = {},
+                double enough = 1e-8) {
     constexpr int most_steps = 60;
-    constexpr double enough = 1e-8;  // of chi-square gained by a step, and of the cube crossed
     constexpr double least_damping = 1e-9, most_damping = 1e9;
     Eigen::VectorXd residuals = problem.residuals(at);
     double chi_square = residuals.squaredNorm(), damping = 1e-3;
     for (int step = 0; step < most_steps; ++step) {
-        const Eigen::MatrixX3d derivatives = problem.derivatives(at);
+        const Eigen::MatrixX3d derivatives = problem.derivatives(at, held);
         const Eigen::Matrix3d curvature = derivatives.transpose() * derivatives;
         const Place slope = derivatives.transpose() * residuals;
         bool gained = false, small = true;
@@ -141,31 +144,25 @@ Minimum descend(const Problem& problem, Place at, std::optional<int> held = {}) 
     return {at, chi_square};
 }
 
-/// The lowest places of a grid over the table that are lower than all around them.
+/// The depths that fit better than those beside them, whatever the albedos: one after another over
+/// all the table, each from what fitted the one before.
 std::vector<Place> starts(const Problem& problem) {
-    constexpr int along[3] = {8, 5, 4};
-    constexpr std::size_t most = 4;
-    std::vector<Minimum> grid;
-    for (int d = 0; d < along[0]; ++d)
-        for (int w = 0; w < along[1]; ++w)
-            for (int f = 0; f < along[2]; ++f) {
-                const Place at((d + 0.5) / along[0], (w + 0.5) / along[1], (f + 0.5) / along[2]);
-                grid.push_back({at, problem.residuals(at).squaredNorm()});
-            }
-    const auto is_lowest_around = [&](const Minimum& place) {
-        return std::ranges::none_of(grid, [&](const Minimum& other) {
-            bool near = other.chi_square < place.chi_square;
-            for (int p = 0; p < 3; ++p)
-                near &= std::abs(other.at[p] - place.at[p]) < 1.5 / along[p];
-            return near;
-        });
-    };
-    std::vector<Minimum> lowest;
-    std::ranges::copy_if(grid, std::back_inserter(lowest), is_lowest_around);
-    std::ranges::sort(lowest, {}, &Minimum::chi_square);
-    if (lowest.size() > most) lowest.resize(most);
+    constexpr int count = 24;
+    constexpr double roughly = 1e-3;
+    std::vector<Minimum> profile;
+    Place at(0, 0.5, 0.5);
+    for (int n = 0; n < count; ++n) {
+        at[depth_axis] = n / (count - 1.0);
+        profile.push_back(descend(problem, at, depth_axis, roughly));
+        at = profile.back().at;
+    }
     std::vector<Place> places;
-    for (const Minimum& minimum : lowest) places.push_back(minimum.at);
+    for (std::size_t n = 0; n < profile.size(); ++n) {
+        const auto beats = [&](std::size_t other) {
+            return other >= profile.size() || profile[n].chi_square <= profile[other].chi_square;
+        };
+        if (beats(n - 1) && beats(n + 1)) places.push_back(profile[n].at);
+    }
     return places;
 }
 
@@ -246,7 +243,7 @@ void remark_on_others(const Problem& problem, const std::vector<Minimum>& minima
         const Layer layer = problem.layer(other.at);
         fit.remarks.push_back("w1 = " + number(layer.w1()) + " w2 = " + number(layer.w2()) +
                               " optical_depth = " + number(layer.optical_depth) +
-                              " fits as well (chi_square " + number(other.chi_square) + ")");
+                              " with chi_square = " + number(other.chi_square) + " fits as well");
         return;
     }
 }
@@ -309,8 +306,8 @@ Fit fit_layer(const TableView& table, const std::vector<Observation>& observatio
             {}};
     remark_on_depth(problem, best, sigma(0), fit);
     remark_on_albedos(covariance, fit);
+    if (fit.remarks.empty()) remark_on_others(problem, minima, fit);
     remark_on_edges(problem, best, fit);
-    remark_on_others(problem, minima, fit);
     return fit;
 }
 

@@ -48,6 +48,31 @@ TEST(Fit, FindsWhatNoNoiseHides) {
     }
 }
 
+TEST(Fit, FindsTheLayerOrSaysWhatElseItMayBeFromAsFewAsThreeObservations) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int others = 0;
+    for (int n = 0; n < 80; ++n) {
+        const double albedo = 0.3 + 0.65 * uniform(random), share = uniform(random);
+        const Ring ring{albedo * share, albedo * (1 - share), 0.1 * std::pow(40, uniform(random))};
+        std::vector<Observation> views;
+        for (int i = 0; i < 3 + n % 3; ++i) {
+            const double mu_in = 0.1 + 0.8 * uniform(random), mu_out = 0.1 + 0.9 * uniform(random);
+            const double azimuth = pi * uniform(random);
+            views.push_back({{mu_in, mu_out, azimuth}, n % 2 == 1 && uniform(random) < 0.5, 0, 0});
+        }
+        const Fit fit = fit_of(ring, views);
+        EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer has what the table is off by
+        const bool found = std::abs(fit.w1.value - ring.w1) < 0.02 &&
+                           std::abs(fit.w2.value - ring.w2) < 0.02 &&
+                           std::abs(std::log(fit.optical_depth.value / ring.optical_depth)) < 0.05;
+        EXPECT_TRUE(found || !fit.remarks.empty()) << n;
+        others += remark(fit, "w1 = ").ends_with("fits as well") ? 1 : 0;
+    }
+    EXPECT_GE(others, 1);
+    EXPECT_LE(others, 10);
+}
+
 TEST(Fit, StatesSmallerErrorsForMoreObservations) {
     const std::vector<Observation> once = seen({0.5, 0.3, 0.7}, test::views(true));
     std::vector<Observation> four_times;

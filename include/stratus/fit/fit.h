@@ -3,7 +3,7 @@
 // Observed is I/F = mu_in R, or mu_in T where the layer is seen from the side that is not lit. What
 // is sought are the albedos w1 and w2 of two kinds of scattering, w P = w1 P1 + w2 P2, and the
 // optical depth; the model is a table with a mixture axis. Levenberg-Marquardt goes downhill within
-// the table's range from several starts, the lowest places of a coarse grid over all of it.
+// the table's range from several starts: the depths that fit better than those beside them.
 #pragma once
 
 #include <string>

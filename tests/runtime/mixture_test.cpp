@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "refusal.h"
@@ -42,7 +43,7 @@ const Table& both() {
 }
 
 constexpr Geometry geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
-constexpr double depths[] = {0.05, 0.9, 8, 20};
+constexpr double depths[] = {0.05, 0.9, 8, 20, 1e5, std::numeric_limits<double>::infinity()};
 
 // Samples are floats.
 constexpr double rounding = 1e-6;

@@ -28,8 +28,8 @@ struct Discretisation {
     int optical_depth_samples_per_octave = 0;  // a whole number: doubling goes by octaves
     double deepest_optical_depth = 0;  // last finite sample of an axis that ends at infinity
     int albedo_samples = 0;
-    Scheme scheme = Scheme::harmonic;
     int mixture_samples = 0;  // of recipes that mix
+    Scheme scheme = Scheme::harmonic;
 };
 
 struct Recipe {

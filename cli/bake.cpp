@@ -75,6 +75,8 @@ void add_bake(CLI::App& app) {
         ->check(whole_number(0, 1024));
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     bake->footer(
+        "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
+        "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr");
     bake->callback([command] { run_bake(*command); });

@@ -100,6 +100,29 @@ expect_says "$out" "below                 nothing"
 printf 'sides = ["transmission"]\n' | cat - recipes/ground.toml >recipes/bad.toml
 expect_refused 2 sides "[below]" "got transmission" -- bake recipes/bad.toml -o new.h5
 
+# two kinds of scattering in any mixture
+cat >recipes/mixed.toml <<'EOT'
+phase_function = "henyey_greenstein:g=-0.3"
+second_phase_function = "isotropic"
+tolerance = 5e-2
+optical_depth = { min = 1.0, max = 1.0 }
+albedo = { min = 0.9, max = 0.9 }
+sides = ["reflection"]
+EOT
+expect_ok bake recipes/mixed.toml -o mixed.h5 --exr mixed.exr
+expect_says "$err" "mixture 0.5:" "mixture_samples"
+expect_ok convert mixed.exr back.h5
+expect_same mixed.h5 back.h5
+expect_ok info mixed.h5
+expect_says "$out" "second                isotropic" "the share of the first" 'second_phase_function = "isotropic"'
+for flag in --seed=2 --bound; do
+    expect_ok verify mixed.h5 --samples 200 $flag
+    expect_says "$out" "mixture" "tolerance 0.05: 100.00 %"
+done
+sed '/^second/d; /^sides/a mixture = { min = 0, max = 1 }' recipes/mixed.toml >recipes/bad.toml
+expect_refused 2 mixture "no second_phase_function" -- bake recipes/bad.toml -o new.h5
+rm back.h5
+
 expect_ok bake recipes/chosen.toml -o chosen.h5
 expect_says "$err" "checked at 2000 random points"
 expect_ok info chosen.h5

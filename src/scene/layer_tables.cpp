@@ -1,0 +1,217 @@
+#include <stratus/scene/layer_tables.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
+constexpr double thinnest = 0.02;
+
+void widen(Range& range, double value) {
+    range.min = std::min(range.min, value);
+    range.max = std::max(range.max, value);
+}
+
+/// Ranges of what the layer is made of, with the effect of density.
+struct MatterRange {
+    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
+};
+
+MatterRange matter_range(const Scene& scene) {
+    MatterRange range;
+    auto add = [&](const Matter& matter) {
+        if (matter.optical_depth == 0) return;
+        widen(range.optical_depth, seen_depth(scene, matter.optical_depth));
+        for (const double albedo : matter.albedo) widen(range.albedo, albedo);
+        widen(range.mixture, matter.mixture);
+    };
+    if (const Rings* const rings = std::get_if<Rings>(&scene.subject)) {
+        for (const double radius : rings->profile.radius)
+            add(rings->profile.at(radius, scene.layer.albedo));
+        return range;
+    }
+    add({scene.layer.optical_depth.most, scene.layer.albedo, 1});
+    if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
+        widen(range.optical_depth, std::min(thinnest, range.optical_depth.max));
+    return range;
+}
+
+PhaseFunction mixed(const std::vector<PhaseFunction>& components, double mixture) {
+    if (components.size() == 1) return components[0];
+    return PhaseFunction::sum({{mixture, components[0]}, {1 - mixture, components[1]}});
+}
+
+bool has_ground(const Scene& scene) {
+    if (!scene.effects.background) return false;
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+        return !planet->surface.is_black();
+    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    return slab && slab->surface;
+}
+
+}  // namespace
+
+std::optional<Matter> uniform_matter(const Scene& scene) {
+    if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
+        return std::nullopt;
+    return Matter{scene.layer.optical_depth.most, scene.layer.albedo, 1};
+}
+
+std::optional<Recipe> needed_recipe(const Scene& scene) {
+    const MatterRange range = matter_range(scene);
+    if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0)
+        return std::nullopt;
+    Recipe recipe;
+    recipe.title = scene.title;
+    recipe.phase_function =
+        mixed(scene.layer.components, (range.mixture.min + range.mixture.max) / 2);
+    recipe.phase_text = recipe.phase_function.text();
+    recipe.tolerance = scene.tolerance;
+    recipe.optical_depth = range.optical_depth;
+    recipe.optical_depth.min =
+        std::clamp(recipe.optical_depth.min, std::min(thinnest, range.optical_depth.max), 1e9);
+    if (range.optical_depth.min == infinity) recipe.optical_depth.min = infinity;
+    recipe.albedo = range.albedo;
+    const bool through = !std::holds_alternative<Planet>(scene.subject) || has_ground(scene);
+    recipe.transmission =
+        scene.effects.transmission && through && range.optical_depth.min < infinity;
+    recipe.reflection = scene.effects.reflection || !recipe.transmission;
+    return recipe;
+}
+
+std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
+    const bool one_is_endless = std::isinf(one.optical_depth.min),
+               other_is_endless = std::isinf(other.optical_depth.min);
+    if (one.phase_text != other.phase_text || one_is_endless != other_is_endless)
+        return std::nullopt;
+    Recipe both = one;
+    both.tolerance = std::min(one.tolerance, other.tolerance);
+    widen(both.optical_depth, other.optical_depth.min);
+    widen(both.optical_depth, other.optical_depth.max);
+    widen(both.albedo, other.albedo.min);
+    widen(both.albedo, other.albedo.max);
+    both.reflection = one.reflection || other.reflection;
+    both.transmission = one.transmission || other.transmission;
+    return both;
+}
+
+std::vector<double> mixture_fractions(const Scene& scene) {
+    if (scene.layer.components.size() < 2) return {1};
+    const Range range = matter_range(scene).mixture;
+    if (range.max - range.min < 1e-6) return {(range.min + range.max) / 2};
+    std::vector<double> fractions;  // Chebyshev's, ends included
+    for (std::size_t k = 0; k < most_mixtures; ++k)
+        fractions.push_back((range.min + range.max) / 2 -
+                            (range.max - range.min) / 2 *
+                                std::cos(pi * static_cast<double>(k) / (most_mixtures - 1)));
+    return fractions;
+}
+
+std::array<double, most_mixtures> mixture_weights(const std::vector<double>& fractions,
+                                                  double mixture) noexcept {
+    std::array<double, most_mixtures> weights{1};
+    if (fractions.size() == 1) return weights;
+    mixture = std::clamp(mixture, fractions.front(), fractions.back());
+    for (std::size_t i = 0; i < fractions.size(); ++i) {
+        weights[i] = 1;
+        for (std::size_t j = 0; j < fractions.size(); ++j)
+            if (j != i) weights[i] *= (mixture - fractions[j]) / (fractions[i] - fractions[j]);
+    }
+    return weights;
+}
+
+std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe& recipe,
+                                               const BakeOptions& options) {
+    auto made = std::make_unique<LayerTables>();
+    made->fractions = mixture_fractions(scene);
+    for (const double fraction : made->fractions) {
+        Recipe one = recipe;
+        one.phase_function = mixed(scene.layer.components, fraction);
+        one.phase_text = one.phase_function.text();
+        one.text = resolved_text(one);
+        made->tables.push_back(bake(one, options));
+    }
+    if (!uniform_matter(scene))
+        for (const Table& table : made->tables) made->textured.emplace_back(table.view());
+    return made;
+}
+
+std::unique_ptr<LayerTables> adopt_table(const Scene& scene, Table table) {
+    const std::optional<Recipe> needed = needed_recipe(scene);
+    auto made = std::make_unique<LayerTables>();
+    made->fractions = mixture_fractions(scene);
+    require(made->fractions.size() == 1, "scene", "table", "left out where two components mix",
+            "one");
+    const std::string own = mixed(scene.layer.components, made->fractions[0]).text();
+    require(table.phase_function.text() == own, "scene", "table.phase_function", own,
+            table.phase_function.text());
+    require(!table.below.is_something(), "scene", "table.below", "nothing", "something");
+    if (needed) {
+        auto covers = [&](const char* name, const AxisView& axis, const Range& range,
+                          double least) {
+            require(axis.lowest <= std::max(least, range.min) + 1e-12, "scene",
+                    std::string("table.") + name + ".min", "at most that of the scene",
+                    axis.lowest);
+            require(axis.highest >= range.max - 1e-12 || axis.ends_at_infinity, "scene",
+                    std::string("table.") + name + ".max", "at least that of the scene",
+                    axis.highest);
+        };
+        covers("albedo", table.albedo.view(), needed->albedo, 0);
+        if (std::isfinite(needed->optical_depth.min))
+            covers("optical_depth", table.optical_depth.view(), needed->optical_depth, 0.1);
+        else
+            require(table.optical_depth.view().ends_at_infinity, "scene", "table.optical_depth",
+                    "one that ends at infinity", "another");
+        require(!needed->reflection || !table.reflection_multiple.empty(), "scene", "table",
+                "one with reflection", "another");
+        require(!needed->transmission || !table.transmission_multiple.empty(), "scene", "table",
+                "one with transmission", "another");
+    }
+    made->tables.push_back(std::move(table));
+    if (!uniform_matter(scene)) made->textured.emplace_back(made->tables[0].view());
+    return made;
+}
+
+std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
+                                                         const BakeOptions& options) {
+    struct Group {
+        Recipe recipe;
+        std::vector<double> fractions;
+        bool uniform;
+        std::vector<std::size_t> scenes;
+    };
+    std::vector<Group> groups;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        const std::optional<Recipe> needed = needed_recipe(scenes[s]);
+        if (!needed) continue;
+        const std::vector<double> fractions = mixture_fractions(scenes[s]);
+        const bool uniform = uniform_matter(scenes[s]).has_value();
+        bool found = false;
+        for (Group& group : groups) {
+            const std::optional<Recipe> both = common_recipe(group.recipe, *needed);
+            if (!both || group.fractions != fractions || group.uniform != uniform) continue;
+            group.recipe = *both;
+            group.scenes.push_back(s);
+            found = true;
+            break;
+        }
+        if (!found) groups.push_back({*needed, fractions, uniform, {s}});
+    }
+    std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
+    for (const Group& group : groups) {
+        const std::shared_ptr<const LayerTables> made =
+            bake_layer_tables(scenes[group.scenes[0]], group.recipe, options);
+        for (const std::size_t s : group.scenes) tables[s] = made;
+    }
+    return tables;
+}
+
+}  // namespace stratus

@@ -13,19 +13,19 @@ namespace stratus {
 namespace {
 
 constexpr int sun_samples = 16;
+constexpr double golden_ratio = 0.6180339887498949;
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
              int y) noexcept {
     Rgb3 sum{};
-    const int n = scene.samples;
-    for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i) {
-            const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + (i + 0.5) / n,
-                                       y + (j + 0.5) / n);
-            for (const Vector3& to_sun : suns)
-                sum = sum + radiance_along(scene, light, ray, to_sun);
-        }
-    const double share = 1 / (n * n * static_cast<double>(suns.size()));
+    const int count = scene.samples * scene.samples;
+    for (int k = 0; k < count; ++k) {
+        // A lattice with as many rows and columns as points: edges along either show no steps.
+        const double across = (k + 0.5) / count, down = std::fmod(0.5 + k * golden_ratio, 1.0);
+        const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
+        for (const Vector3& to_sun : suns) sum = sum + radiance_along(scene, light, ray, to_sun);
+    }
+    const double share = 1 / (count * static_cast<double>(suns.size()));
     return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
             static_cast<float>(share * sum[2])};
 }

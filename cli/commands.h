@@ -12,6 +12,7 @@ void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_cost(CLI::App& app);
+void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
 
 }  // namespace stratus

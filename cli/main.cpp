@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
     stratus::add_verify(app);
     stratus::add_convert(app);
     stratus::add_cost(app);
+    stratus::add_plan(app);
     stratus::add_render(app);
 
     try {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "toml_section.h"
 
@@ -143,17 +144,23 @@ std::string resolved_text(const Recipe& recipe) {
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"
-        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"")
-        << "\n[discretisation]\n"
-        << "nodes = " << d.nodes << "\nmodes = " << d.modes << "\nmu_samples = " << d.mu_samples
-        << "\nazimuth_samples = " << d.azimuth_samples;
-    if (d.optical_depth_samples_per_octave)
-        out << "\noptical_depth_samples_per_octave = " << d.optical_depth_samples_per_octave;
-    if (d.deepest_optical_depth)
-        out << "\ndeepest_optical_depth = " << d.deepest_optical_depth
-            << (d.deepest_optical_depth == std::floor(d.deepest_optical_depth) ? ".0" : "");
-    out << "\nalbedo_samples = " << d.albedo_samples
-        << "\nscheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
+        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"") << "\n";
+    out << "[discretisation]\n";
+    auto choice = [&](const char* key, double value) {
+        if (value != 0)
+            out << key << " = " << value
+                << (key == std::string_view("deepest_optical_depth") && value == std::floor(value)
+                        ? ".0\n"
+                        : "\n");
+    };
+    choice("nodes", d.nodes);
+    choice("modes", d.modes);
+    choice("mu_samples", d.mu_samples);
+    choice("azimuth_samples", d.azimuth_samples);
+    choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
+    choice("deepest_optical_depth", d.deepest_optical_depth);
+    choice("albedo_samples", d.albedo_samples);
+    out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
     if (recipe.below.kind == Below::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";
     if (recipe.below.kind == Below::Kind::layer)

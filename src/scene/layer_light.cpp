@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 
@@ -26,6 +27,15 @@ Opposition opposition_of(const Scene& scene) {
 }
 
 }  // namespace
+
+void AskedRange::add(const Matter& matter, const Geometry& geometry, bool reflected) noexcept {
+    widen(mu_in, geometry.mu_in);
+    widen(mu_out, geometry.mu_out);
+    widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
+    widen(optical_depth, matter.optical_depth);
+    for (const double each : matter.albedo) widen(albedo, each);
+    (reflected ? lit_side : far_side) = true;
+}
 
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
@@ -84,6 +94,7 @@ Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
 
 Rgb3 LayerLight::reflection(const Matter& matter, const Geometry& geometry) const noexcept {
     if (!scene_.effects.reflection || matter.optical_depth == 0) return {};
+    if (asked_) asked_->add(matter, geometry, true);
     if (slice_)
         return widened(slice_->reflection(static_cast<float>(geometry.mu_in),
                                           static_cast<float>(geometry.mu_out),
@@ -93,6 +104,7 @@ Rgb3 LayerLight::reflection(const Matter& matter, const Geometry& geometry) cons
 
 Rgb3 LayerLight::transmission(const Matter& matter, const Geometry& geometry) const noexcept {
     if (!scene_.effects.transmission || matter.optical_depth == 0) return {};
+    if (asked_) asked_->add(matter, geometry, false);
     if (slice_)
         return widened(slice_->transmission(static_cast<float>(geometry.mu_in),
                                             static_cast<float>(geometry.mu_out),

@@ -15,11 +15,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
 constexpr double thinnest = 0.02;
 
-void widen(Range& range, double value) {
-    range.min = std::min(range.min, value);
-    range.max = std::max(range.max, value);
-}
-
 /// Ranges of what the layer is made of, with the effect of density.
 struct MatterRange {
     Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
@@ -59,6 +54,10 @@ bool has_ground(const Scene& scene) {
 
 }  // namespace
 
+void widen(Range& range, double value) noexcept {
+    range = {std::min(range.min, value), std::max(range.max, value)};
+}
+
 std::optional<Matter> uniform_matter(const Scene& scene) {
     if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
         return std::nullopt;
@@ -84,13 +83,16 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     recipe.transmission =
         scene.effects.transmission && through && range.optical_depth.min < infinity;
     recipe.reflection = scene.effects.reflection || !recipe.transmission;
+    if (!scene.effects.azimuth)
+        recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
     return recipe;
 }
 
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     const bool one_is_endless = std::isinf(one.optical_depth.min),
                other_is_endless = std::isinf(other.optical_depth.min);
-    if (one.phase_text != other.phase_text || one_is_endless != other_is_endless)
+    if (one.phase_text != other.phase_text || one_is_endless != other_is_endless ||
+        one.discretisation.modes != other.discretisation.modes)
         return std::nullopt;
     Recipe both = one;
     both.tolerance = std::min(one.tolerance, other.tolerance);

@@ -454,10 +454,15 @@ Figure read_figure(const toml::table& table, const std::string& subject, const S
 
 const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects() {
     static const std::vector<std::pair<const char*, bool SceneEffects::*>> effects{
-        {"single", &SceneEffects::single},         {"multiple", &SceneEffects::multiple},
-        {"reflection", &SceneEffects::reflection}, {"transmission", &SceneEffects::transmission},
-        {"background", &SceneEffects::background}, {"opposition", &SceneEffects::opposition},
-        {"density", &SceneEffects::density},       {"shadows", &SceneEffects::shadows},
+        {"single", &SceneEffects::single},
+        {"multiple", &SceneEffects::multiple},
+        {"azimuth", &SceneEffects::azimuth},
+        {"reflection", &SceneEffects::reflection},
+        {"transmission", &SceneEffects::transmission},
+        {"background", &SceneEffects::background},
+        {"opposition", &SceneEffects::opposition},
+        {"density", &SceneEffects::density},
+        {"shadows", &SceneEffects::shadows},
         {"sun_size", &SceneEffects::sun_size}};
     return effects;
 }

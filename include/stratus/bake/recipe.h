@@ -56,8 +56,8 @@ Recipe parse_recipe(const std::string& text, const std::string& directory = "",
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
-/// TOML text of a recipe with every choice spelled out, so that the same table can be baked again
-/// from it alone.
+/// TOML text of a recipe. Of a resolved one every choice is spelled out, so that the same table can
+/// be baked again from it alone; what is left open is left out.
 std::string resolved_text(const Recipe& recipe);
 
 }  // namespace stratus

@@ -13,6 +13,15 @@ namespace stratus {
 
 using Rgb3 = std::array<double, 3>;
 
+/// What a picture asks of its layer: directions, matter and sides.
+struct AskedRange {
+    Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
+    Range optical_depth{1e300, 0}, albedo{1, 0};
+    bool lit_side = false, far_side = false;
+
+    void add(const Matter& matter, const Geometry& geometry, bool reflected) noexcept;
+};
+
 class LayerLight {
   public:
     /// `tables` null: none is needed. Both must outlive this.
@@ -34,6 +43,9 @@ class LayerLight {
     Rgb3 ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,
                 const Rgb& ground_albedo) const noexcept;
 
+    /// Keeps account in `asked` of what follows, for one thread.
+    void watch(AskedRange* asked) noexcept { asked_ = asked; }
+
   private:
     Rgb3 side(const Matter& matter, const Geometry& geometry, bool reflected) const noexcept;
     double transmittance(double albedo, double optical_depth, double mu) const noexcept;
@@ -46,6 +58,7 @@ class LayerLight {
     const LayerTables* tables_;
     std::optional<RgbSlice> slice_;
     Opposition opposition_;
+    AskedRange* asked_ = nullptr;
 };
 
 }  // namespace stratus

@@ -14,6 +14,9 @@
 
 namespace stratus {
 
+/// Lets a range include a value.
+void widen(Range& range, double value) noexcept;
+
 /// The table that a scene calls for: its ranges, its sides; nothing where its effects need no
 /// table. In rings it is to be baked for several mixtures (mixture_fractions).
 std::optional<Recipe> needed_recipe(const Scene& scene);

@@ -58,6 +58,7 @@ namespace stratus {
 struct SceneEffects {
     bool single = true;
     bool multiple = true;      // orders n >= 2, and light between layer and ground
+    bool azimuth = true;       // of orders n >= 2; without it their mean over azimuth
     bool reflection = true;    // of the layer's lit side
     bool transmission = true;  // diffuse, through the layer
     bool background = true;    // what is seen through or beneath the layer

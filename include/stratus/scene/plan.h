@@ -1,0 +1,61 @@
+// Plans: which effects a scene needs for a tolerance, what each contributes to its picture and what
+// each costs.
+//
+// What an effect contributes is measured: a sparse set of the scene's own pixels is rendered with
+// everything and without it. A pixel's change is relative to its brightest channel with everything,
+// but not to less than 1 % of the brightest pixel. Orders n >= 2 are looked up in tables that are
+// good to 1e-2, which are baked in a moment.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <stratus/bake/bake.h>
+#include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+
+namespace stratus {
+
+/// One effect of a scene.
+struct EffectShare {
+    std::string name;
+    double mean = 0;     // change of all pixels' light without it, relative to that light
+    double largest = 0;  // relative change of one pixel
+    bool needed = true;
+};
+
+struct Plan {
+    double tolerance = 0;
+    SceneEffects effects;             // that are needed
+    std::vector<EffectShare> shares;  // of those that the scene has switched on
+    double change = 0;  // largest change of a pixel with all left out that is not needed
+    int pixels = 0;     // looked at
+};
+
+/// A plan for each of several scenes, measured in tables that they share where they can. An effect
+/// is left out when no pixel then changes by more than half the tolerance, the rest being kept for
+/// pixels between those looked at; what saves most is tried first.
+///
+/// Range    tolerance (0, 1); 0: each scene's own.
+std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, double tolerance = 0,
+                              const BakeOptions& options = {});
+
+/// What a scene costs with some of its effects.
+struct SceneCost {
+    double bake_seconds = 0;  // all threads; worked out from a bake of one albedo
+    double bytes = 0;         // of tables
+    double ray_ns = 0;        // of one ray, one thread
+};
+
+struct PlanCosts {
+    SceneCost all, planned;
+    std::vector<SceneCost> without;  // each effect of the plan's `shares` alone
+};
+
+/// Measures what the effects of a plan cost.
+PlanCosts measure_costs(const Scene& scene, const Plan& plan, const BakeOptions& options = {});
+
+/// What the sparse set of a scene's pixels asks of its layer.
+AskedRange measure_range(const Scene& scene);
+
+}  // namespace stratus

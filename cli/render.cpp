@@ -140,6 +140,30 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
     progress.note(line);
 }
 
+void run_figure(const RenderCommand& command, const SceneFile& file, Progress& progress) {
+    const auto started = Clock::now();
+    auto write = [&](const auto& draw) {
+        for (const std::string& output : command.outputs) {
+            const SignalsHeld held;
+            write_atomically(output, draw);
+        }
+    };
+    if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {
+        const LobePlot plot = plot_lobes(*lobes);
+        write([&](const std::filesystem::path& svg) { draw_lobe_plot(plot, svg); });
+    } else {
+        const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
+        write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
+        std::printf(
+            "largest deviation from Lambert's law, cosines from 0.2 on: %.3g at mu_in = %.3g, mu = "
+            "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
+            made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
+    }
+    char line[80];
+    std::snprintf(line, sizeof line, "%.2f s", seconds_since(started));
+    progress.note(line);
+}
+
 void run_render(const RenderCommand& command) {
     check_outputs(command);
     std::vector<std::string> notes;
@@ -148,7 +172,10 @@ void run_render(const RenderCommand& command) {
         require_ending(output, file.figure.has_value());
     Progress progress(command.quiet);
     for (const std::string& note : notes) progress.note("note: " + note);
-    run_pictures(command, file, progress);
+    if (file.figure)
+        run_figure(command, file, progress);
+    else
+        run_pictures(command, file, progress);
 }
 
 }  // namespace

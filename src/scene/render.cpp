@@ -12,7 +12,7 @@
 namespace stratus {
 namespace {
 
-constexpr int sun_samples = 16;
+constexpr int least_suns = 16;  // of a sun that is a disk, in each pixel
 constexpr double golden_ratio = 0.6180339887498949;
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
@@ -23,9 +23,11 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vect
         // A lattice with as many rows and columns as points: edges along either show no steps.
         const double across = (k + 0.5) / count, down = std::fmod(0.5 + k * golden_ratio, 1.0);
         const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
-        for (const Vector3& to_sun : suns) sum = sum + radiance_along(scene, light, ray, to_sun);
+        for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
+             s += static_cast<std::size_t>(count))
+            sum = sum + radiance_along(scene, light, ray, suns[s]);
     }
-    const double share = 1 / (count * static_cast<double>(suns.size()));
+    const double share = 1.0 / std::max(count, static_cast<int>(suns.size()));
     return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
             static_cast<float>(share * sum[2])};
 }
@@ -39,6 +41,8 @@ Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
 
 std::vector<Vector3> sun_directions(const Scene& scene) {
     if (scene.sun_diameter == 0 || !scene.effects.sun_size) return {scene.to_sun};
+    const int samples = scene.samples * scene.samples;
+    const int count = (least_suns + samples - 1) / samples * samples;
     const bool upright = std::abs(scene.to_sun.z) > 0.9;
     const Vector3 across =
         normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));
@@ -46,8 +50,8 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
     // Vogel's spiral: as many points in any part of the disk as belong there.
     const double golden_angle = pi * (3 - std::sqrt(5.0));
     std::vector<Vector3> directions;
-    for (int k = 0; k < sun_samples; ++k) {
-        const double radius = std::tan(scene.sun_diameter / 2) * std::sqrt((k + 0.5) / sun_samples);
+    for (int k = 0; k < count; ++k) {
+        const double radius = std::tan(scene.sun_diameter / 2) * std::sqrt((k + 0.5) / count);
         directions.push_back(normalised(scene.to_sun +
                                         radius * std::cos(k * golden_angle) * across +
                                         radius * std::sin(k * golden_angle) * along));

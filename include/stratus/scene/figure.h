@@ -4,6 +4,8 @@
 #include <variant>
 #include <vector>
 
+#include <stratus/picture/line_plot.h>
+#include <stratus/picture/lobe_plot.h>
 #include <stratus/runtime/phase_function.h>
 
 namespace stratus {
@@ -36,5 +38,18 @@ struct LambertFigure {
 };
 
 using Figure = std::variant<LobeFigure, LambertFigure>;
+
+/// Radii B mu = 4 mu0 mu R, and T likewise on the far side, as the paper has them: in the left
+/// block of light scattered once, in the right one of all orders.
+LobePlot plot_lobes(const LobeFigure& figure);
+
+/// R(mu_in, mu), the mean over azimuths, and R of a disk seen with the sun behind the eye.
+struct LambertComparison {
+    LinePlot plot;
+    double deviation = 0;  // largest |R / A - 1|, A the plane albedo, over mu in [0.2, 1]; in the
+    double mu_in = 0, mu = 0;                // mean over azimuths, here
+    double disk_deviation = 0, disk_mu = 0;  // of the disk
+};
+LambertComparison compare_with_lambert(const LambertFigure& figure);
 
 }  // namespace stratus

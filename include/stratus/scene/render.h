@@ -25,7 +25,8 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
                     const Vector3& to_sun) noexcept;
 
-/// Directions to a sun: its centre, or equal shares of its disk.
+/// Directions to a sun: its centre, or equal shares of its disk, a whole number of them for each
+/// sample of a pixel, which share them out.
 std::vector<Vector3> sun_directions(const Scene& scene);
 
 struct RenderOptions {

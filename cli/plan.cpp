@@ -37,6 +37,11 @@ std::string text(const char* format, Arguments... arguments) {
     return line;
 }
 
+std::string short_text(const std::string& whole) {
+    constexpr std::size_t most = 60;
+    return whole.size() <= most ? whole : whole.substr(0, most - 3) + "...";
+}
+
 std::string range_text(const Range& range, const char* unit = "") {
     if (range.min > range.max) return "none";
     return range.min == range.max ? text("%.3g%s", range.min, unit)
@@ -54,9 +59,9 @@ SceneCost operator-(const SceneCost& all, const SceneCost& some) {
 
 void print_range(const Scene& scene) {
     const AskedRange asked = measure_range(scene);
-    std::cout << "layer: " << scene.layer.components[0].text();
+    std::cout << "layer: " << short_text(scene.layer.components[0].text());
     for (std::size_t k = 1; k < scene.layer.components.size(); ++k)
-        std::cout << " mixed with " << scene.layer.components[k].text();
+        std::cout << " mixed with " << short_text(scene.layer.components[k].text());
     const char* const sides = asked.lit_side ? (asked.far_side ? "both" : "the lit one")
                                              : (asked.far_side ? "the far one" : "none");
     std::cout << "\nseen: sides " << sides << "; optical depth " << range_text(asked.optical_depth)
@@ -65,10 +70,16 @@ void print_range(const Scene& scene) {
               << range_text(asked.azimuth, " deg") << "\n\n";
 }
 
-void print_plan(const Plan& plan, const PlanCosts& costs) {
+void print_plan(const Plan& plan) {
+    const PlanCosts& costs = *plan.costs;
     std::cout << "effect            mean   largest  needed    bake s        MB  ns a ray\n";
+    std::string traceless;
     for (std::size_t e = 0; e < plan.shares.size(); ++e) {
         const EffectShare& share = plan.shares[e];
+        if (share.largest == 0 && costs.without[e].bytes == costs.all.bytes) {
+            traceless += (traceless.empty() ? "" : ", ") + share.name;
+            continue;
+        }
         std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean,
                           share.largest, share.needed ? "yes" : "no")
                   << cost_text(costs.all - costs.without[e]) << '\n';
@@ -77,6 +88,7 @@ void print_plan(const Plan& plan, const PlanCosts& costs) {
               << "\nthe plan                                 " << cost_text(costs.planned)
               << text("\nIt changes no pixel of %d by more than %.2g; asked for: %.2g.\n",
                       plan.pixels, plan.change, plan.tolerance);
+    if (!traceless.empty()) std::cout << "Without a trace in this picture: " << traceless << ".\n";
 }
 
 /// The one recipe that all panels can share.
@@ -124,20 +136,21 @@ void run_plan(const PlanCommand& command) {
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
-    const std::vector<Plan> plans = plan_scenes(file.panels, 0, options);
+    const std::vector<Plan> plans = plan_scenes(file.panels, {options, true});
     for (std::size_t k = 0; k < plans.size(); ++k) {
         if (file.panels.size() > 1)
             std::cout << (k > 0 ? "\n" : "") << "== " << file.panels[k].title << "\n";
         print_range(file.panels[k]);
-        print_plan(plans[k], measure_costs(file.panels[k], plans[k], options));
+        print_plan(plans[k]);
     }
-    const std::optional<Recipe> recipe = planned_recipe(file, plans);
+    std::optional<Recipe> recipe = planned_recipe(file, plans);
     if (!recipe) {
         std::cout << "\nNo table is needed: light scattered once is in closed form.\n";
         if (!command.recipe.empty())
             throw std::runtime_error("plan: --write has nothing to write, no table is needed");
         return;
     }
+    recipe->title = file.title;
     const std::string words = "# What " + std::filesystem::path(command.scene).filename().string() +
                               " needs.\n" + resolved_text(*recipe);
     std::cout << "\n" << words;

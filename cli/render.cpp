@@ -8,6 +8,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/picture/png.h>
+#include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
 #include <algorithm>
@@ -110,6 +111,21 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
     });
 }
 
+/// Leaves out of every panel what its plan says that nobody will see.
+void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progress) {
+    PlanOptions options;
+    options.bake.threads = command.threads;
+    const std::vector<Plan> plans = plan_scenes(file.panels, options);
+    for (std::size_t k = 0; k < plans.size(); ++k) {
+        std::string left_out;
+        for (const EffectShare& share : plans[k].shares)
+            if (!share.needed) left_out += (left_out.empty() ? "" : ", ") + share.name;
+        file.panels[k].effects = plans[k].effects;
+        if (!left_out.empty())
+            progress.note("plan: " + file.panels[k].title + ": without " + left_out);
+    }
+}
+
 void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progress) {
     for (Scene& scene : file.panels) {
         if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
@@ -119,6 +135,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
         scene.width = command.width;
     }
     const auto started = Clock::now();
+    if (command.effects.empty() && command.table.empty()) follow_plans(command, file, progress);
     const auto tables = tables_for(command, file.panels, progress);
     const double baked = seconds_since(started);
     std::vector<Image> pictures;

@@ -4,10 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 
-#include <stratus/runtime/argument.h>
 #include <stratus/scene/render.h>
 
 namespace stratus {
@@ -35,26 +36,24 @@ Scene with_effects(Scene scene, const SceneEffects& effects) {
     return scene;
 }
 
-Scene without(Scene scene, bool SceneEffects::*effect) {
-    scene.effects.*effect = false;
-    return scene;
+SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
+    effects.*effect = false;
+    return effects;
 }
 
-/// The same picture of fewer pixels, one ray each through the middle of what they stand for.
-Scene sparse(Scene scene) {
+Scene without(const Scene& scene, bool SceneEffects::*effect) {
+    return with_effects(scene, without(scene.effects, effect));
+}
+
+/// The same picture of at most so many pixels, one ray each through the middle of what they stand
+/// for.
+Scene sparse(Scene scene, double most_pixels) {
     const double pixels = static_cast<double>(scene.width) * scene.height;
     const double step = std::max(1.0, std::sqrt(pixels / most_pixels));
     scene.width = std::max(1, static_cast<int>(scene.width / step));
     scene.height = std::max(1, static_cast<int>(scene.height / step));
     scene.samples = 1;
     return scene;
-}
-
-Image sparse_picture(const Scene& scene, const LayerTables* tables, int threads) {
-    const LayerLight light(scene, tables);
-    RenderOptions options;
-    options.threads = threads;
-    return render(sparse(scene), light, options);
 }
 
 double brightest_channel(const float* pixel) {
@@ -95,112 +94,165 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Seconds and bytes of what a scene bakes. `resolved` is filled in where it is empty, else its
-/// choices serve again.
-SceneCost bake_cost(const Scene& scene, std::optional<Recipe>& resolved, double& resolve_seconds,
-                    const BakeOptions& options) {
-    std::optional<Recipe> recipe = needed_recipe(scene);
-    if (!recipe) return {};
-    if (!resolved) {
-        const auto started = Clock::now();
-        resolved = resolve(*recipe, options);
-        resolve_seconds = seconds_since(started);
+/// What scenes bake, in seconds and bytes. Choices made for one serve for all that differ from it
+/// in effects.
+class BakeCosts {
+  public:
+    explicit BakeCosts(const BakeOptions& options) : options_(options) {}
+
+    SceneCost of(const Scene& scene) {
+        std::optional<Recipe> recipe = needed_recipe(scene);
+        if (!recipe) return {};
+        const std::string text = resolved_text(*recipe);
+        const auto known = known_.find(text);
+        return known != known_.end() ? known->second : known_[text] = measured(scene, *recipe);
     }
-    const Discretisation own = recipe->discretisation;
-    recipe->discretisation = resolved->discretisation;
-    if (own.modes > 0) recipe->discretisation.modes = own.modes;
-    if (own.azimuth_samples > 0) recipe->discretisation.azimuth_samples = own.azimuth_samples;
-    const double albedos = recipe->discretisation.albedo_samples;
-    recipe->albedo.min = recipe->albedo.max;
-    recipe->discretisation.albedo_samples = 1;
-    const auto started = Clock::now();
-    const Table one = solve_table(*recipe, options);
-    const double mixtures = static_cast<double>(mixture_fractions(scene).size());
-    const double sides = (recipe->reflection ? 1 : 0) + (recipe->transmission ? 1 : 0);
-    return {mixtures * (resolve_seconds + albedos * seconds_since(started)),
+
+  private:
+    SceneCost measured(const Scene& scene, Recipe recipe) {
+        if (!resolved_) {
+            const auto started = Clock::now();
+            resolved_ = resolve(recipe, options_);
+            resolve_seconds_ = seconds_since(started);
+        }
+        const Discretisation own = recipe.discretisation;
+        recipe.discretisation = resolved_->discretisation;
+        if (own.modes > 0) recipe.discretisation.modes = own.modes;
+        if (own.azimuth_samples > 0) recipe.discretisation.azimuth_samples = own.azimuth_samples;
+        const double albedos = recipe.discretisation.albedo_samples;
+        recipe.albedo.min = recipe.albedo.max;
+        recipe.discretisation.albedo_samples = 1;
+        const auto started = Clock::now();
+        const Table one = solve_table(recipe, options_);
+        const double mixtures = static_cast<double>(mixture_fractions(scene).size());
+        const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);
+        return {
+            mixtures * (resolve_seconds_ + albedos * seconds_since(started)),
             mixtures * albedos * sides * static_cast<double>(one.sample_count() * sizeof(float)),
             0};
-}
+    }
+
+    const BakeOptions& options_;
+    std::optional<Recipe> resolved_;
+    double resolve_seconds_ = 0;
+    std::map<std::string, SceneCost> known_;  // by recipe
+};
 
 double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
+    const Scene few = sparse(scene, most_pixels / 8);
+    const LayerLight light(scene, tables);
+    RenderOptions options;
+    options.threads = 1;
     double least = 0;
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < 5; ++round) {
         const auto started = Clock::now();
-        const Image image = sparse_picture(scene, tables, 1);
-        const double now = seconds_since(started) / (image.width * image.height);
+        render(few, light, options);
+        const double now = seconds_since(started) / (few.width * few.height);
         if (round == 0 || now < least) least = now;
     }
     return 1e9 * least;
 }
 
-}  // namespace
+/// One scene with some of its effects, looked up in coarse tables.
+class Coarse {
+  public:
+    Coarse(const Scene& scene, const BakeOptions& options) : all_(scene), options_(options) {
+        all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
+    }
 
-std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, double tolerance,
-                              const BakeOptions& options) {
-    require(tolerance >= 0 && tolerance < 1, "plan_scenes", "tolerance", "in (0, 1)", tolerance);
-    const std::size_t effects = scene_effects().size();
-    std::vector<Scene> variants;  // of each scene: with everything, then without one effect each
-    for (Scene scene : scenes) {
-        scene.tolerance = std::max(scene.tolerance, coarse_tolerance);
-        variants.push_back(scene);
-        for (const auto& [name, effect] : scene_effects())
-            variants.push_back(without(scene, effect));
+    /// The scenes that tables are to be baked for.
+    std::vector<Scene> to_bake() const {
+        const Scene even = without(all_, &SceneEffects::azimuth);
+        const auto density = &SceneEffects::density;
+        return {all_, without(all_, density), even, without(even, density)};
     }
-    const auto tables = bake_for(variants, options);
-    std::vector<Plan> plans;
-    for (std::size_t s = 0; s < scenes.size(); ++s) {
-        const std::size_t first = s * (effects + 1);
-        const Scene& scene = variants[first];
-        const Image all = sparse_picture(scene, tables[first].get(), options.threads);
-        Plan plan;
-        plan.tolerance = tolerance > 0 ? tolerance : scenes[s].tolerance;
-        plan.effects = scene.effects;
-        plan.pixels = all.width * all.height;
-        std::size_t without_azimuth = first;
-        for (std::size_t e = 0; e < effects; ++e) {
-            const auto& [name, effect] = scene_effects()[e];
-            if (effect == &SceneEffects::azimuth) without_azimuth = first + 1 + e;
-            if (!(scene.effects.*effect)) continue;
-            const std::size_t variant = first + 1 + e;
-            const Change change = change_between(
-                all, sparse_picture(variants[variant], tables[variant].get(), options.threads));
-            plan.shares.push_back({name, change.mean, change.largest, true});
-        }
-        const double limit = sparse_share * plan.tolerance;
-        for (const char* const name : dearest_first) {
-            const auto share =
-                std::find_if(plan.shares.begin(), plan.shares.end(),
-                             [&](const EffectShare& each) { return each.name == name; });
-            if (share == plan.shares.end() || share->largest > limit) continue;
-            const Scene less = without(with_effects(scene, plan.effects), effect_named(name));
-            const auto& looked_up = tables[less.effects.azimuth ? first : without_azimuth];
-            const Change change =
-                change_between(all, sparse_picture(less, looked_up.get(), options.threads));
-            if (change.largest > limit) continue;
-            share->needed = false;
-            plan.effects = less.effects;
-            plan.change = change.largest;
-        }
-        plans.push_back(std::move(plan));
+    void take(const std::shared_ptr<const LayerTables>* tables) {
+        with_azimuth_ = tables[0];
+        without_azimuth_ = tables[2];
     }
-    return plans;
+
+    const Scene& scene() const { return all_; }
+
+    Image picture(const SceneEffects& effects) const {
+        const Scene scene = with_effects(all_, effects);
+        const LayerLight light(scene, tables(effects));
+        RenderOptions options;
+        options.threads = options_.threads;
+        return render(sparse(scene, most_pixels), light, options);
+    }
+
+    double ray_ns(const SceneEffects& effects) const {
+        return ray_nanoseconds(with_effects(all_, effects), tables(effects));
+    }
+
+  private:
+    const LayerTables* tables(const SceneEffects& effects) const {
+        return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
+    }
+
+    Scene all_;
+    const BakeOptions& options_;
+    std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+};
+
+Plan plan_scene(const Scene& scene, const Coarse& coarse) {
+    const Image all = coarse.picture(scene.effects);
+    Plan plan;
+    plan.tolerance = scene.tolerance;
+    plan.effects = scene.effects;
+    plan.pixels = all.width * all.height;
+    for (const auto& [name, effect] : scene_effects()) {
+        if (!(scene.effects.*effect)) continue;
+        const Change change = change_between(all, coarse.picture(without(scene.effects, effect)));
+        plan.shares.push_back({name, change.mean, change.largest, true});
+    }
+    const double limit = sparse_share * plan.tolerance;
+    for (const char* const name : dearest_first) {
+        const auto share = std::find_if(plan.shares.begin(), plan.shares.end(),
+                                        [&](const EffectShare& each) { return each.name == name; });
+        if (share == plan.shares.end() || share->largest > limit) continue;
+        const SceneEffects less = without(plan.effects, effect_named(name));
+        const Change change = change_between(all, coarse.picture(less));
+        if (change.largest > limit) continue;
+        share->needed = false;
+        plan.effects = less;
+        plan.change = change.largest;
+    }
+    return plan;
 }
 
-PlanCosts measure_costs(const Scene& scene, const Plan& plan, const BakeOptions& options) {
-    std::vector<Scene> variants{scene, with_effects(scene, plan.effects)};
+PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
+                   BakeCosts& bake_costs) {
+    const auto cost = [&](const SceneEffects& effects) {
+        SceneCost all = bake_costs.of(with_effects(scene, effects));
+        all.ray_ns = coarse.ray_ns(effects);
+        return all;
+    };
+    PlanCosts costs{cost(scene.effects), cost(plan.effects), {}};
     for (const EffectShare& share : plan.shares)
-        variants.push_back(without(scene, effect_named(share.name.c_str())));
-    std::vector<Scene> coarse = variants;
-    for (Scene& each : coarse) each.tolerance = std::max(each.tolerance, coarse_tolerance);
-    const auto tables = bake_for(coarse, options);
-    std::vector<SceneCost> costs;
-    std::optional<Recipe> resolved;
-    double resolve_seconds = 0;
-    for (std::size_t v = 0; v < variants.size(); ++v) {
-        costs.push_back(bake_cost(variants[v], resolved, resolve_seconds, options));
-        costs.back().ray_ns = ray_nanoseconds(coarse[v], tables[v].get());
+        costs.without.push_back(cost(without(scene.effects, effect_named(share.name.c_str()))));
+    return costs;
+}
+
+}  // namespace
+
+std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options) {
+    std::vector<Coarse> coarse;
+    std::vector<Scene> to_bake;
+    for (const Scene& scene : scenes) {
+        coarse.emplace_back(scene, options.bake);
+        for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
     }
-    return {costs[0], costs[1], {costs.begin() + 2, costs.end()}};
+    const auto tables = bake_for(to_bake, options.bake);
+    std::vector<Plan> plans;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        coarse[s].take(&tables[s * to_bake.size() / scenes.size()]);
+        plans.push_back(plan_scene(scenes[s], coarse[s]));
+        if (!options.costs) continue;
+        BakeCosts bake_costs(options.bake);
+        plans.back().costs = costs_of(scenes[s], coarse[s], plans.back(), bake_costs);
+    }
+    return plans;
 }
 
 AskedRange measure_range(const Scene& scene) {
@@ -211,7 +263,7 @@ AskedRange measure_range(const Scene& scene) {
     light.watch(&asked);
     RenderOptions options;
     options.threads = 1;
-    render(sparse(once), light, options);
+    render(sparse(once, most_pixels), light, options);
     return asked;
 }
 

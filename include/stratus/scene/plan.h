@@ -7,6 +7,7 @@
 // good to 1e-2, which are baked in a moment.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,22 +25,6 @@ struct EffectShare {
     bool needed = true;
 };
 
-struct Plan {
-    double tolerance = 0;
-    SceneEffects effects;             // that are needed
-    std::vector<EffectShare> shares;  // of those that the scene has switched on
-    double change = 0;  // largest change of a pixel with all left out that is not needed
-    int pixels = 0;     // looked at
-};
-
-/// A plan for each of several scenes, measured in tables that they share where they can. An effect
-/// is left out when no pixel then changes by more than half the tolerance, the rest being kept for
-/// pixels between those looked at; what saves most is tried first.
-///
-/// Range    tolerance (0, 1); 0: each scene's own.
-std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, double tolerance = 0,
-                              const BakeOptions& options = {});
-
 /// What a scene costs with some of its effects.
 struct SceneCost {
     double bake_seconds = 0;  // all threads; worked out from a bake of one albedo
@@ -52,8 +37,24 @@ struct PlanCosts {
     std::vector<SceneCost> without;  // each effect of the plan's `shares` alone
 };
 
-/// Measures what the effects of a plan cost.
-PlanCosts measure_costs(const Scene& scene, const Plan& plan, const BakeOptions& options = {});
+struct Plan {
+    double tolerance = 0;             // the scene's
+    SceneEffects effects;             // that are needed
+    std::vector<EffectShare> shares;  // of those that the scene has switched on
+    double change = 0;  // largest change of a pixel with all left out that is not needed
+    int pixels = 0;     // looked at
+    std::optional<PlanCosts> costs;
+};
+
+struct PlanOptions {
+    BakeOptions bake;
+    bool costs = false;  // measure them too
+};
+
+/// A plan for each of several scenes, measured in tables that they share where they can. An effect
+/// is left out when no pixel then changes by more than half the scene's tolerance, the rest being
+/// kept for pixels between those looked at; what saves most is tried first.
+std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options = {});
 
 /// What the sparse set of a scene's pixels asks of its layer.
 AskedRange measure_range(const Scene& scene);

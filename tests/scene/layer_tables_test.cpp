@@ -101,13 +101,17 @@ TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
     recipe.optical_depth = {0.5, 2};
     recipe.albedo = {0.5, 0.9};
     const Table table = bake(recipe);
-    EXPECT_EQ(adopt_table(scene, Table(table))->tables.size(), 1u);
+    EXPECT_EQ(adopt_table({scene}, Table(table))->tables.size(), 1u);
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>([&] { adopt_table(other, Table(table)); }, fragments);
+        expect_refusal<std::invalid_argument>(
+            [&] {
+                adopt_table({scene, other}, Table(table));
+            },
+            fragments);
     };
     refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
     refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});
-    refuse(small_slab(infinity, 0.8), {"table.optical_depth", "infinity"});
+    refuse(small_slab(infinity, 0.8), {"table.optical_depth.max", "inf", "got 2"});
     refuse(small_rings(1), {"table", "two components mix"});
     Scene other = scene;
     other.layer.components = {PhaseFunction::isotropic()};

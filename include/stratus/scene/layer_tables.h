@@ -43,11 +43,11 @@ struct LayerTables {
 std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe& recipe,
                                                const BakeOptions& options = {});
 
-/// The same of a table that is there already.
+/// The same of a table that is there already, for all of several scenes.
 ///
-/// Errors   std::invalid_argument for a table that is not of the scene's phase function, or that
-///          does not hold what it calls for.
-std::unique_ptr<LayerTables> adopt_table(const Scene& scene, Table table);
+/// Errors   std::invalid_argument for a table that is not of a scene's phase function, or that does
+///          not hold what it calls for.
+std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
 
 /// The layer's matter where it is the same everywhere.
 std::optional<Matter> uniform_matter(const Scene& scene);

@@ -13,8 +13,8 @@ namespace {
 
 class Lobes : public ::testing::Test {
   protected:
-    const LobePlot plot =
-        plot_lobes({PhaseFunction::isotropic(), {radians(36), radians(144)}, {2, 0.1}, {0.5, 1}});
+    const LobePlot plot = plot_lobes(
+        {PhaseFunction::henyey_greenstein(0.4), {radians(36), radians(144)}, {2, 0.1}, {0.5, 1}});
 };
 
 TEST_F(Lobes, AreThePapersBrightnessTimesTheEmissionCosine) {
@@ -22,10 +22,15 @@ TEST_F(Lobes, AreThePapersBrightnessTimesTheEmissionCosine) {
     const double mu_in = std::cos(radians(36));
     const auto steps = curve.above.size() - 1;
     for (std::size_t k = 1; k < steps; k += 7) {
-        const double mu =
-            std::cos(pi * (static_cast<double>(k) / static_cast<double>(steps) - 0.5));
-        EXPECT_NEAR(curve.above[k], mu * brightness_top_lit(1, 0.5, 2, mu_in, mu), 1e-12);
-        EXPECT_NEAR(curve.below[k], mu * brightness_bottom_lit(1, 0.5, 2, mu_in, mu), 1e-12);
+        // Light that comes from -36 degrees and leaves at `angle` was turned by 180 - 36 - angle
+        // degrees above the layer, by angle - 36 below it.
+        const double angle = pi * (static_cast<double>(k) / static_cast<double>(steps) - 0.5);
+        const double mu = std::cos(angle);
+        const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.4);
+        const double back = phase(-std::cos(angle + radians(36))),
+                     on = phase(std::cos(angle - radians(36)));
+        EXPECT_NEAR(curve.above[k], mu * brightness_top_lit(back, 0.5, 2, mu_in, mu), 1e-12);
+        EXPECT_NEAR(curve.below[k], mu * brightness_bottom_lit(on, 0.5, 2, mu_in, mu), 1e-12);
     }
     EXPECT_EQ(curve.above.front(), 0);
     EXPECT_EQ(curve.above.back(), 0);

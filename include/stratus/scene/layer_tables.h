@@ -26,8 +26,9 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 /// one number where all are the same. Order n is a polynomial of degree n in that share.
 std::vector<double> mixture_fractions(const Scene& scene);
 
-/// Shares of each of the fractions' tables in a mixture: the polynomial through them.
-constexpr std::size_t most_mixtures = 4;
+/// Shares of each of the fractions' tables in a mixture: the polynomial through them, which meets
+/// mixtures of a Lambert sphere and Henyey-Greenstein's 0.5 to 6e-4 of the light.
+constexpr std::size_t most_mixtures = 5;
 std::array<double, most_mixtures> mixture_weights(const std::vector<double>& fractions,
                                                   double mixture) noexcept;
 

@@ -69,12 +69,8 @@ void require_ending(const std::string& output, bool svg) {
 std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& command,
                                                            const std::vector<Scene>& scenes,
                                                            Progress& progress) {
-    if (!command.table.empty()) {
-        const std::shared_ptr<const LayerTables> tables =
-            adopt_table(scenes[0], read_table(command.table));
-        for (const Scene& scene : scenes) adopt_table(scene, Table(tables->tables[0]));
-        return {scenes.size(), tables};
-    }
+    if (!command.table.empty())
+        return {scenes.size(), adopt_table(scenes, read_table(command.table))};
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
@@ -158,6 +154,12 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
 }
 
 void run_figure(const RenderCommand& command, const SceneFile& file, Progress& progress) {
+    for (const auto& [option, given] : {std::pair("--table", !command.table.empty()),
+                                        std::pair("--effects", !command.effects.empty()),
+                                        std::pair("--width", command.width != 0)})
+        if (given)
+            throw std::invalid_argument(std::string("render: ") + option +
+                                        " must be left out for figures, got one");
     const auto started = Clock::now();
     auto write = [&](const auto& draw) {
         for (const std::string& output : command.outputs) {

@@ -11,6 +11,8 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include "file_bytes.h"
+#include "memory_stream.h"
+#include "table_content.h"
 
 namespace stratus {
 namespace {
@@ -39,16 +41,21 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
         buffer.insert(channels[c], channel(copy, c, {0, 0}));
     }
     for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
-    io::naming(path, [&] {
-        Imf::OutputFile file(path.string().c_str(), header);
+    io::Bytes bytes;
+    io::MemoryOutput stream(bytes, "picture");
+    {
+        Imf::OutputFile file(stream, header);
         file.setFrameBuffer(buffer);
         file.writePixels(image.height);
-    });
+    }  // only its end completes the file
+    io::write_bytes(path, bytes);
 }
 
 Image read_exr_image(const std::filesystem::path& path) {
     return io::naming(path, [&] {
-        Imf::InputFile file(path.string().c_str());
+        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR");
+        io::MemoryInput stream(bytes, "picture");
+        Imf::InputFile file(stream);
         const Imath::Box2i window = file.header().dataWindow();
         const Imath::V2i size = window.max - window.min + Imath::V2i(1, 1);
         if (size.x < 1 || size.y < 1 || size.x > longest_side || size.y > longest_side)

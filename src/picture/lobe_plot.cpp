@@ -21,13 +21,12 @@ constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.8
                                     {0.70, 0.25, 0.50}, {0.40, 0.25, 0.10}, {0.45, 0.65, 0.85},
                                     {0.20, 0.20, 0.20}, {0.60, 0.60, 0.10}};
 
-double largest_of(const LobeBlock& block) {
+double largest_of(const std::vector<LobePanel>& row) {
     double largest = 0;
-    for (const auto& row : block.rows)
-        for (const LobePanel& panel : row)
-            for (const LobeCurve& curve : panel.curves)
-                for (const auto* side : {&curve.above, &curve.below})
-                    for (const double radius : *side) largest = std::max(largest, radius);
+    for (const LobePanel& panel : row)
+        for (const LobeCurve& curve : panel.curves)
+            for (const auto* side : {&curve.above, &curve.below})
+                for (const double radius : *side) largest = std::max(largest, radius);
     return largest > 0 ? largest : 1;
 }
 
@@ -105,21 +104,22 @@ void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
                       plot.row_titles[r], 9, black);
         x = left;
         for (const LobeBlock& block : plot.blocks) {
-            const double largest = largest_of(block), scale = radius_of_largest / largest;
-            const double circle = round_below(largest);
-            page.text(x + 6, 36, block.title + "; circle: " + number(circle), 9, black);
+            page.text(x + 6, 36, block.title, 9, black);
             for (std::size_t c = 0; c < block.rows[0].size(); ++c)
                 page.text(x + (static_cast<double>(c) + 0.5) * cell_width, 50,
                           number(block.rows[0][c].incident * 180 / pi) + "\u00b0", 8, quiet, 0.5);
-            for (std::size_t r = 0; r < block.rows.size(); ++r)
+            for (std::size_t r = 0; r < block.rows.size(); ++r) {
+                const double largest = largest_of(block.rows[r]);
+                const double scale = radius_of_largest / largest, circle = round_below(largest);
+                const double y = heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap);
+                page.text(x + 4, y + cell_height / 2 - 2, "circle " + number(circle), 7, quiet);
                 for (std::size_t c = 0; c < block.rows[r].size(); ++c) {
                     cairo_save(cairo);
-                    cairo_translate(
-                        cairo, x + (static_cast<double>(c) + 0.5) * cell_width,
-                        heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap));
+                    cairo_translate(cairo, x + (static_cast<double>(c) + 0.5) * cell_width, y);
                     draw_panel(page, block.rows[r][c], scale, circle);
                     cairo_restore(cairo);
                 }
+            }
             x += static_cast<double>(block.rows[0].size()) * cell_width + block_gap;
         }
     });

@@ -1,6 +1,7 @@
 #include <stratus/scene/layer_tables.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -10,10 +11,16 @@
 namespace stratus {
 namespace {
 
+constexpr const char* door = "scene";
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
 constexpr double thinnest = 0.02;
+
+std::string shortest(double value) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
 
 /// Ranges of what the layer is made of, with the effect of density.
 struct MatterRange {
@@ -50,6 +57,34 @@ bool has_ground(const Scene& scene) {
         return !planet->surface.is_black();
     const Slab* const slab = std::get_if<Slab>(&scene.subject);
     return slab && slab->surface;
+}
+
+/// Refuses a table that a scene cannot do with.
+void check_table(const Scene& scene, const Table& table) {
+    const std::vector<double> fractions = mixture_fractions(scene);
+    require(fractions.size() == 1, door, "table", "left out where two components mix", "one");
+    const std::string own = mixed(scene.layer.components, fractions[0]).text();
+    const std::string met = table.phase_function.text();
+    require(met == own, door, "table.phase_function", own, met);
+    require(!table.below.is_something(), door, "table.below", "nothing", "something");
+    const std::optional<Recipe> needed = needed_recipe(scene);
+    if (!needed) return;
+    auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
+        require(axis.lowest <= range.min, door, name + ".min",
+                "at most the scene's, " + shortest(range.min), axis.lowest);
+        require(axis.highest >= range.max || axis.ends_at_infinity, door, name + ".max",
+                "at least the scene's, " + shortest(range.max), axis.highest);
+    };
+    covers("table.albedo", table.albedo.view(), needed->albedo);
+    const AxisView depths = table.optical_depth.view();
+    if (std::isinf(needed->optical_depth.max))
+        require(depths.ends_at_infinity, door, "table.optical_depth.max", "inf", depths.highest);
+    if (!std::isinf(needed->optical_depth.min))
+        covers("table.optical_depth", depths, needed->optical_depth);
+    require(!needed->reflection || !table.reflection_multiple.empty(), door, "table",
+            "one with reflection", "none");
+    require(!needed->transmission || !table.transmission_multiple.empty(), door, "table",
+            "one with transmission", "none");
 }
 
 }  // namespace
@@ -146,39 +181,13 @@ std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe&
     return made;
 }
 
-std::unique_ptr<LayerTables> adopt_table(const Scene& scene, Table table) {
-    const std::optional<Recipe> needed = needed_recipe(scene);
-    auto made = std::make_unique<LayerTables>();
-    made->fractions = mixture_fractions(scene);
-    require(made->fractions.size() == 1, "scene", "table", "left out where two components mix",
-            "one");
-    const std::string own = mixed(scene.layer.components, made->fractions[0]).text();
-    require(table.phase_function.text() == own, "scene", "table.phase_function", own,
-            table.phase_function.text());
-    require(!table.below.is_something(), "scene", "table.below", "nothing", "something");
-    if (needed) {
-        auto covers = [&](const char* name, const AxisView& axis, const Range& range,
-                          double least) {
-            require(axis.lowest <= std::max(least, range.min) + 1e-12, "scene",
-                    std::string("table.") + name + ".min", "at most that of the scene",
-                    axis.lowest);
-            require(axis.highest >= range.max - 1e-12 || axis.ends_at_infinity, "scene",
-                    std::string("table.") + name + ".max", "at least that of the scene",
-                    axis.highest);
-        };
-        covers("albedo", table.albedo.view(), needed->albedo, 0);
-        if (std::isfinite(needed->optical_depth.min))
-            covers("optical_depth", table.optical_depth.view(), needed->optical_depth, 0.1);
-        else
-            require(table.optical_depth.view().ends_at_infinity, "scene", "table.optical_depth",
-                    "one that ends at infinity", "another");
-        require(!needed->reflection || !table.reflection_multiple.empty(), "scene", "table",
-                "one with reflection", "another");
-        require(!needed->transmission || !table.transmission_multiple.empty(), "scene", "table",
-                "one with transmission", "another");
-    }
+std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table) {
+    for (const Scene& scene : scenes) check_table(scene, table);
+    auto made = std::make_shared<LayerTables>();
+    made->fractions = mixture_fractions(scenes[0]);
     made->tables.push_back(std::move(table));
-    if (!uniform_matter(scene)) made->textured.emplace_back(made->tables[0].view());
+    if (!std::ranges::all_of(scenes, [](const Scene& s) { return uniform_matter(s).has_value(); }))
+        made->textured.emplace_back(made->tables[0].view());
     return made;
 }
 

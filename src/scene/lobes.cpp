@@ -9,7 +9,7 @@ namespace stratus {
 namespace {
 
 constexpr int solver_nodes = 48;
-constexpr int angles = 181;  // a degree each, horizon to horizon
+constexpr int angles = 61;  // three degrees each, horizon to horizon
 
 std::string number(double value) {
     char text[24];
@@ -20,7 +20,7 @@ std::string number(double value) {
 /// One cosine for each angle within the horizons, then those of the incident rays.
 std::vector<double> cosines(const LobeFigure& figure) {
     std::vector<double> mu;
-    for (int k = 1; k < angles - 1; ++k) mu.push_back(std::cos(radians(k - 90.0)));
+    for (int k = 1; k < angles - 1; ++k) mu.push_back(std::cos(radians(3 * k - 90.0)));
     for (const double angle : figure.incident) mu.push_back(std::abs(std::cos(angle)));
     return mu;
 }

@@ -13,15 +13,16 @@ namespace stratus {
 namespace {
 
 constexpr int least_suns = 16;  // of a sun that is a disk, in each pixel
-constexpr double golden_ratio = 0.6180339887498949;
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
              int y) noexcept {
     Rgb3 sum{};
-    const int count = scene.samples * scene.samples;
+    const int n = scene.samples, count = n * n;
     for (int k = 0; k < count; ++k) {
-        // A lattice with as many rows and columns as points: edges along either show no steps.
-        const double across = (k + 0.5) / count, down = std::fmod(0.5 + k * golden_ratio, 1.0);
+        // A grid turned a little: no two samples in one row, column or diagonal, so that an edge
+        // along any of these moves through them one by one.
+        const double i = k % n, j = k / n;
+        const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
         const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
         for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
              s += static_cast<std::size_t>(count))

@@ -415,6 +415,28 @@ toml::table changed(toml::table table, const toml::table& change) {
     return table;
 }
 
+/// The pictures of a file: itself, or its panels.
+void read_panels(const Section& root, const toml::table& parsed, const Source& source,
+                 SceneFile& file) {
+    if (!root.has("panels")) {
+        file.panels.push_back(read_panel(parsed, source));
+        return;
+    }
+    const toml::array* const panels = parsed.get_as<toml::array>("panels");
+    require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, door, "panels",
+            "1 to 64 tables: [[panels]]", "something else");
+    toml::table base = parsed;
+    base.erase("panels");
+    base.erase("title");
+    for (const toml::node& panel : *panels)
+        file.panels.push_back(read_panel(changed(base, *panel.as_table()), source));
+    for (const Scene& scene : file.panels)
+        require(scene.width == file.panels[0].width && scene.height == file.panels[0].height, door,
+                "panels", "pictures of one size", "several sizes");
+    file.columns = static_cast<int>(file.panels.size());
+    if (root.has("columns")) file.columns = root.count("columns", 1, 64);
+}
+
 // ---- Figures
 
 Figure read_figure(const toml::table& table, const std::string& subject, const Source& source) {
@@ -510,7 +532,8 @@ Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) cons
 SceneFile parse_scene(const std::string& text, const std::string& directory,
                       std::vector<std::string>* notes) {
     const toml::table parsed = parse_toml(text, door);
-    const Source source{directory, notes};
+    std::vector<std::string> all_notes;  // panels repeat one another's
+    const Source source{directory, &all_notes};
     std::vector<std::string> known{"title",  "tolerance", "effects",    "columns", "picture",
                                    "camera", "sun",       "background", "layer",   "panels"};
     known.insert(known.end(), subjects.begin(), subjects.end());
@@ -519,27 +542,12 @@ SceneFile parse_scene(const std::string& text, const std::string& directory,
     file.text = text;
     if (root.has("title")) file.title = root.text("title");
     const std::string subject = subject_of(root);
-    if (subject == "lobes" || subject == "lambert") {
+    if (subject == "lobes" || subject == "lambert")
         file.figure = read_figure(parsed, subject, source);
-        return file;
-    }
-    if (!root.has("panels")) {
-        file.panels.push_back(read_panel(parsed, source));
-        return file;
-    }
-    const toml::array* const panels = parsed.get_as<toml::array>("panels");
-    require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, door, "panels",
-            "1 to 64 tables: [[panels]]", "something else");
-    toml::table base = parsed;
-    base.erase("panels");
-    base.erase("title");
-    for (const toml::node& panel : *panels)
-        file.panels.push_back(read_panel(changed(base, *panel.as_table()), source));
-    for (const Scene& scene : file.panels)
-        require(scene.width == file.panels[0].width && scene.height == file.panels[0].height, door,
-                "panels", "pictures of one size", "several sizes");
-    file.columns = static_cast<int>(file.panels.size());
-    if (root.has("columns")) file.columns = root.count("columns", 1, 64);
+    else
+        read_panels(root, parsed, source, file);
+    for (const std::string& note : all_notes)
+        if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
     return file;
 }
 

@@ -32,7 +32,7 @@ struct Image {
 
 /// Writes `path` itself, attributes as texts; callers who need it whole or not at all wrap it.
 ///
-/// Errors   std::runtime_error naming the path.
+/// Errors   std::system_error.
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
                      const std::filesystem::path& path);
 

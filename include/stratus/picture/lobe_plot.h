@@ -19,7 +19,7 @@ struct LobePanel {
     std::vector<LobeCurve> curves;  // one a name
 };
 
-/// Columns under one heading, drawn on one scale.
+/// Columns under one heading; each row has a scale, told by the radius of a circle.
 struct LobeBlock {
     std::string title;
     std::vector<std::vector<LobePanel>> rows;

@@ -29,8 +29,9 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 /// one number where all are the same. Order n is a polynomial of degree n in that share.
 std::vector<double> mixture_fractions(const Scene& scene);
 
-/// Shares of each of the fractions' tables in a mixture: the polynomial through them.
-constexpr std::size_t most_mixtures = 4;
+/// Shares of each of the fractions' tables in a mixture: the polynomial through them, which meets
+/// mixtures of a Lambert sphere and Henyey-Greenstein's 0.5 to 6e-4 of the light.
+constexpr std::size_t most_mixtures = 5;
 std::array<double, most_mixtures> mixture_weights(const std::vector<double>& fractions,
                                                   double mixture) noexcept;
 
@@ -46,11 +47,11 @@ struct LayerTables {
 std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe& recipe,
                                                const BakeOptions& options = {});
 
-/// The same of a table that is there already.
+/// The same of a table that is there already, for all of several scenes.
 ///
-/// Errors   std::invalid_argument for a table that is not of the scene's phase function, or that
-///          does not hold what it calls for.
-std::unique_ptr<LayerTables> adopt_table(const Scene& scene, Table table);
+/// Errors   std::invalid_argument for a table that is not of a scene's phase function, or that does
+///          not hold what it calls for.
+std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
 
 /// The layer's matter where it is the same everywhere.
 std::optional<Matter> uniform_matter(const Scene& scene);

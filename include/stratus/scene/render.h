@@ -1,6 +1,6 @@
 // Rendering: what light each pixel of a scene sends to the camera.
 //
-// A pixel is the mean over a regular lattice of samples in it. The same bits on any number of
+// A pixel is the mean over a regular grid of samples in it. The same bits on any number of
 // threads, and whether a pixel is asked for alone or with all others.
 #pragma once
 

@@ -285,9 +285,25 @@ struct Directions {
     }
 };
 
+stratus::Effects lit_side() {
+    stratus::Effects effects;
+    effects.transmission = false;
+    return effects;
+}
+
+const auto bound = [](const Table& table) { return table.view().bind(2, 0.95, lit_side()); };
+const auto bound_rgb = [](const Table& table) {
+    return table.view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, lit_side());
+};
+/// Closed form alone: no table.
+const auto single = [](const Table& table) {
+    return stratus::Slice(table.phase_function, {{2}, {0.95}}, lit_side());
+};
+
 /// Light that a slice reflects, one lookup at a time.
-template <class Slice>
-void look_up(benchmark::State& state, const Slice& slice) {
+template <class Make>
+void slice(benchmark::State& state, const Table& (*table)(), Make make) {
+    const auto slice = make(table());
     const Directions at;
     std::size_t next = 0;
     for (auto _ : state) {
@@ -299,8 +315,9 @@ void look_up(benchmark::State& state, const Slice& slice) {
 }
 
 /// The same, many at once; the time is that of one.
-template <class Slice>
-void look_up_batch(benchmark::State& state, const Slice& slice) {
+template <class Make>
+void slice_batch(benchmark::State& state, const Table& (*table)(), Make make) {
+    const auto slice = make(table());
     const Directions at;
     constexpr std::size_t batch = 1024;
     std::vector<float> value(3 * batch);
@@ -312,40 +329,8 @@ void look_up_batch(benchmark::State& state, const Slice& slice) {
     }
 }
 
-stratus::Slice bound(const Table& (*table)()) {
-    stratus::Effects lit;
-    lit.transmission = false;
-    return table().view().bind(2, 0.95, lit);
-}
-
-stratus::RgbSlice bound_rgb(const Table& (*table)()) {
-    stratus::Effects lit;
-    lit.transmission = false;
-    return table().view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, lit);
-}
-
-stratus::Slice single(const Table& (*table)()) {
-    return stratus::Slice(table().phase_function, {{2}, {0.95}});
-}
-
-void slice(benchmark::State& state, const Table& (*table)()) { look_up(state, bound(table)); }
-void slice_batch(benchmark::State& state, const Table& (*table)()) {
-    look_up_batch(state, bound(table));
-}
-void rgb_slice(benchmark::State& state, const Table& (*table)()) {
-    look_up(state, bound_rgb(table));
-}
-void rgb_slice_batch(benchmark::State& state, const Table& (*table)()) {
-    look_up_batch(state, bound_rgb(table));
-}
-void single_slice(benchmark::State& state, const Table& (*table)()) {
-    look_up(state, single(table));
-}
-void single_slice_batch(benchmark::State& state, const Table& (*table)()) {
-    look_up_batch(state, single(table));
-}
 void bind(benchmark::State& state, const Table& (*table)()) {
-    for (auto _ : state) benchmark::DoNotOptimize(bound(table).bytes());
+    for (auto _ : state) benchmark::DoNotOptimize(bound(table()).bytes());
 }
 
 /// The floor: a plain table of 32^3 floats, linear.
@@ -372,25 +357,30 @@ void plain_trilinear(benchmark::State& state) {
 }
 
 BENCHMARK(plain_trilinear);
-BENCHMARK_CAPTURE(slice, isotropic, isotropic);
-BENCHMARK_CAPTURE(slice, rayleigh, rayleigh);
-BENCHMARK_CAPTURE(slice, forward, forward);
-BENCHMARK_CAPTURE(slice, rings, rings);
-BENCHMARK_CAPTURE(slice_batch, isotropic, isotropic);
-BENCHMARK_CAPTURE(slice_batch, rayleigh, rayleigh);
-BENCHMARK_CAPTURE(slice_batch, forward, forward);
-BENCHMARK_CAPTURE(slice_batch, rings, rings);
-BENCHMARK_CAPTURE(rgb_slice, isotropic, isotropic);
-BENCHMARK_CAPTURE(rgb_slice, rayleigh, rayleigh);
-BENCHMARK_CAPTURE(rgb_slice, forward, forward);
-BENCHMARK_CAPTURE(rgb_slice, rings, rings);
-BENCHMARK_CAPTURE(rgb_slice_batch, rings, rings);
-BENCHMARK_CAPTURE(single_slice, isotropic, isotropic);
-BENCHMARK_CAPTURE(single_slice, rayleigh, rayleigh);
-BENCHMARK_CAPTURE(single_slice, forward, forward);
-BENCHMARK_CAPTURE(single_slice, rings, rings);
-BENCHMARK_CAPTURE(single_slice_batch, isotropic, isotropic);
-BENCHMARK_CAPTURE(single_slice_batch, rings, rings);
+BENCHMARK_CAPTURE(slice, isotropic, isotropic, bound);
+BENCHMARK_CAPTURE(slice, rayleigh, rayleigh, bound);
+BENCHMARK_CAPTURE(slice, forward, forward, bound);
+BENCHMARK_CAPTURE(slice, rings, rings, bound);
+BENCHMARK_CAPTURE(slice_batch, isotropic, isotropic, bound);
+BENCHMARK_CAPTURE(slice_batch, rayleigh, rayleigh, bound);
+BENCHMARK_CAPTURE(slice_batch, forward, forward, bound);
+BENCHMARK_CAPTURE(slice_batch, rings, rings, bound);
+BENCHMARK_CAPTURE(slice, rgb_isotropic, isotropic, bound_rgb);
+BENCHMARK_CAPTURE(slice, rgb_rayleigh, rayleigh, bound_rgb);
+BENCHMARK_CAPTURE(slice, rgb_forward, forward, bound_rgb);
+BENCHMARK_CAPTURE(slice, rgb_rings, rings, bound_rgb);
+BENCHMARK_CAPTURE(slice_batch, rgb_isotropic, isotropic, bound_rgb);
+BENCHMARK_CAPTURE(slice_batch, rgb_rayleigh, rayleigh, bound_rgb);
+BENCHMARK_CAPTURE(slice_batch, rgb_forward, forward, bound_rgb);
+BENCHMARK_CAPTURE(slice_batch, rgb_rings, rings, bound_rgb);
+BENCHMARK_CAPTURE(slice, single_isotropic, isotropic, single);
+BENCHMARK_CAPTURE(slice, single_rayleigh, rayleigh, single);
+BENCHMARK_CAPTURE(slice, single_forward, forward, single);
+BENCHMARK_CAPTURE(slice, single_rings, rings, single);
+BENCHMARK_CAPTURE(slice_batch, single_isotropic, isotropic, single);
+BENCHMARK_CAPTURE(slice_batch, single_rayleigh, rayleigh, single);
+BENCHMARK_CAPTURE(slice_batch, single_forward, forward, single);
+BENCHMARK_CAPTURE(slice_batch, single_rings, rings, single);
 BENCHMARK_CAPTURE(bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind, forward, forward)->Unit(benchmark::kMillisecond);

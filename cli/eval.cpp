@@ -115,12 +115,13 @@ QueryColumns query_columns(const Table& table) {
     };
     place(table.optical_depth, "optical_depth");
     place(table.albedo, "albedo");
+    if (table.has_mixture()) place(table.mixture, "mixture");
     return columns;
 }
 
 /// One row of a query in the runtime's terms.
 struct Point {
-    double albedo, optical_depth;
+    double albedo, optical_depth, mixture;
     Geometry geometry;
 };
 
@@ -140,6 +141,7 @@ std::vector<Point> points_of(const CsvTable& query, const Table& table, double d
         points.push_back(
             {value_or_only_sample(row, "albedo", table.albedo),
              denser(value_or_only_sample(row, "optical_depth", table.optical_depth), density),
+             table.has_mixture() ? row[column("mixture")] : 1,
              {row[mu_in], row[mu_out], row[azimuth] * std::numbers::pi / 180}});
     return points;
 }
@@ -174,6 +176,10 @@ void warn_of_clamped(const std::vector<Point>& points, const TableView& table) {
         {"optical_depth",
          count([&](const Point& p) { return is_depth_outside(table, p.optical_depth); })},
         {"albedo", count([&](const Point& p) { return is_outside(table.albedo, p.albedo); })},
+        {"mixture", table.has_mixture() ? count([&](const Point& p) {
+             return is_outside(table.mixture, p.mixture);
+         })
+                                        : 0},
     };
     std::string list;
     for (const AxisCount& axis : counts)
@@ -205,15 +211,15 @@ double brightened_by(const Opposition& opposition, const TableView& table, const
     const double c = cos_scattering_angle_reflected(at);
     const double factor =
         opposition_factor(opposition, c, point.optical_depth, at.mu_in, at.mu_out);
-    return (factor - 1) * single_reflection((*table.phase_function)(c), point.albedo,
-                                            point.optical_depth, at.mu_in, at.mu_out);
+    return (factor - 1) * single_reflection(table.phase(c), point.albedo, point.optical_depth,
+                                            at.mu_in, at.mu_out);
 }
 
 /// What a viewer at mu_out sees of a background.
 double background_of(const TableView& table, const Point& point, const Asked& effects) {
     if (table.lies_on_something()) return 0;
-    return transparency(effects.single ? (*table.phase_function)(1) : 0, point.albedo,
-                        point.optical_depth, point.geometry.mu_out);
+    return transparency(effects.single ? table.phase(1) : 0, point.albedo, point.optical_depth,
+                        point.geometry.mu_out);
 }
 
 void write_row(std::ostream& out, const std::vector<double>& query_row, const Point& point,
@@ -268,7 +274,7 @@ void run_eval(const EvalOptions& options) {
     write_answer(options.output, [&](std::ostream& out) {
         write_header(out, query, effects);
         for (std::size_t r = 0; r < points.size(); ++r)
-            write_row(out, query.rows[r], points[r], view, effects);
+            write_row(out, query.rows[r], points[r], view.at_mixture(points[r].mixture), effects);
     });
 }
 
@@ -281,7 +287,8 @@ void add_eval(CLI::App& app) {
     command
         ->add_option("--query", options->query,
                      "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
-                     "order; the last two may be left out where the table has one sample. "
+                     "order; the last two may be left out where the table has one sample. Tables "
+                     "that mix need mixture, too, the share of the first phase function. "
                      "Default or -: standard input")
         ->check(file_name());
     command

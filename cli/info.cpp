@@ -112,6 +112,11 @@ void print_content(const Table& table) {
     print("title", attribute(table, "title"));
     print("phase function", shortened(table.phase_function.text()));
     print("asymmetry g", short_number(table.phase_function.asymmetry()));
+    if (table.has_mixture()) {
+        print("second", shortened(table.second_phase_function.text()));
+        print("asymmetry g", short_number(table.second_phase_function.asymmetry()));
+        print("mixture", described(table.mixture) + ", the share of the first");
+    }
     print("below", below_of(table));
     print("albedo", described(table.albedo));
     print("optical depth", described(table.optical_depth));

@@ -33,6 +33,7 @@ constexpr ColumnRange column_ranges[] = {
     {"azimuth_deg", "finite", [](double degrees) { return std::isfinite(degrees); }},
     {"optical_depth", "in [0, inf]", [](double depth) { return depth >= 0; }},
     {"albedo", "in [0, 1]", [](double albedo) { return albedo >= 0 && albedo <= 1; }},
+    {"mixture", "in [0, 1]", [](double mixture) { return mixture >= 0 && mixture <= 1; }},
 };
 
 std::string joined(const std::vector<std::string>& words) {

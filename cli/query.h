@@ -1,8 +1,8 @@
 // Queries and answers as CSV: what the commands that evaluate geometries read and write.
 //
-// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth and albedo; each
-// has its one allowed range, checked here row by row. Answers go to stdout or, whole or not at all,
-// to a file.
+// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth and albedo, for
+// some mixture; each has its one allowed range, checked here row by row. Answers go to stdout or,
+// whole or not at all, to a file.
 #pragma once
 
 #include <filesystem>

@@ -51,16 +51,19 @@ void print_errors(const Verification& verification, Side side, const char* name)
     }
 }
 
-void print_worst(const Verification& verification) {
-    std::printf("\nworst points\n%-13s %9s %13s %8s %8s %11s %13s %13s %9s\n", "side", "albedo",
-                "optical_depth", "mu_in", "mu_out", "azimuth_deg", "solved", "looked up", "error");
+void print_worst(const Verification& verification, bool mixed) {
+    std::printf("\nworst points\n%-13s %9s %13s %8s %8s %11s %13s %13s %9s%s\n", "side", "albedo",
+                "optical_depth", "mu_in", "mu_out", "azimuth_deg", "solved", "looked up", "error",
+                mixed ? "  mixture" : "");
     const std::size_t shown = std::min<std::size_t>(5, verification.samples.size());
     for (std::size_t n = 0; n < shown; ++n) {
         const ErrorSample& at = verification.samples[verification.samples.size() - 1 - n];
-        std::printf("%-13s %9.5f %13.5g %8.5f %8.5f %11.2f %13.6e %13.6e %9.1e\n",
+        std::printf("%-13s %9.5f %13.5g %8.5f %8.5f %11.2f %13.6e %13.6e %9.1e",
                     at.side == Side::reflection ? "reflection" : "transmission", at.albedo,
                     at.optical_depth, at.geometry.mu_in, at.geometry.mu_out,
                     degrees(at.geometry.azimuth), at.expected, at.found, at.error);
+        if (mixed) std::printf(" %8.5f", at.mixture);
+        std::printf("\n");
     }
 }
 
@@ -79,7 +82,7 @@ void run_verify(const VerifyCommand& command) {
                 "99 %", "99.9 %", "worst");
     print_errors(verification, Side::reflection, "reflection");
     print_errors(verification, Side::transmission, "transmission");
-    print_worst(verification);
+    print_worst(verification, table.has_mixture());
     std::printf("\nreciprocity: exchanging mu_in and mu_out changes a lookup by at most %.1e\n",
                 verification.reciprocity_defect);
     if (verification.energy_defect >= 0)

@@ -48,13 +48,15 @@ std::ptrdiff_t quantile_place(std::size_t count, double share) {
 
 PointRange range_of(const Table& table) {
     const TableView view = table.view();
-    return {view.albedo,           view.optical_depth,      view.mu_in, view.mu_out,
-            view.has_reflection(), view.has_transmission(), table.below};
+    return {view.albedo, view.optical_depth,    view.mu_in,
+            view.mu_out, view.has_reflection(), view.has_transmission(),
+            table.below, view.mixture,          table.second_phase_function};
 }
 
-/// A random (albedo, optical depth), evenly spread over the cells of a range.
+/// A random (albedo, optical depth, mixture), evenly spread over the cells of a range.
 struct Cell {
     double albedo, optical_depth;
+    double mixture = 1;
 };
 
 Cell random_cell(const PointRange& range, std::mt19937& random) {
@@ -73,6 +75,8 @@ Cell random_cell(const PointRange& range, std::mt19937& random) {
         cell.optical_depth =
             std::clamp(std::exp2(between(std::log2(tau.lowest), std::log2(tau.highest))),
                        tau.lowest, tau.highest);
+    if (range.mixture.count > 0)
+        cell.mixture = between(range.mixture.lowest, range.mixture.highest);
     return cell;
 }
 
@@ -139,14 +143,20 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
         mu.push_back(points.back().mu_in);
         mu.push_back(points.back().mu_out);
     }
+    const PhaseFunction mixed =
+        range.mixture.count == 0
+            ? phase_function
+            : PhaseFunction::sum({{cell.mixture, phase_function},
+                                  {1 - cell.mixture, range.second_phase_function}});
     const LayerSolution solution =
-        solve_layer(phase_function, cell.albedo, cell.optical_depth, mu, solver, range.below);
+        solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.below);
     auto add = [&](Side side, int g, double expected, double floor) {
         const Geometry& at = points[static_cast<std::size_t>(g)];
         const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
                                                        : cos_scattering_angle_transmitted(at);
         into.push_back({side, cell.albedo, cell.optical_depth, at,
-                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor});
+                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor,
+                        cell.mixture});
     };
     const int first = static_cast<int>(floor_cosines().size());
     const double reflection_least = range.reflection ? reflection_floor(solution) : 0;
@@ -170,34 +180,37 @@ double energy_defect(const Table& table) {
         table.below.is_something())
         return -1;
     double worst = 0;
-    const auto mus = static_cast<std::size_t>(table.mu_in.values.size());
-    for (int d = 0; d < tau.size(); ++d) {
-        const double depth = table.optical_depth.values[static_cast<std::size_t>(d)];
-        if (table.diffuse_transmittance.empty() && !std::isinf(depth)) continue;
-        for (std::size_t i = 0; i < mus; ++i) {
-            const std::size_t at =
-                (static_cast<std::size_t>(w.count - 1) * static_cast<std::size_t>(tau.size()) +
-                 static_cast<std::size_t>(d)) *
-                    mus +
-                i;
-            const double passed =
-                table.diffuse_transmittance.empty() ? 0 : table.diffuse_transmittance[at];
-            worst =
-                std::max(worst, std::abs(1 - static_cast<double>(table.plane_albedo[at]) - passed -
-                                         direct_transmittance(depth, table.mu_in.values[i])));
+    const std::size_t mus = table.mu_in.values.size();
+    const auto albedos = static_cast<std::size_t>(w.count);
+    const auto depths = static_cast<std::size_t>(tau.size());
+    for (std::size_t m = 0; m < table.mixture_count(); ++m)
+        for (std::size_t d = 0; d < depths; ++d) {
+            const double depth = table.optical_depth.values[d];
+            if (table.diffuse_transmittance.empty() && !std::isinf(depth)) continue;
+            for (std::size_t i = 0; i < mus; ++i) {
+                const std::size_t at = (((m + 1) * albedos - 1) * depths + d) * mus + i;
+                const double passed =
+                    table.diffuse_transmittance.empty() ? 0 : table.diffuse_transmittance[at];
+                const double left = 1 - static_cast<double>(table.plane_albedo[at]) - passed;
+                worst = std::max(
+                    worst, std::abs(left - direct_transmittance(depth, table.mu_in.values[i])));
+            }
         }
-    }
     return worst;
 }
 
-/// Whether the angles are resolved well enough to integrate to the right flux: see Verification.
-double furnace_defect(const Table& table, const TableView& view) {
+/// Whether the angles are resolved well enough to integrate to the right flux, at one mixture: see
+/// Verification.
+double furnace_defect(const Table& table, std::size_t mixture) {
+    const TableView view =
+        table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
     if (!view.has_reflection() || table.plane_albedo.empty()) return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
     const int azimuths = 96;
     double worst = 0;
     const auto mus = table.mu_in.values.size();
     const std::size_t depths = table.optical_depth.values.size();
+    const std::size_t first_albedo = mixture * table.albedo.values.size();
     for (std::size_t w : {std::size_t{0}, table.albedo.values.size() - 1})
         for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6))
             for (std::size_t i = 0; i < mus; i += std::max<std::size_t>(1, mus / 4)) {
@@ -212,8 +225,10 @@ double furnace_defect(const Table& table, const TableView& view) {
                                        {mu_in, outgoing.mu(j), pi * (k + 0.5) / azimuths})
                                 .total();
                 worst = std::max(
-                    worst, std::abs(sum - static_cast<double>(
-                                              table.plane_albedo[(w * depths + d) * mus + i])));
+                    worst,
+                    std::abs(sum -
+                             static_cast<double>(
+                                 table.plane_albedo[((first_albedo + w) * depths + d) * mus + i])));
             }
     return worst;
 }
@@ -227,8 +242,9 @@ double reciprocity_defect(const Table& table, const TableView& view, std::mt1993
                              azimuth(random)};
         const Geometry back{there.mu_out, there.mu_in, there.azimuth};
         for (auto lookup : {reflection, transmission}) {
-            const double a = lookup(view, cell.albedo, cell.optical_depth, there).total();
-            const double b = lookup(view, cell.albedo, cell.optical_depth, back).total();
+            const TableView mixed = view.at_mixture(cell.mixture);
+            const double a = lookup(mixed, cell.albedo, cell.optical_depth, there).total();
+            const double b = lookup(mixed, cell.albedo, cell.optical_depth, back).total();
             if (std::abs(a) > smallest_value)
                 worst = std::max(worst, std::abs(a - b) / std::abs(a));
         }
@@ -273,7 +289,7 @@ void compare(std::vector<ErrorSample>& samples, const Found& found) {
 void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
     compare(samples, [&](const ErrorSample& at) {
         const auto side = at.side == Side::reflection ? reflection : transmission;
-        return side(table, at.albedo, at.optical_depth, at.geometry).total();
+        return side(table.at_mixture(at.mixture), at.albedo, at.optical_depth, at.geometry).total();
     });
 }
 
@@ -282,7 +298,7 @@ void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
         Effects effects;
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
-        const Slice slice = table.bind(at.optical_depth, at.albedo, effects);
+        const Slice slice = table.at_mixture(at.mixture).bind(at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);
         const auto mu_out = static_cast<float>(at.geometry.mu_out);
         const auto azimuth = static_cast<float>(at.geometry.azimuth);
@@ -308,7 +324,10 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     (options.bound ? look_up_bound : look_up)(view, result.samples);
     error_quantile(result.samples, 1);  // sorts
     result.energy_defect = energy_defect(table);
-    result.furnace_defect = furnace_defect(table, view);
+    result.furnace_defect = furnace_defect(table, 0);
+    if (table.has_mixture())
+        result.furnace_defect =
+            std::max(result.furnace_defect, furnace_defect(table, table.mixture.values.size() - 1));
     std::mt19937 random(options.seed);
     result.reciprocity_defect = reciprocity_defect(table, view, random);
     return result;

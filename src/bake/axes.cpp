@@ -36,6 +36,10 @@ Axis albedo_axis(Range range, int samples) {
                      range.min == range.max ? 1 : std::max(2, samples));
 }
 
+Axis mixture_axis(Range range, int samples) {
+    return make_axis(AxisScale::identity, range.min, range.max, samples);
+}
+
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     if (std::isinf(range.min)) return make_axis(AxisScale::logarithmic, 1, 1, 0, true);
     const bool ends_at_infinity = std::isinf(range.max);

@@ -15,6 +15,9 @@ Axis azimuth_axis(int samples);
 /// sqrt(1 - w) over the range; one sample where min = max.
 Axis albedo_axis(Range range, int samples);
 
+/// Even shares of the first phase function.
+Axis mixture_axis(Range range, int samples);
+
 /// `samples_per_octave` up to max, or up to `deepest` and infinity. It begins at min, or a little
 /// below where max is met.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);

@@ -249,6 +249,47 @@ class TableSolver {
     std::vector<double> reflected_phase_, transmitted_phase_, below_phase_;
 };
 
+/// The tables of all mixtures, one after the other.
+Table solve_mixtures(const Recipe& recipe, const BakeOptions& options) {
+    const Axis mixture = mixture_axis(*recipe.mixture, recipe.discretisation.mixture_samples);
+    const auto count = static_cast<double>(mixture.values.size());
+    Table table;
+    const auto append = [&](auto& to, const auto& from) {
+        to.reserve(mixture.values.size() * from.size());
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    for (std::size_t m = 0; m < mixture.values.size(); ++m) {
+        BakeOptions of_share = options;
+        if (options.progress)
+            of_share.progress = [&](double done, const std::string& stage) {
+                options.progress((static_cast<double>(m) + done) / count, stage);
+            };
+        const Recipe alone = at_mixture(recipe, mixture.values[m]);
+        Table one = TableSolver(alone, of_share).solve();
+        append(table.reflection_multiple, one.reflection_multiple);
+        append(table.transmission_multiple, one.transmission_multiple);
+        append(table.plane_albedo, one.plane_albedo);
+        append(table.diffuse_transmittance, one.diffuse_transmittance);
+        append(table.spherical_albedo, one.spherical_albedo);
+        append(table.diffusion_exponent, one.diffusion_exponent);
+        if (m > 0) continue;
+        table.below = one.below;
+        table.albedo = one.albedo;
+        table.optical_depth = one.optical_depth;
+        table.mu_in = one.mu_in;
+        table.mu_out = one.mu_out;
+        table.azimuth = one.azimuth;
+        table.highest_order = one.highest_order;
+    }
+    table.mixture = mixture;
+    table.phase_function = recipe.phase_function;
+    table.second_phase_function = recipe.second_phase_function;
+    table.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.below);
+    table.second_extrapolation_length =
+        extrapolation_length(recipe.second_phase_function, recipe.below);
+    return table;
+}
+
 /// A resolved recipe's table and how it did at the bake's own check.
 struct Attempt {
     Table table;
@@ -266,6 +307,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["convention_below"] =
             "reflection is that of the layer and of what lies beneath it; light scattered once, by "
             "either, is added in closed form and not in reflection_multiple";
+    if (recipe.mixture)
+        table.attributes["convention_mixture"] =
+            "mixture is the share that phase_function has in all that is scattered, the rest is "
+            "second_phase_function's: phi = mixture phi_1 + (1 - mixture) phi_2";
     table.attributes["title"] = recipe.title;
     table.attributes["recipe"] = recipe.text;
     table.attributes["resolved_recipe"] = resolved_text(resolved);
@@ -301,12 +346,16 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
     const Discretisation& d = resolved.discretisation;
-    for (const auto& [name, count] :
-         {std::pair("nodes", d.nodes), std::pair("modes", d.modes),
-          std::pair("mu_samples", d.mu_samples), std::pair("azimuth_samples", d.azimuth_samples),
-          std::pair("albedo_samples", d.albedo_samples)})
+    std::vector<std::pair<const char*, int>> choices{{"nodes", d.nodes},
+                                                     {"modes", d.modes},
+                                                     {"mu_samples", d.mu_samples},
+                                                     {"azimuth_samples", d.azimuth_samples},
+                                                     {"albedo_samples", d.albedo_samples}};
+    if (resolved.mixture) choices.push_back({"mixture_samples", d.mixture_samples});
+    for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
-    Table table = TableSolver(resolved, options).solve();
+    Table table = resolved.mixture ? solve_mixtures(resolved, options)
+                                   : TableSolver(resolved, options).solve();
     prepare(table);
     return table;
 }

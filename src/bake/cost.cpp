@@ -774,6 +774,8 @@ constexpr CostColumn columns[] = {
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.seconds > 0, "measure_cost", "seconds", "above 0", options.seconds);
     require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
+    require(!recipe.mixture, "measure_cost", "second_phase_function",
+            "absent: costs are of one mixture", recipe.second_phase_function.text());
     return CostMeter(recipe, options).measure();
 }
 

@@ -4,7 +4,6 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 
 #include "toml_section.h"
 
@@ -33,7 +32,7 @@ Discretisation read_discretisation(const toml::table& table) {
     const Section section(
         table, door, "discretisation",
         {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
-         "deepest_optical_depth", "albedo_samples", "scheme"});
+         "deepest_optical_depth", "albedo_samples", "mixture_samples", "scheme"});
     Discretisation d;
     auto take = [&](int& into, const char* key, int least, int most) {
         if (section.has(key)) into = section.count(key, least, most);
@@ -47,6 +46,7 @@ Discretisation read_discretisation(const toml::table& table) {
         d.deepest_optical_depth =
             section.number("deepest_optical_depth", 1e-3, 1e9, "in [1e-3, 1e9]");
     take(d.albedo_samples, "albedo_samples", 1, 512);
+    take(d.mixture_samples, "mixture_samples", 2, 64);
     if (section.has("scheme")) {
         const std::string scheme = section.text("scheme");
         require(scheme == "harmonic" || scheme == "classic", "recipe", "discretisation.scheme",
@@ -54,6 +54,25 @@ Discretisation read_discretisation(const toml::table& table) {
         d.scheme = scheme == "classic" ? Scheme::classic : Scheme::harmonic;
     }
     return d;
+}
+
+/// The second phase function and the mixtures of both, all of them unless `mixture` says which.
+void read_mixture(const Section& section, const std::string& directory,
+                  std::vector<std::string>* notes, Recipe& recipe) {
+    if (!section.has("second_phase_function")) {
+        require(!section.has("mixture"), door, "mixture",
+                "absent where there is no second_phase_function", "given");
+        require(recipe.discretisation.mixture_samples == 0, door, "discretisation.mixture_samples",
+                "absent where there is no second_phase_function",
+                recipe.discretisation.mixture_samples);
+        return;
+    }
+    recipe.second_phase_function =
+        parse_phase_function(section.text("second_phase_function"), directory, notes);
+    recipe.mixture =
+        section.has("mixture") ? read_range(section, "mixture", 0, 1, "in [0, 1]") : Range{0, 1};
+    require(recipe.mixture->min < recipe.mixture->max, door, "mixture.max",
+            "above min: one mixture alone is a sum in phase_function", recipe.mixture->max);
 }
 
 std::string quoted(const std::string& text) {
@@ -67,9 +86,10 @@ std::string quoted(const std::string& text) {
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes) {
     const toml::table parsed = parse_toml(text, door);
-    const Section section(parsed, door, "",
-                          {"title", "phase_function", "tolerance", "optical_depth", "albedo",
-                           "sides", "orders", "below", "discretisation"});
+    const Section section(
+        parsed, door, "",
+        {"title", "phase_function", "second_phase_function", "mixture", "tolerance",
+         "optical_depth", "albedo", "sides", "orders", "below", "discretisation"});
     Recipe recipe;
     recipe.text = text;
     if (section.has("title")) recipe.title = section.text("title");
@@ -111,6 +131,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
             "transmitted, got transmission");
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
+    read_mixture(section, directory, notes, recipe);
     require(recipe.orders == 0 || !recipe.below.is_something(), "recipe", "orders",
             "\"all\" over something", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
@@ -127,6 +148,16 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
     return parse_recipe(read_text(path), path.parent_path().string(), notes);
 }
 
+Recipe at_mixture(const Recipe& recipe, double share_of_first) {
+    Recipe alone = recipe;
+    alone.phase_function = PhaseFunction::sum({{share_of_first, recipe.phase_function},
+                                               {1 - share_of_first, recipe.second_phase_function}});
+    alone.phase_text = alone.phase_function.text();
+    alone.mixture.reset();
+    alone.discretisation.mixture_samples = 0;
+    return alone;
+}
+
 std::string resolved_text(const Recipe& recipe) {
     std::ostringstream out;
     out.precision(17);
@@ -139,27 +170,29 @@ std::string resolved_text(const Recipe& recipe) {
     out << "title = " << quoted(recipe.title) << "\n"
         << "phase_function = " << quoted(recipe.phase_function.text()) << "\n"
         << "tolerance = " << recipe.tolerance << "\n";
+    if (recipe.mixture) {
+        out << "second_phase_function = " << quoted(recipe.second_phase_function.text()) << "\n";
+        range("mixture", *recipe.mixture);
+    }
     range("optical_depth", recipe.optical_depth);
     range("albedo", recipe.albedo);
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"
-        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"") << "\n";
-    out << "[discretisation]\n";
-    auto choice = [&](const char* key, double value) {
-        if (value != 0)
-            out << key << " = " << value
-                << (key == std::string_view("deepest_optical_depth") && value == std::floor(value)
-                        ? ".0\n"
-                        : "\n");
+        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"")
+        << "\n[discretisation]\n";
+    auto choice = [&](const char* key, double value, const char* of_whole = "") {
+        if (value == 0) return;
+        out << key << " = " << value << (value == std::floor(value) ? of_whole : "") << "\n";
     };
     choice("nodes", d.nodes);
     choice("modes", d.modes);
     choice("mu_samples", d.mu_samples);
     choice("azimuth_samples", d.azimuth_samples);
     choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
-    choice("deepest_optical_depth", d.deepest_optical_depth);
+    choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
     choice("albedo_samples", d.albedo_samples);
+    if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
     out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
     if (recipe.below.kind == Below::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";

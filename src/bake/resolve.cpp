@@ -158,6 +158,76 @@ class Resolver {
         return recipe_;
     }
 
+    /// Samples along the mixture of a recipe of which all else is resolved.
+    static int choose_mixture_samples(const Recipe& recipe, double strictness,
+                                      const BakeOptions& options) {
+        constexpr std::size_t fine = 24;  // steps; a candidate's own are several of them
+        const std::vector<double> shares = mixture_axis(*recipe.mixture, fine + 1).values;
+        std::vector<Resolver> at_share;
+        for (const double share : shares)
+            at_share.emplace_back(at_mixture(recipe, share), strictness, options);
+        std::vector<double> mu = floor_cosines();
+        mu.insert(mu.end(), {0.0049, 0.03});
+        std::vector<Angles> few_angles;
+        std::vector<Cells> cells;
+        for (Resolver& at : at_share) {
+            at.solver_.nodes = at.recipe_.discretisation.nodes;
+            at.solver_.modes = at.recipe_.discretisation.modes;
+            at.choose_depth_range();
+            few_angles.push_back(at.angles(mu));
+            cells.push_back(
+                at.solve(at.albedos_, at.ladder_to_deepest(), few_angles.back(), at.solver_));
+            for (auto& of_albedo : cells.back())
+                for (Cell& cell : of_albedo)  // a hundred megabytes otherwise
+                    cell.solution.reflection_modes = cell.solution.transmission_modes = {};
+        }
+        const Resolver& any = at_share.front();
+        const std::size_t albedos = any.albedos_.size();
+        return any.choose("mixture_samples", {2, 3, 4, 5, 7, 9, 13}, [&](int candidate) {
+            const auto intervals = static_cast<std::size_t>(candidate - 1);
+            const std::size_t stride = fine / intervals;
+            const AxisView axis = mixture_axis({0, 1}, candidate).view();
+            return any.measure_cells(
+                intervals * albedos, cells[0][0].size(),
+                [&](std::size_t cell, std::size_t d, Errors& errors) {
+                    const std::size_t a = cell % albedos;
+                    const std::size_t test = cell / albedos * stride + stride / 2;
+                    const Stencil stencil =
+                        axis.stencil(static_cast<double>(test) / static_cast<double>(fine));
+                    const auto sample = [&](int p) {
+                        return std::min(static_cast<std::size_t>(stencil.first + p), intervals) *
+                               stride;
+                    };
+                    const Resolver& here = at_share[test];
+                    const Cell& target = cells[test][a][d];
+                    // As lookups have it: deep layers transmit exponentially less.
+                    const auto fall = [&](double exponent) {
+                        return transmission_scale(target.solution.optical_depth, exponent, any.q_);
+                    };
+                    double k = 0;
+                    for (int p = 0; p < window; ++p)
+                        k += double{stencil.weight[p]} * at_share[sample(p)].exponents_[a];
+                    double share[2][window];  // reflection, transmission
+                    for (int p = 0; p < window; ++p) {
+                        const double sampled = fall(at_share[sample(p)].exponents_[a]);
+                        share[0][p] = double{stencil.weight[p]};
+                        share[1][p] = sampled > 0 ? share[0][p] * fall(k) / sampled : 0;
+                    }
+                    const Angles& angles = few_angles[test];
+                    here.compare(
+                        target, static_cast<int>(angles.mu.size()), angles, errors,
+                        [&](Side side, int i, int j, int n) {
+                            double found = 0;
+                            for (int p = 0; p < window; ++p)
+                                found +=
+                                    share[side == Side::transmission][p] *
+                                    cells[sample(p)][a][d].side(side).multiple[angles.at(i, j, n)];
+                            return found;
+                        });
+                });
+        });
+    }
+
   private:
     // ---- what is compared ----------------------------------------------------------------------
 
@@ -276,6 +346,15 @@ class Resolver {
         const int octaves = static_cast<int>(std::floor(std::log2(highest / range.min) + 1e-9));
         ladder_ = {std::isinf(range.max) ? range.min : std::ldexp(range.max, -octaves), octaves + 1,
                    std::isinf(range.max)};
+    }
+
+    /// The octaves that samples will have.
+    DepthLadder ladder_to_deepest() const {
+        DepthLadder ladder = ladder_;
+        if (recipe_.discretisation.deepest_optical_depth > 0)
+            ladder.octaves = 1 + static_cast<int>(std::lround(std::log2(
+                                     recipe_.discretisation.deepest_optical_depth / ladder.first)));
+        return ladder;
     }
 
     // ---- the choices ---------------------------------------------------------------------------
@@ -588,14 +667,10 @@ class Resolver {
         }
         constexpr int fine = 120;
         const std::vector<double> albedos = albedo_axis(recipe_.albedo, fine + 1).values;
-        DepthLadder ladder = ladder_;
-        if (recipe_.discretisation.deepest_optical_depth > 0)
-            ladder.octaves = 1 + static_cast<int>(std::lround(std::log2(
-                                     recipe_.discretisation.deepest_optical_depth / ladder.first)));
         std::vector<double> mu = floor_cosines();
         mu.insert(mu.end(), {0.0049, 0.03});
         const Angles few_angles = angles(mu);
-        const Cells cells = solve(albedos, ladder, few_angles, solver_);
+        const Cells cells = solve(albedos, ladder_to_deepest(), few_angles, solver_);
         const std::vector<double> exponents = decay_exponents(recipe_, albedos);
         samples = choose(
             "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
@@ -648,6 +723,37 @@ class Resolver {
     Cells probes_;
 };
 
+/// The finer of two ways to sample, axis by axis.
+Discretisation finer(const Discretisation& a, const Discretisation& b) {
+    Discretisation both = a;
+    for (int Discretisation::*const count :
+         {&Discretisation::nodes, &Discretisation::modes, &Discretisation::mu_samples,
+          &Discretisation::azimuth_samples, &Discretisation::optical_depth_samples_per_octave,
+          &Discretisation::albedo_samples})
+        both.*count = std::max(a.*count, b.*count);
+    both.deepest_optical_depth = std::max(a.deepest_optical_depth, b.deepest_optical_depth);
+    return both;
+}
+
+/// What the mixtures at both ends and in the middle need serves all between them.
+Recipe resolve_mixtures(const Recipe& recipe, double strictness, const BakeOptions& options) {
+    const Range range = *recipe.mixture;
+    const auto note = [&](double share) {
+        if (options.note) options.note("mixture " + short_number(share) + ":");
+    };
+    Recipe resolved = recipe;
+    for (const double share : {range.min, (range.min + range.max) / 2, range.max}) {
+        note(share);
+        const Recipe alone = Resolver(at_mixture(recipe, share), strictness, options).resolve();
+        resolved.discretisation = finer(resolved.discretisation, alone.discretisation);
+    }
+    int& samples = resolved.discretisation.mixture_samples;
+    if (samples > 0) return resolved;
+    if (options.note) options.note("all mixtures:");
+    samples = Resolver::choose_mixture_samples(resolved, strictness, options);
+    return resolved;
+}
+
 }  // namespace
 
 std::string short_number(double value, int digits) {
@@ -657,7 +763,8 @@ std::string short_number(double value, int digits) {
 }
 
 Recipe resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
-    return Resolver(recipe, strictness, options).resolve();
+    return recipe.mixture ? resolve_mixtures(recipe, strictness, options)
+                          : Resolver(recipe, strictness, options).resolve();
 }
 
 }  // namespace stratus

@@ -22,7 +22,10 @@ struct stratus_table {
     explicit stratus_table(const char* path)
         : table(stratus::read_table(path)),
           view(table.view()),
-          phase_function(table.phase_function.text()) {}
+          phase_function(table.phase_function.text()) {
+        stratus::require(!table.has_mixture(), path, "mixture", "no axis of the table: it is C++'s",
+                         table.mixture.values.size());
+    }
     stratus_table(const stratus_table&) = delete;  // the view points into the table
 
     stratus::Table table;

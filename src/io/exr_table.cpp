@@ -64,6 +64,17 @@ std::string layout_text(std::size_t rank) {
     }
 }
 
+/// The sizes that a picture is laid out by: pictures of all mixtures, one beneath the other, have
+/// the rows of as many more albedos.
+std::vector<std::size_t> picture_extents(const Table& table, std::size_t rank) {
+    std::vector<std::size_t> sizes = extents(table, rank);
+    if (table.has_mixture()) {
+        sizes[1] *= sizes[0];
+        sizes.erase(sizes.begin());
+    }
+    return sizes;
+}
+
 /// Samples in the order of the picture: only those over all five axes lie otherwise in the table.
 std::vector<float> to_picture(const std::vector<float>& samples, std::span<const std::size_t> n) {
     if (n.size() < 5) return samples;
@@ -208,7 +219,7 @@ Texts attributes_of(const Table& table, const Metadata& metadata) {
     const std::string dataset(dataset_prefix);
     Texts texts;
     for (const auto& [name, text] : metadata) texts[std::string(metadata_prefix) + name] = text;
-    for (const AxisField& field : axis_fields) {
+    for (const AxisField& field : axis_fields_of(table)) {
         const Axis& axis = table.*field.axis;
         texts[dataset + field.name] = to_text(axis.values);
         texts[dataset + field.name + ".scale"] = axis_scale_name(axis.scale);
@@ -251,9 +262,12 @@ Metadata read_metadata(const Imf::Header& header) {
     return metadata;
 }
 
-void read_axes(const Imf::Header& header, Table& table) {
+void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table) {
     const Texts texts = texts_of(header, dataset_prefix, false);
-    for (const AxisField& field : axis_fields) {
+    const std::vector<AxisField> axes = axis_fields_of(metadata);
+    if (axes.size() == axis_fields.size() && texts.contains(mixture_field.name))
+        entry(metadata, "second_phase_function");  // refuses: none is there
+    for (const AxisField& field : axes) {
         const std::string name = field.name;
         Axis& axis = table.*field.axis;
         check_scale(name, axis, entry(texts, name + ".scale"));
@@ -266,8 +280,8 @@ void read_axes(const Imf::Header& header, Table& table) {
 // --- Parts ---
 
 /// Header of one part; all parts of a file share the display window.
-Imf::Header part_header(const SampleField& field, const Size& size, const Size& display,
-                        const std::vector<float>& samples) {
+Imf::Header part_header(const SampleField& field, const std::string& layout, const Size& size,
+                        const Size& display, const std::vector<float>& samples) {
     const auto window = [](const Size& s) {
         return Imath::Box2i({0, 0},
                             {static_cast<int>(s.width) - 1, static_cast<int>(s.height) - 1});
@@ -277,22 +291,25 @@ Imf::Header part_header(const SampleField& field, const Size& size, const Size& 
     header.setType(Imf::SCANLINEIMAGE);
     header.compression() = Imf::PIZ_COMPRESSION;
     header.channels().insert(channel_name, Imf::Channel(Imf::FLOAT));
-    header.insert(layout_attribute, Imf::StringAttribute(layout_text(field.rank)));
+    header.insert(layout_attribute, Imf::StringAttribute(layout));
     header.insert(checksum_attribute, Imf::StringAttribute(checksum(std::span(samples))));
     return header;
 }
 
 std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata,
                                     const std::vector<SampleField>& fields) {
-    const Size display = picture_size(extents(table, fields.front().rank));
+    const Size display = picture_size(picture_extents(table, fields.front().rank));
+    const std::string of_mixture =
+        table.has_mixture() ? "one picture per mixture, one beneath the other: " : "";
     std::vector<Imf::Header> headers;
     for (const SampleField& field : fields) {
-        const Size size = picture_size(extents(table, field.rank));
+        const Size size = picture_size(picture_extents(table, field.rank));
         if (std::max(size.width, size.height) > longest_side)
             throw std::runtime_error(std::string(field.name) + " is too large for a picture, " +
                                      std::to_string(size.width) + " x " +
                                      std::to_string(size.height));
-        headers.push_back(part_header(field, size, display, table.*field.samples));
+        headers.push_back(part_header(field, of_mixture + layout_text(field.rank), size, display,
+                                      table.*field.samples));
     }
     Texts texts = attributes_of(table, metadata);
     const std::string sum = checksum(texts);
@@ -371,7 +388,7 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
     {
         Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t i = 0; i < fields.size(); ++i) {
-            const std::vector<std::size_t> n = extents(table, fields[i].rank);
+            const std::vector<std::size_t> n = picture_extents(table, fields[i].rank);
             const Size size = picture_size(n);
             std::vector<float> pixels = to_picture(table.*fields[i].samples, n);
             Imf::OutputPart part(file, static_cast<int>(i));
@@ -391,9 +408,10 @@ Table decode_exr(const Bytes& bytes) {
     Table table;
     const Metadata metadata = read_metadata(file.header(0));
     take_metadata(metadata, table);
-    read_axes(file.header(0), table);
+    read_axes(file.header(0), metadata, table);
     for (const SampleField& field : listed_samples(metadata))
-        table.*field.samples = read_part(file, field, extents(table, field.rank), bytes.size());
+        table.*field.samples =
+            read_part(file, field, picture_extents(table, field.rank), bytes.size());
     prepare(table);
     return table;
 }

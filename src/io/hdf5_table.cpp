@@ -413,11 +413,11 @@ void write_axis(hid_t file, const AxisField& field, const Axis& axis) {
     checked(H5DSset_scale(dataset, field.name), std::string("make a dimension of ") + field.name);
 }
 
-/// Names the dimensions of a dataset by the axes that it runs over.
-void attach_axes(hid_t file, hid_t dataset, std::size_t rank) {
-    for (std::size_t d = 0; d < rank; ++d) {
-        const std::string task = std::string("attach axis ") + axis_fields[d].name;
-        const Handle axis(H5Dopen2(file, axis_fields[d].name, H5P_DEFAULT), H5Dclose, task);
+/// Names the dimensions of a dataset by the axes that it runs over, `axes` and no more than it has.
+void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
+    for (std::size_t d = 0; d < axes.size(); ++d) {
+        const std::string task = std::string("attach axis ") + axes[d].name;
+        const Handle axis(H5Dopen2(file, axes[d].name, H5P_DEFAULT), H5Dclose, task);
         checked(H5DSattach_scale(dataset, axis, static_cast<unsigned>(d)), task);
     }
 }
@@ -596,16 +596,18 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     const QuietErrors quiet;
     Bytes bytes;
     Handle file = create_file(bytes);
-    for (const AxisField& field : axis_fields) write_axis(file, field, table.*field.axis);
-    attach_axes(file,
-                write_dataset(file, diffusion_exponent_name, diffusion_exponent_long_name, "1",
-                              extents(table, 1), table.diffusion_exponent),
-                1);
+    const std::vector<AxisField> axes = axis_fields_of(table);
+    for (const AxisField& field : axes) write_axis(file, field, table.*field.axis);
+    const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
+                                     const auto& values) {
+        const std::vector<std::size_t> sizes = extents(table, rank);
+        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values),
+                    std::span(axes).first(sizes.size()));
+    };
+    write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
+                    table.diffusion_exponent);
     for (const SampleField& field : listed_samples(metadata))
-        attach_axes(file,
-                    write_dataset(file, field.name, field.long_name, "1",
-                                  extents(table, field.rank), table.*field.samples),
-                    field.rank);
+        write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
     write_metadata(file, metadata);
     file.close("finish the file");
     append_seal(bytes);
@@ -619,7 +621,10 @@ Table decode_hdf5(const Bytes& bytes) {
     const Metadata metadata = read_metadata(file, bytes);
     Table table;
     take_metadata(metadata, table);
-    for (const AxisField& field : axis_fields) read_axis(file, field, table.*field.axis, bytes);
+    const std::vector<AxisField> axes = axis_fields_of(metadata);
+    if (axes.size() == axis_fields.size() && H5Lexists(file, mixture_field.name, H5P_DEFAULT) > 0)
+        entry(metadata, "second_phase_function");  // refuses: none is there
+    for (const AxisField& field : axes) read_axis(file, field, table.*field.axis, bytes);
     table.diffusion_exponent =
         read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes);
     for (const SampleField& field : listed_samples(metadata))

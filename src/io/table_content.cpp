@@ -23,18 +23,20 @@ struct MetadataField {
     Kind kind;
 };
 
-constexpr std::array<MetadataField, 14> metadata_fields{{
+constexpr std::array<MetadataField, 16> metadata_fields{{
     {"format", Kind::text},
     {"format_major", Kind::integer},
     {"format_minor", Kind::integer},
     {"datasets", Kind::text},
     {"phase_function", Kind::text},
+    {"second_phase_function", Kind::text},
     {"below", Kind::text},
     {"below_albedo", Kind::number},
     {"below_phase_function", Kind::text},
     {"moments", Kind::numbers},
     {"asymmetry", Kind::number},
     {"extrapolation_length", Kind::number},
+    {"second_extrapolation_length", Kind::number},
     {"tolerance", Kind::number},
     {"measured_error", Kind::number},
     {"highest_order", Kind::integer},
@@ -123,6 +125,32 @@ Below take_below(const Metadata& metadata) {
         albedo);
 }
 
+void add_mixture(const Table& table, Metadata& metadata) {
+    if (!table.has_mixture()) return;
+    metadata["format_minor"] = std::to_string(table_format_minor_of_mixtures);
+    metadata["second_phase_function"] = table.second_phase_function.text();
+    metadata["second_extrapolation_length"] = to_text(table.second_extrapolation_length);
+}
+
+bool has_mixture(const Metadata& metadata) {
+    return metadata.contains("second_phase_function") ||
+           metadata.contains("second_extrapolation_length");
+}
+
+void take_mixture(const Metadata& metadata, Table& table) {
+    if (!has_mixture(metadata)) return;
+    table.second_phase_function =
+        read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
+    table.second_extrapolation_length =
+        to_number("second_extrapolation_length", entry(metadata, "second_extrapolation_length"));
+}
+
+std::vector<AxisField> with_mixture(bool mixed) {
+    std::vector<AxisField> fields(axis_fields.begin(), axis_fields.end());
+    if (mixed) fields.insert(fields.begin(), mixture_field);
+    return fields;
+}
+
 void check_moments(const Metadata& metadata, const PhaseFunction& phase_function) {
     const std::vector<double> expected = phase_function.moments(stored_moments);
     const std::vector<double> stored = to_numbers("moments", entry(metadata, "moments"));
@@ -151,6 +179,7 @@ Metadata metadata_of(const Table& table) {
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_below(table.below, metadata);
+    add_mixture(table, metadata);
     metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
     metadata["asymmetry"] = to_text(table.phase_function.asymmetry());
     metadata["extrapolation_length"] = to_text(table.extrapolation_length);
@@ -182,6 +211,7 @@ void take_metadata(const Metadata& metadata, Table& table) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
     table.below = take_below(metadata);
+    take_mixture(metadata, table);
     check_moments(metadata, table.phase_function);
     table.extrapolation_length = number("extrapolation_length");
     table.tolerance = number("tolerance");
@@ -243,8 +273,17 @@ void check_scale(const std::string& name, const Axis& axis, const std::string& s
                                  axis_scale_name(axis.scale) + ", got " + shown(stored));
 }
 
+std::vector<AxisField> axis_fields_of(const Table& table) {
+    return with_mixture(table.has_mixture());
+}
+
+std::vector<AxisField> axis_fields_of(const Metadata& metadata) {
+    return with_mixture(has_mixture(metadata));
+}
+
 std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
     std::vector<std::size_t> sizes;
+    if (table.has_mixture()) sizes.push_back(table.mixture.values.size());
     for (const AxisField& field : std::span(axis_fields).first(rank))
         sizes.push_back((table.*field.axis).values.size());
     return sizes;

@@ -3,9 +3,10 @@
 //
 // Datasets run over the first axes of the table in order: reflection and transmission over all
 // five, plane albedo and diffuse transmittance over three, spherical albedo over two, the diffusion
-// exponent over one. Metadata is text by name; the kind of each of the format's own entries says
-// which texts are numbers. Numbers become the shortest text that reads back as the same bits, so
-// one checksum of names and texts serves both formats.
+// exponent over one; where the table has a mixture axis, all of them over that one first. Metadata
+// is text by name; the kind of each of the format's own entries says which texts are numbers.
+// Numbers become the shortest text that reads back as the same bits, so one checksum of names and
+// texts serves both formats.
 #pragma once
 
 #include <array>
@@ -33,7 +34,7 @@ struct AxisField {
 struct SampleField {
     const char* name;
     const char* long_name;
-    std::size_t rank;
+    std::size_t rank;  // without the mixture
     std::vector<float> Table::*samples;
 };
 
@@ -44,6 +45,9 @@ inline constexpr std::array<AxisField, 5> axis_fields{{
     {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
     {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
 }};
+
+inline constexpr AxisField mixture_field{
+    "mixture", "1", "share of phase_function in all that is scattered", &Table::mixture};
 
 inline constexpr std::array<SampleField, 5> sample_fields{{
     {"reflection_multiple", "reflection, orders of scattering from 2", 5,
@@ -105,7 +109,11 @@ void take_checksum(Metadata& metadata);
 /// Refuses an axis whose scale, by its name in a file, is not the one that the axis has in memory.
 void check_scale(const std::string& name, const Axis& axis, const std::string& stored);
 
-/// Sizes of the first `rank` axes.
+/// The axes of a table, and those that a file must have by its metadata; the mixture first.
+std::vector<AxisField> axis_fields_of(const Table& table);
+std::vector<AxisField> axis_fields_of(const Metadata& metadata);
+
+/// Sizes of the first `rank` axes, and of the mixture before them where there is one.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
 /// Product of the extents, checked before memory is taken: it neither overflows nor goes beyond 8

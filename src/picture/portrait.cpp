@@ -283,13 +283,19 @@ std::string orders_of(const Table& table) {
                                     : "orders 1 to " + std::to_string(table.highest_order);
 }
 
+/// Tables that mix are shown at their middle.
+TableView shown_view(const Table& table) {
+    const TableView view = table.view();
+    return view.at_mixture((view.mixture.lowest + view.mixture.highest) / 2);
+}
+
 void draw_header(const Canvas& canvas, const Layout& layout, const Table& table) {
+    const PhaseFunction phase_function = shown_view(table).mixed_phase_function();
     const double x = layout.margin, widest = layout.width - 2 * layout.margin;
     canvas.text(x, 66, title_of(table), 36, bright, Align::left, widest);
-    canvas.text(x, 100, "Phase function: " + words_of(table.phase_function), 19, quiet, Align::left,
+    canvas.text(x, 100, "Phase function: " + words_of(phase_function), 19, quiet, Align::left,
                 widest);
-    std::string accuracy =
-        "Mean cosine of scattering g = " + number(table.phase_function.asymmetry());
+    std::string accuracy = "Mean cosine of scattering g = " + number(phase_function.asymmetry());
     if (table.measured_error > 0)
         accuracy += ";  largest relative error measured at the bake " +
                     number(table.measured_error, "%.1e");
@@ -671,7 +677,7 @@ PictureSize portrait_size(const Table& table) {
 }
 
 void draw_portrait(const Table& table, const std::filesystem::path& png) {
-    const TableView view = table.view();
+    const TableView view = shown_view(table);
     const std::vector<double> depths = shown_depths(view.optical_depth);
     const std::vector<double> albedos = shown_albedos(view.albedo);
     const Layout layout = make_layout(view, depths.size());

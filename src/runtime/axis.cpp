@@ -14,7 +14,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double coordinate_of(AxisScale scale, double value) noexcept {
     switch (scale) {
-        case AxisScale::linear: return value;
+        case AxisScale::linear:
+        case AxisScale::identity: return value;
         case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
         case AxisScale::logarithmic: return std::log2(value);
         case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
@@ -24,7 +25,8 @@ double coordinate_of(AxisScale scale, double value) noexcept {
 
 double value_at(AxisScale scale, double coordinate) noexcept {
     switch (scale) {
-        case AxisScale::linear: return coordinate;
+        case AxisScale::linear:
+        case AxisScale::identity: return coordinate;
         case AxisScale::arcsine_of_fourth_root: return std::pow(std::sin(coordinate), 4);
         case AxisScale::logarithmic: return std::exp2(coordinate);
         case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
@@ -35,7 +37,8 @@ double value_at(AxisScale scale, double coordinate) noexcept {
 bool in_domain(AxisScale scale, double value) noexcept {
     if (!std::isfinite(value)) return false;
     switch (scale) {
-        case AxisScale::linear: return true;
+        case AxisScale::linear:
+        case AxisScale::identity: return true;
         case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
         case AxisScale::logarithmic: return value > 0;
         case AxisScale::square_root_of_complement: return value <= 1;
@@ -45,7 +48,8 @@ bool in_domain(AxisScale scale, double value) noexcept {
 
 const char* domain_name(AxisScale scale) noexcept {
     switch (scale) {
-        case AxisScale::linear: return "finite";
+        case AxisScale::linear:
+        case AxisScale::identity: return "finite";
         case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
         case AxisScale::logarithmic: return "in (0, inf)";
         case AxisScale::square_root_of_complement: return "finite and at most 1";
@@ -115,6 +119,7 @@ const char* axis_scale_name(AxisScale scale) noexcept {
         case AxisScale::arcsine_of_fourth_root: return "arcsine_of_fourth_root";
         case AxisScale::logarithmic: return "logarithmic";
         case AxisScale::square_root_of_complement: return "square_root_of_complement";
+        case AxisScale::identity: return "identity";
     }
     return "";
 }

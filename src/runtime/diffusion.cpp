@@ -10,6 +10,10 @@ double mean_decay(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; 
 
 }  // namespace
 
+double mixed_extrapolation_length(double first, double second, double mixture) noexcept {
+    return 1 / (mixture / first + (1 - mixture) / second);
+}
+
 double transmission_scale(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept {
     if (std::isinf(optical_depth)) return 0;

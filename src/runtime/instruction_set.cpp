@@ -8,7 +8,8 @@ bool processor_has(InstructionSet instruction_set) noexcept {
         case InstructionSet::generic: return true;
         case InstructionSet::avx2:
             return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-        case InstructionSet::avx512: return __builtin_cpu_supports("avx512f");
+        case InstructionSet::avx512:
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
     }
 #endif
     return instruction_set == InstructionSet::generic;

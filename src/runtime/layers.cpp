@@ -15,29 +15,82 @@ struct Query {
     Stencil albedo_stencil;
     double albedo;  // clamped to the axis; 1 where samples are not divided by anything
     double optical_depth;
+    int mixture;  // a sample of it
+    double extrapolation_length;
     double diffusion_exponent;
+    double mixed_diffusion_exponent = 0;  // at the chosen mixture, not at the sample
 };
 
 int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
 
+Query query_of(const TableView& table, double albedo, double optical_depth, int mixture) noexcept {
+    Query query{table.albedo.stencil(albedo),
+                std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
+                optical_depth,
+                mixture,
+                table.extrapolation_length,
+                0};
+    if (table.has_mixture())
+        query.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
+                                                                table.second_extrapolation_length,
+                                                                table.mixture.value(mixture));
+    const double* const exponent =
+        table.diffusion_exponent + mixture * table.albedo.count + query.albedo_stencil.first;
+    for (int l = 0; l < used(table.albedo); ++l)
+        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
+    query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
+    const AxisView& depth = table.optical_depth;
+    if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
+    if (table.lies_on_something()) query.albedo = 1;
+    return query;
+}
+
+/// What light that passes a layer is to be multiplied by from a sample of the mixture to the chosen
+/// one. Light of n orders is a polynomial of degree n in the mixture and divided by nothing; but in
+/// deep layers many orders make it exponential.
+double fall_with_mixture(const TableView& table, const Query& query) noexcept {
+    if (!table.has_mixture()) return 1;
+    const auto fall = [&](double exponent) {
+        return transmission_scale(query.optical_depth, exponent, table.extrapolation_length);
+    };
+    const double sampled = fall(query.diffusion_exponent);
+    return sampled > 0 ? fall(query.mixed_diffusion_exponent) / sampled : 0;
+}
+
 /// One side of a table, and the layers of it that a query needs.
 class Side {
   public:
-    Side(const TableView& table, const Samples& samples, const float* weight,
-         const Query& query) noexcept
+    Side(const TableView& table, const Samples& samples, const float* weight) noexcept
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),
           layer_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
                       table.azimuth.count) {
         layers_.samples = samples;
-        layers_.optical_depth = query.optical_depth;
-        layers_.fades = table.lies_on_something() && table.below->kind == Below::Kind::surface &&
-                        table.optical_depth.count > 0 &&
-                        query.optical_depth < table.optical_depth.lowest;
     }
 
-    const Layers& layers() const noexcept { return layers_; }
+    /// The layers that add(query) adds for each mixture around the chosen one, by its share.
+    template <class Add>
+    Layers mixed(double albedo, double optical_depth, const Add& add) noexcept {
+        const Stencil mixture = table_.mixture.stencil(table_.chosen_mixture);
+        const int count = std::max(1, used(table_.mixture));
+        Query queries[window];
+        double exponent = 0;
+        for (int m = 0; m < count; ++m) {
+            queries[m] = query_of(table_, albedo, optical_depth, mixture.first + m);
+            exponent += double{mixture.weight[m]} * queries[m].diffusion_exponent;
+        }
+        for (int m = 0; m < count; ++m) {
+            queries[m].mixed_diffusion_exponent = exponent;
+            mixture_share_ = double{mixture.weight[m]};
+            add(queries[m]);
+        }
+        layers_.optical_depth = queries[0].optical_depth;
+        layers_.fades = table_.lies_on_something() && table_.below->kind == Below::Kind::surface &&
+                        table_.optical_depth.count > 0 &&
+                        layers_.optical_depth < table_.optical_depth.lowest;
+        return layers_;
+    }
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
     /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
@@ -46,7 +99,7 @@ class Side {
         double handed_on = 0;
         for (int l = 0; l < used(table_.albedo); ++l) {
             const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
-            handed_on = add(query.albedo_stencil.first + l, depth, part) ? 0 : part;
+            handed_on = add(query, query.albedo_stencil.first + l, depth, part) ? 0 : part;
         }
         return handed_on == 0;
     }
@@ -66,7 +119,7 @@ class Side {
     /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity(const Query& query) noexcept {
-        const double length = table_.extrapolation_length, highest = table_.optical_depth.highest;
+        const double length = query.extrapolation_length, highest = table_.optical_depth.highest;
         const bool over_below = table_.lies_on_something();
         const double deficit =
             reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
@@ -74,15 +127,16 @@ class Side {
         double handed_on = 0;
         for (int l = 0; l < used(table_.albedo); ++l) {
             const int albedo = query.albedo_stencil.first + l;
-            const double exponent = table_.diffusion_exponent[albedo];
+            const double exponent =
+                table_.diffusion_exponent[query.mixture * table_.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
             const double weight = double{query.albedo_stencil.weight[l]};
             const bool spent = deepest < least_deficit;
             const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
             handed_on = spent ? weight + handed_on : 0;
-            add(albedo, last + 1, query.albedo * (weight - share));
+            add(query, albedo, last + 1, query.albedo * (weight - share));
             if (!spent)
-                add(albedo, last,
+                add(query, albedo, last,
                     query.albedo * share *
                         (over_below ? 1 : reflection_scale(highest, exponent, length)));
         }
@@ -90,9 +144,11 @@ class Side {
 
   private:
     /// False when the sample is too small to be scaled back up.
-    bool add(int albedo, int depth, double share) noexcept {
-        const std::ptrdiff_t at = std::ptrdiff_t{albedo} * depths_ + depth;
+    bool add(const Query& query, int albedo, int depth, double share_of_mixture) noexcept {
+        const std::ptrdiff_t at =
+            (std::ptrdiff_t{query.mixture} * table_.albedo.count + albedo) * depths_ + depth;
         if (weight_[at] == 0) return false;
+        const double share = mixture_share_ * share_of_mixture;
         if (share != 0)
             layers_.layer[layers_.count++] = {
                 at * layer_size_, static_cast<float>(share * double{weight_[at]}), depth};
@@ -103,52 +159,40 @@ class Side {
     const float* weight_;
     int depths_;
     std::ptrdiff_t layer_size_;
+    double mixture_share_ = 1;
     Layers layers_;
 };
-
-Query query_of(const TableView& table, double albedo, double optical_depth) noexcept {
-    Query query{table.albedo.stencil(albedo),
-                std::clamp(albedo, table.albedo.lowest, table.albedo.highest), optical_depth, 0};
-    for (int l = 0; l < used(table.albedo); ++l)
-        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} *
-                                    table.diffusion_exponent[query.albedo_stencil.first + l];
-    query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
-    const AxisView& depth = table.optical_depth;
-    if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
-    if (table.lies_on_something()) query.albedo = 1;
-    return query;
-}
 
 }  // namespace
 
 Layers reflection_layers(const TableView& table, double albedo, double optical_depth) noexcept {
-    const Query query = query_of(table, albedo, optical_depth);
     const AxisView& depth = table.optical_depth;
-    Side side(table, table.reflection_multiple, table.reflection_weight, query);
-    if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
-        side.add_between_last_and_infinity(query);
-    else if (table.lies_on_something())
-        side.add_depths(query, 1);
-    else
-        side.add_depths(
-            query, query.albedo * reflection_scale(query.optical_depth, query.diffusion_exponent,
-                                                   table.extrapolation_length));
-    return side.layers();
+    Side side(table, table.reflection_multiple, table.reflection_weight);
+    return side.mixed(albedo, optical_depth, [&](const Query& query) {
+        if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
+            side.add_between_last_and_infinity(query);
+        else if (table.lies_on_something())
+            side.add_depths(query, 1);
+        else
+            side.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
+                                                                   query.diffusion_exponent,
+                                                                   query.extrapolation_length));
+    });
 }
 
 Layers transmission_layers(const TableView& table, double albedo, double optical_depth) noexcept {
     const AxisView& depth = table.optical_depth;
-    const Query query = query_of(table, albedo, optical_depth);
-    Side side(table, table.transmission_multiple, table.transmission_weight, query);
-    if (depth.count == 0) return side.layers();  // nothing passes a layer without end
-    const double scale =
-        query.albedo * transmission_scale(query.optical_depth, query.diffusion_exponent,
-                                          table.extrapolation_length);
-    if (query.optical_depth > depth.highest)
-        side.add_depth(query, depth.count - 1, scale);
-    else
-        side.add_depths(query, scale);
-    return side.layers();
+    Side side(table, table.transmission_multiple, table.transmission_weight);
+    return side.mixed(albedo, optical_depth, [&](const Query& query) {
+        if (depth.count == 0) return;  // nothing passes a layer without end
+        const double scale = query.albedo * fall_with_mixture(table, query) *
+                             transmission_scale(query.optical_depth, query.diffusion_exponent,
+                                                query.extrapolation_length);
+        if (query.optical_depth > depth.highest)
+            side.add_depth(query, depth.count - 1, scale);
+        else
+            side.add_depths(query, scale);
+    });
 }
 
 double directional_factor(const TableView& table, const Layers& layers, double mu_in,

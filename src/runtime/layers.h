@@ -1,6 +1,6 @@
-// Which samples of a table speak for one optical depth and albedo, and by how much each: cubic
-// along both axes, the laws of diffusion between the deepest sample and infinity, the way around
-// samples that float cannot hold.
+// Which samples of a table speak for one mixture, optical depth and albedo, and by how much each:
+// cubic along these axes, the laws of diffusion between the deepest sample and infinity, the way
+// around samples that float cannot hold.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace stratus {
 /// limit itself.
 constexpr double least_deficit = 1e-5;
 
-/// One (albedo, optical_depth) of a side: where its directions start among the side's samples, its
-/// share of the answer, its depth.
+/// One (mixture, albedo, optical_depth) of a side: where its directions start among the side's
+/// samples, its share of the answer, its depth.
 struct Layer {
     std::ptrdiff_t first;
     float share;
@@ -22,10 +22,10 @@ struct Layer {
 };
 
 /// The layers that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights
-/// of its depth along both directions: no more than 4 albedos by 4 depths.
+/// of its depth along both directions: no more than 4 mixtures by 4 albedos by 4 depths.
 struct Layers {
     Samples samples;  // of the side
-    Layer layer[window * window];
+    Layer layer[window * window * window];
     int count = 0;
     double optical_depth = 0;  // clamped to the table
     bool fades = false;        // see `directional_factor`

@@ -181,7 +181,7 @@ double summed(const TableView& table, const Layers& layers, const Geometry& geom
 
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept {
-    const double phase = (*table.phase_function)(cos_scattering_angle_reflected(geometry));
+    const double phase = table.phase(cos_scattering_angle_reflected(geometry));
     Scattered scattered{};
     scattered.single =
         single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
@@ -197,7 +197,7 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
                        const Geometry& geometry) noexcept {
     Scattered scattered{};
     if (table.lies_on_something()) return scattered;
-    const double phase = (*table.phase_function)(cos_scattering_angle_transmitted(geometry));
+    const double phase = table.phase(cos_scattering_angle_transmitted(geometry));
     scattered.single =
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_transmission())

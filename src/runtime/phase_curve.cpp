@@ -81,8 +81,9 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
         return;
     }
     for (int i = 0; i < 3; ++i) closed_.polynomial[i] = static_cast<float>(polynomial[i]);
-    constexpr PhaseForm forms[] = {PhaseForm::polynomial, PhaseForm::one_lobe,
-                                   PhaseForm::two_lobes};
+    const bool constant = polynomial[1] == 0 && polynomial[2] == 0;
+    const PhaseForm forms[] = {constant ? PhaseForm::constant : PhaseForm::polynomial,
+                               PhaseForm::one_lobe, PhaseForm::two_lobes};
     form_ = forms[lobes];
 }
 

@@ -311,11 +311,10 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
 template <int channels>
 const SideKernel<channels>& kernel_of(bool reflected, PhaseForm form, Orders orders) {
     const Kernels& all = kernels();
-    const auto f = static_cast<std::size_t>(form), o = static_cast<std::size_t>(orders);
     if constexpr (channels == 1)
-        return (reflected ? all.reflected : all.transmitted)[f][o];
+        return (reflected ? all.reflected : all.transmitted).of(form, orders);
     else
-        return (reflected ? all.reflected_rgb : all.transmitted_rgb)[f][o];
+        return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
 }
 
 template <int channels>
@@ -386,7 +385,9 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<cha
 template <int channels>
 SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& medium,
                            const Effects& effects)
-    : SliceOf(*table.phase_function, *table.phase_curve, table.below, medium, effects) {
+    : SliceOf(table.mixed_phase_function(),
+              table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
+              table.below, medium, effects) {
     require(table.mu_in.count == table.mu_out.count && table.mu_in.lowest == table.mu_out.lowest &&
                 table.mu_in.highest == table.mu_out.highest,
             door, "mu_out of the table", "the same axis as mu_in", "another");

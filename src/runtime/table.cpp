@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -52,6 +53,14 @@ void check_cosine(const Axis& axis, const char* name) {
     check_samples(axis, name, 0, 1, true);
 }
 
+void check_mixture(const Axis& axis) {
+    if (axis.values.empty()) return;
+    check_scale(axis, "mixture", {AxisScale::identity});
+    check_samples(axis, "mixture", 0, 1, false);
+    require(axis.values.size() >= 2, door, "mixture", "of two samples at least",
+            axis.values.size());
+}
+
 void check_azimuth(const Axis& axis) {
     check_scale(axis, "azimuth", {AxisScale::linear});
     check_samples(axis, "azimuth", 0, pi, false);
@@ -90,7 +99,8 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
 }
 
 void check_datasets(const Table& table) {
-    const std::size_t albedos = table.albedo.values.size();
+    const std::size_t albedos =
+        checked_product({table.mixture_count(), table.albedo.values.size()});
     const std::size_t depths = table.optical_depth.values.size();
     const std::size_t layers = checked_product({albedos, depths});
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
@@ -110,8 +120,10 @@ void check_numbers(const Table& table) {
     for (const double exponent : table.diffusion_exponent)
         require(exponent >= 0 && exponent <= 1e3, door, "diffusion_exponent", "in [0, 1000]",
                 exponent);
-    const double length = table.extrapolation_length;
-    require(length > 0 && length < infinity, door, "extrapolation_length", "in (0, inf)", length);
+    for (const auto& [name, length] :
+         {std::pair("extrapolation_length", table.extrapolation_length),
+          std::pair("second_extrapolation_length", table.second_extrapolation_length)})
+        require(length > 0 && length < infinity, door, name, "in (0, inf)", length);
     require(table.tolerance >= 0 && table.tolerance < infinity, door, "tolerance", "in [0, inf)",
             table.tolerance);
     require(table.measured_error >= 0 && table.measured_error < infinity, door, "measured_error",
@@ -132,12 +144,18 @@ float inverse(double scale) { return scale < least_scale ? 0 : static_cast<float
 void work_out_weights(Table& table) {
     table.reflection_weight.clear();
     table.transmission_weight.clear();
-    for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
+    const std::size_t albedos = table.albedo.values.size();
+    for (std::size_t a = 0; a < table.mixture_count() * albedos; ++a)
         for (const double depth : table.optical_depth.values) {
             // Samples of albedo 0 are 0, whatever they are multiplied by.
-            const double albedo = table.albedo.values[a] > 0 ? table.albedo.values[a] : 1;
+            const double sampled = table.albedo.values[a % albedos];
+            const double albedo = sampled > 0 ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
-            const double length = table.extrapolation_length;
+            const double length =
+                table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
+                                                                 table.second_extrapolation_length,
+                                                                 table.mixture.values[a / albedos])
+                                    : table.extrapolation_length;
             table.reflection_weight.push_back(
                 table.below.is_something()
                     ? 1
@@ -167,14 +185,31 @@ void Samples::copy(std::ptrdiff_t first, std::ptrdiff_t count, float* into) cons
 }
 
 std::size_t Table::sample_count() const noexcept {
-    return albedo.values.size() * optical_depth.values.size() * mu_in.values.size() *
-           mu_out.values.size() * azimuth.values.size();
+    return mixture_count() * albedo.values.size() * optical_depth.values.size() *
+           mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
+}
+
+TableView TableView::at_mixture(double share_of_first) const noexcept {
+    TableView view = *this;
+    if (has_mixture()) view.chosen_mixture = share_of_first;
+    return view;
+}
+
+PhaseFunction TableView::mixed_phase_function() const {
+    if (!has_mixture()) return *phase_function;
+    require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
+            "chosen in [0, 1] for this table", chosen_mixture);
+    return PhaseFunction::sum(
+        {{chosen_mixture, *phase_function}, {1 - chosen_mixture, *second_phase_function}});
 }
 
 TableView Table::view() const noexcept {
     TableView view;
     view.phase_function = &phase_function;
     view.phase_curve = &phase_curve;
+    if (has_mixture()) view.second_phase_function = &second_phase_function;
+    view.mixture = mixture.view();
+    view.second_extrapolation_length = second_extrapolation_length;
     view.below = &below;
     view.albedo = albedo.view();
     view.optical_depth = optical_depth.view();
@@ -195,6 +230,7 @@ TableView Table::view() const noexcept {
 }
 
 void prepare(Table& table) {
+    check_mixture(table.mixture);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
     check_cosine(table.mu_in, "mu_in");

@@ -462,9 +462,8 @@ void set_closed_forms(const TableView& table, Leaves leaves, const TexturedKerne
         side.view.beneath_quarter = composed ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    side.kernel =
-        &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)[static_cast<int>(
-            side.phase.form())][table.azimuth.count > 1 ? 1 : 0];
+    side.kernel = &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)
+                       .of(side.phase.form(), table.azimuth.count > 1);
 }
 
 /// The axes of the coefficients and the scales along them.
@@ -681,6 +680,8 @@ TexturedTable::TexturedTable(const TableView& table, const char* instruction_set
     const AxisView &in = table.mu_in, &out = table.mu_out;
     require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
             "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
+    require(!table.has_mixture(), "TexturedTable", "mixture of the table", "no axis of it",
+            table.mixture.count);
     const Kernels* const wanted = instruction_set ? kernels(instruction_set) : &kernels();
     require(wanted != nullptr, "TexturedTable", "instruction_set",
             "avx512, avx2 or generic, and one that this processor has",

@@ -17,6 +17,7 @@ double value_of(const PhaseCurve& curve, double angle) {
     path.backward = static_cast<float>(2 * std::pow(std::cos(angle / 2), 2));
     const PhaseCurveView view = curve.view();
     switch (curve.form()) {
+        case PhaseForm::constant: return phase_value<PhaseForm::constant>(view, path);
         case PhaseForm::polynomial: return phase_value<PhaseForm::polynomial>(view, path);
         case PhaseForm::one_lobe: return phase_value<PhaseForm::one_lobe>(view, path);
         case PhaseForm::two_lobes: return phase_value<PhaseForm::two_lobes>(view, path);

@@ -32,6 +32,7 @@ struct ErrorSample {
     double expected, found;   // totals
     double error;             // relative, as above
     double floor = 0;         // least that errors are relative to
+    double mixture = 1;       // share of the first phase function
 };
 
 /// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
@@ -64,7 +65,9 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
-    Below below;  // what the layer lies on
+    Below below;         // what the layer lies on
+    AxisView mixture{};  // without samples where nothing is mixed
+    PhaseFunction second_phase_function{};
 };
 
 /// Random points of a range, solved: what they are expected to be. `found` and `error` are left to

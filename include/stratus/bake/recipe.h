@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,14 +28,17 @@ struct Discretisation {
     int optical_depth_samples_per_octave = 0;  // a whole number: doubling goes by octaves
     double deepest_optical_depth = 0;  // last finite sample of an axis that ends at infinity
     int albedo_samples = 0;
+    int mixture_samples = 0;  // of recipes that mix
     Scheme scheme = Scheme::harmonic;
 };
 
 struct Recipe {
     std::string title;
-    std::string phase_text;        // as given
-    PhaseFunction phase_function;  // as read
-    double tolerance = 1e-3;       // relative error of R and T asked for
+    std::string phase_text;               // as given
+    PhaseFunction phase_function;         // as read
+    PhaseFunction second_phase_function;  // of recipes that mix
+    std::optional<Range> mixture;         // shares of the first in all that is scattered, [0, 1]
+    double tolerance = 1e-3;              // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
     int orders = 0;                // light scattered more often is left out, [2, 100]; 0: all
@@ -55,6 +59,9 @@ Recipe parse_recipe(const std::string& text, const std::string& directory = "",
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// The recipe of one mixture alone: its phase function is the sum of both.
+Recipe at_mixture(const Recipe& recipe, double share_of_first);
 
 /// TOML text of a recipe. Of a resolved one every choice is spelled out, so that the same table can
 /// be baked again from it alone; what is left open is left out.

@@ -16,6 +16,7 @@ namespace stratus {
 constexpr const char* table_format_name = "stratus-table";
 constexpr int table_format_major = 1;
 constexpr int table_format_minor = 0;
+constexpr int table_format_minor_of_mixtures = 1;  // of files that hold a mixture axis
 
 /// Reads a table by its file name's ending, .h5 or .exr.
 ///

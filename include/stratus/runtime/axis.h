@@ -1,7 +1,8 @@
 // Axes of a table: value -> fractional index and back, and the four weights of a cubic.
 //
 // Each quantity is sampled uniformly in the coordinate in which scattered light varies evenly:
-// optical depth in log2(tau), albedo in sqrt(1 - w), azimuth in itself, cosines in asin(mu^(1/4)):
+// optical depth in log2(tau), albedo in sqrt(1 - w), azimuth and mixture in themselves, cosines in
+// asin(mu^(1/4)):
 // thin layers hold fine structure at grazing angles, and odd azimuthal modes carry a factor sqrt(1
 // - mu^2) that has infinite slope at mu = 1 in any power of mu. Interpolation is by the cubic
 // through the four nearest samples (Lagrange), fewer where the axis has fewer.
@@ -16,10 +17,11 @@ enum class AxisScale {
     arcsine_of_fourth_root,     // mu: asin(mu^(1/4))
     logarithmic,                // optical depth: log2(tau)
     square_root_of_complement,  // albedo: -sqrt(1 - w)
+    identity,                   // mixture: the value itself
 };
 
 /// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement".
+/// "square_root_of_complement", "identity".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
 /// Samples of a cubic.

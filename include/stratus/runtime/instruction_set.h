@@ -7,8 +7,8 @@ namespace stratus {
 
 enum class InstructionSet { generic, avx2, avx512 };
 
-/// True for generic, for avx2 with fma, and for the foundation of avx512 where the processor has
-/// them.
+/// True for generic, for avx2 with fma, and for avx512 with its forms for short vectors where the
+/// processor has them.
 bool processor_has(InstructionSet instruction_set) noexcept;
 
 /// The same functions for each instruction set; null for one that this build lacks.

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -69,38 +70,6 @@ struct SideView {
 [[gnu::always_inline]] static inline float inverse(float x) { return 1 / x; }
 [[gnu::always_inline]] static inline float inverse_root(float x) { return 1 / std::sqrt(x); }
 
-/// Replaces four numbers by their roots; those of plain floats are drawn at once.
-template <class F>
-[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c, F& d) {
-    a = root(a);
-    b = root(b);
-    c = root(c);
-    d = root(d);
-}
-
-#if defined(__SSE2__)
-[[gnu::always_inline]] static inline void take_roots(float& a, float& b, float& c, float& d) {
-    float all[4];
-    _mm_storeu_ps(all, _mm_sqrt_ps(_mm_setr_ps(a, b, c, d)));
-    a = all[0];
-    b = all[1];
-    c = all[2];
-    d = all[3];
-}
-#endif
-
-template <class F>
-[[gnu::always_inline]] static inline void take_roots(F& a, F& b, F& c) {
-    F spare = c;
-    take_roots(a, b, c, spare);
-}
-
-template <class F>
-[[gnu::always_inline]] static inline void take_roots(F& a, F& b) {
-    F spare = a;
-    take_roots(a, b, spare);
-}
-
 /// The number of channel c, for every lane; the last argument only says for which type of lanes.
 [[gnu::always_inline]] static inline float of_channel(const float* number, int c, float) {
     return number[c];
@@ -117,6 +86,25 @@ static constexpr bool lanes_are_channels = false;
 }
 [[gnu::always_inline]] static inline float smaller(float a, float b) {
     return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b)));
+}
+
+// Four floats side by side: what one lookup wants more than once is worked out at once.
+[[gnu::always_inline]] static inline __m128 pair(float a, float b) {
+    return _mm_unpacklo_ps(_mm_set_ss(a), _mm_set_ss(b));
+}
+[[gnu::always_inline]] static inline float first(__m128 x) { return _mm_cvtss_f32(x); }
+[[gnu::always_inline]] static inline float second(__m128 x) {
+    return _mm_cvtss_f32(_mm_shuffle_ps(x, x, 1));
+}
+[[gnu::always_inline]] static inline __m128 larger(__m128 a, float b) {
+    return _mm_max_ps(a, _mm_set1_ps(b));
+}
+[[gnu::always_inline]] static inline __m128 smaller(__m128 a, float b) {
+    return _mm_min_ps(a, _mm_set1_ps(b));
+}
+[[gnu::always_inline]] static inline __m128 power_of_half(__m128 rounded) {
+    return _mm_castsi128_ps(
+        _mm_sub_epi32(_mm_set1_epi32(0x3f800000), _mm_slli_epi32(_mm_castps_si128(rounded), 23)));
 }
 #else
 [[gnu::always_inline]] static inline float larger(float a, float b) { return a > b ? a : b; }
@@ -182,7 +170,7 @@ struct Attenuation {
 /// Range    x >= 0; beyond 80 nothing passes. Accuracy 2e-7 of either, down to 1e-28.
 template <class F>
 [[gnu::always_inline]] static inline Attenuation<F> attenuation(F x) {
-    const F at = smaller(x, F(80.0f));
+    const F at = smaller(x, 80.0f);
     const F rounded =
         at * 1.44269504f + rounding;  // n + rounding, n the nearest number of halvings
     const F n = rounded - rounding;
@@ -195,8 +183,25 @@ template <class F>
     const F power = power_of_half(rounded);
     const F below = power * p;
     constexpr float nothing = 1.9e-35f;  // above exp(-80), and all of it a normal number
-    return {larger((power - nothing) + below, F(0.0f)), (1.0f - power) - below};
+    return {larger((power - nothing) + below, 0.0f), (1.0f - power) - below};
 }
+
+template <int n, class F>
+[[gnu::always_inline]] static inline void take_attenuations(const F (&x)[n],
+                                                            Attenuation<F> (&of)[n]) {
+    for (int k = 0; k < n; ++k) of[k] = attenuation(x[k]);
+}
+
+#if defined(__SSE2__)
+template <int n>
+[[gnu::always_inline]] static inline void take_attenuations(const float (&x)[n],
+                                                            Attenuation<float> (&of)[n]) {
+    static_assert(n <= 4);
+    const auto at = attenuation(
+        _mm_setr_ps(x[0], x[1], n > 2 ? x[n > 2 ? 2 : 0] : 0, n > 3 ? x[n > 3 ? 3 : 0] : 0));
+    for (int k = 0; k < n; ++k) of[k] = {at.passed[k], at.taken[k]};
+}
+#endif
 
 /// sin^2(azimuth / 2) for any azimuth in radians, below a million.
 template <class F>
@@ -209,7 +214,7 @@ template <class F>
     const F high =
         (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
     const F sine = x * (q2 * high + low);
-    return smaller(sine * sine, F(1.0f));
+    return smaller(sine * sine, 1.0f);
 }
 
 constexpr float least_cosine =
@@ -217,19 +222,37 @@ constexpr float least_cosine =
 
 enum class Leaves { on_the_lit_side, on_the_far_side };
 
+/// Sines of two directions with these cosines.
+template <class F>
+struct Sines {
+    F in, out;
+};
+
+template <class F>
+[[gnu::always_inline]] static inline Sines<F> sines_of(F mu_in, F mu_out) {
+    return {root(larger((1.0f - mu_in) * (mu_in + 1.0f), 0.0f)),
+            root(larger((1.0f - mu_out) * (mu_out + 1.0f), 0.0f))};
+}
+
+#if defined(__SSE2__)
+[[gnu::always_inline]] static inline Sines<float> sines_of(float mu_in, float mu_out) {
+    const __m128 mu = pair(mu_in, mu_out);
+    const __m128 sine = _mm_sqrt_ps(larger((1.0f - mu) * (mu + 1.0f), 0.0f));
+    return {first(sine), second(sine)};
+}
+#endif
+
 template <Leaves leaves, class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
-    F sine_in = larger((1.0f - mu_in) * (mu_in + 1.0f), F(0.0f));
-    F sine_out = larger((1.0f - mu_out) * (mu_out + 1.0f), F(0.0f));
-    take_roots(sine_in, sine_out);
+    const Sines<F> sine = sines_of(mu_in, mu_out);
     const F half_azimuth = half_azimuth_of(azimuth);
     // Squares of half the sum and half the difference of the directions of propagation.
-    const F sum = mu_in + mu_out, difference = mu_in - mu_out, along = sine_in - sine_out;
-    const F sines = sine_in * sine_out * 2.0f;
+    const F sum = mu_in + mu_out, difference = mu_in - mu_out, along = sine.in - sine.out;
+    const F sines = sine.in * sine.out * 2.0f;
     const F far = (difference * difference + along * along) * 0.5f;
     const F near = (sum * sum + along * along) * 0.5f;
     const bool lit = leaves == Leaves::on_the_lit_side;
-    return {larger(mu_in, F(least_cosine)), larger(mu_out, F(least_cosine)),
+    return {larger(mu_in, least_cosine), larger(mu_out, least_cosine),
             (lit ? near : far) + sines * half_azimuth,
             (lit ? far : near) + sines * (1.0f - half_azimuth), half_azimuth};
 }
@@ -240,11 +263,11 @@ template <class F>
     // Light travels along -wi: its azimuth to wo has the cosine -(wi . wo) / (s s0) of both
     // vectors' horizontal parts.
     const F sines = (xi * xi + yi * yi) * (xo * xo + yo * yo);
-    const F half = (xi * xo + yi * yo) * inverse_root(larger(sines, F(1e-30f))) * 0.5f + 0.5f;
+    const F half = (xi * xo + yi * yo) * inverse_root(larger(sines, 1e-30f)) * 0.5f + 0.5f;
     const F xs = xi + xo, ys = yi + yo, zs = zi + zo, xd = xi - xo, yd = yi - yo, zd = zi - zo;
-    return {larger(larger(zi, zi * -1.0f), F(least_cosine)),
-            larger(larger(zo, zo * -1.0f), F(least_cosine)), (xs * xs + ys * ys + zs * zs) * 0.5f,
-            (xd * xd + yd * yd + zd * zd) * 0.5f, larger(smaller(half, F(1.0f)), F(0.0f))};
+    return {larger(larger(zi, zi * -1.0f), least_cosine),
+            larger(larger(zo, zo * -1.0f), least_cosine), (xs * xs + ys * ys + zs * zs) * 0.5f,
+            (xd * xd + yd * yd + zd * zd) * 0.5f, larger(smaller(half, 1.0f), 0.0f)};
 }
 
 // ---- phase functions
@@ -263,7 +286,7 @@ template <int width, class F>
                                                          const LightPathOf<F>& path, F* value) {
     const F x = (root(path.forward * 0.5f) - root(path.backward * 0.5f)) * 0.5f + 0.5f;
     // Never the last sample itself: there is one beyond each.
-    const F place = larger(smaller(x, F(1 - 1e-6f)), F(0.0f)) * static_cast<float>(curve.last);
+    const F place = larger(smaller(x, 1 - 1e-6f), 0.0f) * static_cast<float>(curve.last);
     const auto index = truncated(place);
     const F fraction = place - as_float(index);
     for (int k = 0; k < width; ++k) {
@@ -279,6 +302,8 @@ template <PhaseForm form, class F>
         F value[1];
         sampled_values<1>(curve, path, value);
         return value[0];
+    } else if constexpr (form == PhaseForm::constant) {
+        return F(curve.polynomial[0]);
     } else {
         F value = path.forward * (path.forward * curve.polynomial[2] + curve.polynomial[1]) +
                   curve.polynomial[0];
@@ -291,41 +316,98 @@ template <PhaseForm form, class F>
 
 // ---- higher orders
 
-/// Replaces two cosines by their coordinates sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples
-/// lie evenly; `spare` becomes its root.
+/// sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly.
 template <class F>
-[[gnu::always_inline]] static inline void take_mu_coordinates(F& in, F& out, F& spare) {
-    F in_complement = larger(1.0f - in, F(0.0f)), out_complement = larger(1.0f - out, F(0.0f));
-    take_roots(in, out, in_complement, out_complement);
-    take_roots(in, out, spare);
-    in = in_complement * (1.0f - in * 0.5f);
-    out = out_complement * (1.0f - out * 0.5f);
+[[gnu::always_inline]] static inline F mu_coordinate(F mu) {
+    return root(larger(1.0f - mu, 0.0f)) * (1.0f - root(root(mu)) * 0.5f);
 }
 
-/// The same as places among the samples of a slice.
+/// Of two cosines.
+template <class F>
+struct MuCoordinates {
+    F in, out;
+};
+
+template <class F>
+[[gnu::always_inline]] static inline MuCoordinates<F> mu_coordinates(F in, F out) {
+    return {mu_coordinate(in), mu_coordinate(out)};
+}
+
+#if defined(__SSE2__)
+[[gnu::always_inline]] static inline __m128 mu_coordinates_of_pair(__m128 mu) {
+    const __m128 roots = _mm_sqrt_ps(_mm_movelh_ps(mu, larger(1.0f - mu, 0.0f)));
+    return _mm_movehl_ps(roots, roots) * (1.0f - _mm_sqrt_ps(roots) * 0.5f);
+}
+
+[[gnu::always_inline]] static inline MuCoordinates<float> mu_coordinates(float in, float out) {
+    const __m128 at = mu_coordinates_of_pair(pair(in, out));
+    return {first(at), second(at)};
+}
+#endif
+
+/// Among the samples of a slice: the sample before a place, and how far it is to the next.
+template <class F, class Index>
+struct Cell {
+    Index sample;
+    F fraction;
+};
+
+template <class F>
+[[gnu::always_inline]] static inline auto cell_at(F place) {
+    const auto sample = truncated(place);
+    return Cell<F, std::remove_const_t<decltype(sample)>>{sample, place - as_float(sample)};
+}
+
+/// Of two cosines, the one further along the samples first.
+template <class F, class Index>
+struct MuCells {
+    Cell<F, Index> high, low;
+};
+
 template <int channels, class F>
-[[gnu::always_inline]] static inline void take_places(const SideView<channels>& side, F& in, F& out,
-                                                      F& spare) {
-    take_mu_coordinates(in, out, spare);
+[[gnu::always_inline]] static inline auto mu_cells(const SideView<channels>& side, F in, F out) {
     // Never the last sample itself: there is one beyond each.
-    const F last(static_cast<float>(side.last_mu) * (1 - 1e-6f)), first(0.0f);
-    in = larger(smaller((in - side.mu_first) * side.mu_step_inverse, last), first);
-    out = larger(smaller((out - side.mu_first) * side.mu_step_inverse, last), first);
+    const float last = static_cast<float>(side.last_mu) * (1 - 1e-6f);
+    const MuCoordinates<F> at = mu_coordinates(in, out);
+    const F a = larger(smaller((at.in - side.mu_first) * side.mu_step_inverse, last), 0.0f);
+    const F b = larger(smaller((at.out - side.mu_first) * side.mu_step_inverse, last), 0.0f);
+    const auto high = cell_at(larger(a, b)), low = cell_at(smaller(a, b));
+    return MuCells<F, decltype(high.sample + 0)>{high, low};
+}
+
+#if defined(__SSE2__)
+template <int channels>
+[[gnu::always_inline]] static inline MuCells<float, std::int32_t> mu_cells(
+    const SideView<channels>& side, float in, float out) {
+    const float last = static_cast<float>(side.last_mu) * (1 - 1e-6f);
+    const __m128 coordinates = mu_coordinates_of_pair(pair(in, out));
+    const __m128 at =
+        larger(smaller((coordinates - side.mu_first) * side.mu_step_inverse, last), 0.0f);
+    const __m128 turned = _mm_shuffle_ps(at, at, 1);
+    const __m128 sorted = _mm_unpacklo_ps(_mm_max_ss(at, turned), _mm_min_ss(at, turned));
+    const __m128i cell = _mm_cvttps_epi32(sorted);
+    const __m128 fraction = sorted - _mm_cvtepi32_ps(cell);
+    return {{_mm_cvtsi128_si32(cell), first(fraction)},
+            {_mm_cvtsi128_si32(_mm_shuffle_epi32(cell, 1)), second(fraction)}};
+}
+#endif
+
+template <int channels, class F>
+[[gnu::always_inline]] static inline auto azimuth_cell(const SideView<channels>& side,
+                                                       F half_azimuth) {
+    return cell_at(root(half_azimuth) * (static_cast<float>(side.azimuths - 1) * (1 - 1e-6f)));
 }
 
 /// Orders n >= 2 as they are stored, bilinear or trilinear.
 template <Orders orders, int channels, class F>
 [[gnu::always_inline]] static inline void interpolate(const SideView<channels>& side,
                                                       const LightPathOf<F>& path, F* value) {
-    F in = path.mu_in, out = path.mu_out, around = path.half_azimuth;
-    take_places(side, in, out, around);
-    const F high = larger(in, out), low = smaller(in, out);
-    const auto i = truncated(high), j = truncated(low);
-    const F fi = high - as_float(i), fj = low - as_float(j);
+    const auto [high, low] = mu_cells(side, path.mu_in, path.mu_out);
+    const F fi = high.fraction, fj = low.fraction;
     const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
     const int column = azimuths * channels;
-    const auto row = (halved(i * (i + 3)) + j) * column;
-    const auto next = row + (i + 2) * column;
+    const auto row = (halved(high.sample * (high.sample + 3)) + low.sample) * column;
+    const auto next = row + (high.sample + 2) * column;
     constexpr int steps = lanes_are_channels<F> ? 1 : channels;
     if constexpr (orders == Orders::without_azimuth) {
         for (int c = 0; c < steps; ++c) {
@@ -337,9 +419,7 @@ template <Orders orders, int channels, class F>
             value[c] = near + fi * (far - near);
         }
     } else {
-        const F place = around * (static_cast<float>(azimuths - 1) * (1 - 1e-6f));
-        const auto k = truncated(place);
-        const F f = place - as_float(k);
+        const auto [k, f] = azimuth_cell(side, path.half_azimuth);
         const F w11 = fi * fj, w01 = fj - w11, w10 = fi - w11, w00 = (1.0f - fi) - w01;
         for (int c = 0; c < steps; ++c) {
             const auto at = row + k * channels, at_next = next + k * channels;
@@ -377,8 +457,11 @@ template <PhaseForm form, Orders orders, int channels, class F>
         if constexpr (orders == Orders::none) {
             both = attenuation(one_for_all * (sum * sum * depth));
         } else {
-            const Attenuation<F> in = attenuation(one_for_all * (sum * path.mu_out * depth));
-            const Attenuation<F> out = attenuation(one_for_all * (sum * path.mu_in * depth));
+            Attenuation<F> of[2];
+            take_attenuations({one_for_all * (sum * path.mu_out * depth),
+                               one_for_all * (sum * path.mu_in * depth)},
+                              of);
+            const auto& [in, out] = of;
             shares = in.taken * out.taken;
             both = {in.passed * out.passed, in.taken + out.taken - shares};
         }
@@ -415,18 +498,19 @@ template <PhaseForm form, Orders orders, int channels, class F>
     for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
         const auto depth = of_channel(side.optical_depth, c, F());
         const F path_depth = steep * depth;
-        const Attenuation<F> beam = attenuation(path_depth);
+        // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
+        const F z = larger((shallow - steep) * depth, 1e-30f);
+        Attenuation<F> of[2];
+        take_attenuations({path_depth, z}, of);
+        const auto& [beam, more] = of;
         F single(0.0f);
-        if constexpr (form != PhaseForm::none) {
-            // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
-            const F z = larger((shallow - steep) * depth, F(1e-30f));
-            single = phase * beam.passed * path_depth * shallow *
-                     (attenuation(z).taken * inverse(z)) * of_channel(side.quarter_albedo, c, F());
-        }
+        if constexpr (form != PhaseForm::none)
+            single = phase * beam.passed * path_depth * shallow * (more.taken * inverse(z)) *
+                     of_channel(side.quarter_albedo, c, F());
         if constexpr (orders == Orders::none) {
             value[c] = single;
         } else {
-            const F shares = beam.taken * attenuation(shallow * depth).taken;
+            const F shares = beam.taken * (beam.taken + beam.passed * more.taken);
             value[c] = single + value[c] * (shares * side.slope + side.level);
         }
     }

@@ -32,13 +32,14 @@ struct PhaseCurveView {
 /// How a lookup finds its phase function.
 enum class PhaseForm {
     none,        // single scattering is not asked for
+    constant,    // no angle matters
     polynomial,  // in cos Theta
     one_lobe,    // a polynomial and a Henyey-Greenstein lobe
     two_lobes,
     sampled,
     composed,  // sampled, with opposition and a layer beneath sampled beside it; reflection alone
 };
-constexpr int phase_forms = 6;
+constexpr int phase_forms = 7;
 
 /// A phase function made ready for fast lookups.
 class PhaseCurve {

@@ -47,8 +47,8 @@ class SliceOf {
     ///
     /// Range    its medium in the table: albedo and upper end of depth are clamped to its axes for
     ///          the orders n >= 2, as lookups are (lookup.h).
-    /// Errors   std::invalid_argument for a medium or effects out of range, or a table whose mu_in
-    ///          and mu_out differ.
+    /// Errors   std::invalid_argument for a medium or effects out of range, a table whose mu_in and
+    ///          mu_out differ, or one with a mixture axis seen at none (TableView::at_mixture).
     SliceOf(const TableView& table, const Medium<channels>& medium, const Effects& effects = {});
 
     /// Single scattering of a layer, with no table.

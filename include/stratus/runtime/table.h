@@ -3,9 +3,14 @@
 // The samples are the multiply scattered light only (orders n >= 2 of the Neumann series), R or T
 // over (albedo, optical_depth, mu_in, mu_out, azimuth) with azimuth contiguous. Single scattering
 // is never tabulated: the lookup adds the closed form with the exact phase function.
+//
+// Two kinds of scattering may be mixed, w P = w1 P1 + w2 P2 with w = w1 + w2: a table then has
+// another axis, `mixture` = w1 / w, before all others. A view is of one mixture at a time: for two
+// phase functions P1, P2 and f = `mixture`, everything is that of f P1 + (1 - f) P2. [Blinn82] 4.3
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -45,22 +50,50 @@ struct TableView {
     const Below* below;             // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
+    // Of tables with a mixture axis; that has no samples in others.
+    const PhaseFunction* second_phase_function = nullptr;
+    AxisView mixture{};
+    double chosen_mixture = std::numeric_limits<double>::quiet_NaN();
+    double second_extrapolation_length = 0;
+
     Samples reflection_multiple, transmission_multiple;  // none when the table has no such side
 
-    // What samples are multiplied by before they are interpolated (lookup.h): over (albedo,
-    // optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where something
-    // lies beneath. Halves hold more of the product themselves (half_table.h).
+    // What samples are multiplied by before they are interpolated (lookup.h): over (mixture,
+    // albedo, optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where
+    // something lies beneath. Halves hold more of the product themselves (half_table.h).
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;
     const float* mu_out_weight;
-    const double* diffusion_exponent;  // over albedo
-    double extrapolation_length;       // optical depth
+    const double* diffusion_exponent;  // over (mixture, albedo)
+    double extrapolation_length;       // optical depth; of the first phase function
     double tolerance;                  // that the samples were baked for; 0: unknown
 
     bool has_reflection() const noexcept { return bool{reflection_multiple}; }
     bool has_transmission() const noexcept { return bool{transmission_multiple}; }
     bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
+    bool has_mixture() const noexcept { return mixture.count > 0; }
+
+    /// The same table, seen at one mixture: for any number of lookups, slices, BSDFs. Beyond its
+    /// samples the orders n >= 2 are those of the axis' end. Without one, a table that has a
+    /// mixture axis answers lookups by not-a-number and refuses to be bound.
+    ///
+    /// Range    [0, 1], the share of the first phase function. Tables without a mixture axis ignore
+    ///          it.
+    TableView at_mixture(double share_of_first) const noexcept;
+
+    /// phi at the chosen mixture.
+    double phase(double cos_scattering_angle) const noexcept {
+        const double first = (*phase_function)(cos_scattering_angle);
+        if (second_phase_function == nullptr) return first;
+        return chosen_mixture * first +
+               (1 - chosen_mixture) * (*second_phase_function)(cos_scattering_angle);
+    }
+
+    /// The same as a function of its own.
+    ///
+    /// Errors   std::invalid_argument when the table's mixture was not chosen, or not in [0, 1].
+    PhaseFunction mixed_phase_function() const;
 
     /// The layer of one optical depth and albedo, ready for fast lookups: see slice.h, which is to
     /// be included. Two milliseconds.
@@ -72,7 +105,9 @@ struct TableView {
 /// A whole table, as files hold it.
 struct Table {
     PhaseFunction phase_function;
+    PhaseFunction second_phase_function;  // of tables with a mixture axis
     Below below;  // where it is something, reflection is that of both and there is no transmission
+    Axis mixture{AxisScale::identity, {}};  // share of the first; empty where nothing is mixed
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
@@ -80,7 +115,7 @@ struct Table {
     Axis azimuth{AxisScale::linear, {}};  // radians, 0 to pi; 0 alone when nothing depends on it
 
     // Orders n >= 2 over (albedo, optical_depth, mu_in, mu_out, azimuth); empty when the side was
-    // not asked for.
+    // not asked for. These, and all below, lie once for each mixture, one after the other.
     std::vector<float> reflection_multiple;
     std::vector<float> transmission_multiple;
 
@@ -93,6 +128,7 @@ struct Table {
 
     std::vector<double> diffusion_exponent;  // over albedo
     double extrapolation_length = 1;         // optical depth
+    double second_extrapolation_length = 1;  // of the second phase function alone
 
     double tolerance = 0;       // relative error asked for at the bake
     double measured_error = 0;  // largest relative error met at the bake's own check
@@ -109,6 +145,11 @@ struct Table {
 
     /// Number of samples of one side.
     std::size_t sample_count() const noexcept;
+
+    bool has_mixture() const noexcept { return !mixture.values.empty(); }
+
+    /// 1 in a table without a mixture axis.
+    std::size_t mixture_count() const noexcept { return has_mixture() ? mixture.values.size() : 1; }
 
     /// View for lookups, valid while this table lives and is not changed. Call `prepare` first.
     TableView view() const noexcept;

@@ -44,8 +44,8 @@ class TexturedTable {
     /// Accuracy in 99.9 % of lookups 0.35 (R) or 0.6 (T) of the table's tolerance are added to its
     ///          errors, 1.2 at worst.
     /// Cost     of time, seconds for tables of 100 MB; of memory, see `bytes`.
-    /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ, or an instruction
-    ///          set that this processor lacks.
+    /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ or that has a
+    ///          mixture axis, or an instruction set that this processor lacks.
     explicit TexturedTable(const TableView& table, const char* instruction_set = nullptr);
     TexturedTable(TexturedTable&&) noexcept;
     TexturedTable& operator=(TexturedTable&&) noexcept;

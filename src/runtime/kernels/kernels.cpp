@@ -1,5 +1,7 @@
 #include "kernels.h"
 
+#include <utility>
+
 #include "lanes.h"
 
 namespace stratus::STRATUS_ISA {
@@ -43,16 +45,6 @@ void at_vectors(const SideView<channels>& view, const Vector& wi, const Vector& 
     evaluate_one<leaves, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
 }
 
-[[gnu::always_inline]] inline Lookups load(const float* from) {
-    Lookups::Floats v;
-    __builtin_memcpy(&v, from, sizeof v);
-    return Lookups(v);
-}
-
-[[gnu::always_inline]] inline void store(Lookups lanes, float* to) {
-    __builtin_memcpy(to, &lanes.v, sizeof lanes.v);
-}
-
 void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
     store(path.mu_in, paths.mu_in + i);
     store(path.mu_out, paths.mu_out + i);
@@ -64,9 +56,10 @@ void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
 template <Leaves leaves, PhaseForm form, Orders orders, int channels>
 void evaluate_many(const SideView<channels>& view, const LightPaths& paths, float* value) {
     for (int i = 0; i < paths_at_once; i += lane_width) {
-        const LightPathOf<Lookups> path{load(paths.mu_in + i), load(paths.mu_out + i),
-                                        load(paths.forward + i), load(paths.backward + i),
-                                        load(paths.half_azimuth + i)};
+        const LightPathOf<Lookups> path{
+            load<Lookups>(paths.mu_in + i), load<Lookups>(paths.mu_out + i),
+            load<Lookups>(paths.forward + i), load<Lookups>(paths.backward + i),
+            load<Lookups>(paths.half_azimuth + i)};
         Lookups here[channels];
         evaluate<leaves, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
@@ -85,33 +78,31 @@ constexpr SideKernel<channels> kernel() {
                 evaluate_many<leaves, form, orders, channels>};
 }
 
-#define STRATUS_ROW(leaves, form, channels)                            \
-    {                                                                  \
-        kernel<leaves, form, Orders::none, channels>(),                \
-            kernel<leaves, form, Orders::without_azimuth, channels>(), \
-            kernel<leaves, form, Orders::with_azimuth, channels>()     \
-    }
-#define STRATUS_LIST(leaves, channels)                            \
-    {                                                             \
-        STRATUS_ROW(leaves, PhaseForm::none, channels),           \
-            STRATUS_ROW(leaves, PhaseForm::polynomial, channels), \
-            STRATUS_ROW(leaves, PhaseForm::one_lobe, channels),   \
-            STRATUS_ROW(leaves, PhaseForm::two_lobes, channels),  \
-            STRATUS_ROW(leaves, PhaseForm::sampled, channels),    \
-            STRATUS_ROW(leaves, PhaseForm::composed, channels)    \
-    }
+template <Leaves leaves, int channels, int... place>
+constexpr SideKernels<channels> all_kernels(std::integer_sequence<int, place...>) {
+    return {{kernel<leaves, static_cast<PhaseForm>(place / order_forms),
+                    static_cast<Orders>(place % order_forms), channels>()...}};
+}
+template <Leaves leaves, int channels>
+constexpr SideKernels<channels> all_kernels() {
+    return all_kernels<leaves, channels>(
+        std::make_integer_sequence<int, phase_forms * order_forms>());
+}
 
 template <Leaves leaves>
 void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth,
                      LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path<leaves>(load(mu_in + i), load(mu_out + i), load(azimuth + i)), paths, i);
+        store(light_path<leaves>(load<Lookups>(mu_in + i), load<Lookups>(mu_out + i),
+                                 load<Lookups>(azimuth + i)),
+              paths, i);
 }
 
 void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path(load(wi[0] + i), load(wi[1] + i), load(wi[2] + i), load(wo[0] + i),
-                         load(wo[1] + i), load(wo[2] + i)),
+        store(light_path(load<Lookups>(wi[0] + i), load<Lookups>(wi[1] + i),
+                         load<Lookups>(wi[2] + i), load<Lookups>(wo[0] + i),
+                         load<Lookups>(wo[1] + i), load<Lookups>(wo[2] + i)),
               paths, i);
 }
 
@@ -124,10 +115,10 @@ extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
 constexpr Kernels kernels{
     STRATUS_NAME(STRATUS_ISA),
-    STRATUS_LIST(Leaves::on_the_lit_side, 1),
-    STRATUS_LIST(Leaves::on_the_far_side, 1),
-    STRATUS_LIST(Leaves::on_the_lit_side, 3),
-    STRATUS_LIST(Leaves::on_the_far_side, 3),
+    all_kernels<Leaves::on_the_lit_side, 1>(),
+    all_kernels<Leaves::on_the_far_side, 1>(),
+    all_kernels<Leaves::on_the_lit_side, 3>(),
+    all_kernels<Leaves::on_the_far_side, 3>(),
     {paths_of_angles<Leaves::on_the_lit_side>, paths_of_angles<Leaves::on_the_far_side>},
     paths_of_vectors,
     &textured_kernels};

@@ -30,14 +30,22 @@ struct SideKernel {
 
 constexpr int order_forms = 3;  // of Orders
 
+template <int channels>
+struct SideKernels {
+    SideKernel<channels> kernel[phase_forms * order_forms];
+
+    /// Null where nothing is asked for.
+    const SideKernel<channels>& of(PhaseForm form, Orders orders) const {
+        return kernel[static_cast<int>(form) * order_forms + static_cast<int>(orders)];
+    }
+};
+
 struct TexturedKernels;  // textured.h
 
 struct Kernels {
     const char* instruction_set;
-    // Over [PhaseForm][Orders]; null where nothing is asked for.
-    SideKernel<1> reflected[phase_forms][order_forms], transmitted[phase_forms][order_forms];
-    SideKernel<3> reflected_rgb[phase_forms][order_forms],
-        transmitted_rgb[phase_forms][order_forms];
+    SideKernels<1> reflected, transmitted;
+    SideKernels<3> reflected_rgb, transmitted_rgb;
     // Over [Leaves].
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
                                LightPaths& paths);

@@ -25,21 +25,9 @@ constexpr int lane_width = 4;
 #endif
 
 template <int width>
-struct Register;
-template <>
-struct Register<4> {
-    using Floats = float __attribute__((vector_size(16)));
-    using Ints = std::int32_t __attribute__((vector_size(16)));
-};
-template <>
-struct Register<8> {
-    using Floats = float __attribute__((vector_size(32)));
-    using Ints = std::int32_t __attribute__((vector_size(32)));
-};
-template <>
-struct Register<16> {
-    using Floats = float __attribute__((vector_size(64)));
-    using Ints = std::int32_t __attribute__((vector_size(64)));
+struct Register {
+    typedef float Floats __attribute__((vector_size(4 * width)));
+    typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
 /// To 12 bits or more; exact where the processor has nothing faster.
@@ -119,6 +107,8 @@ struct FloatLanes {
     STRATUS_FRIEND FloatLanes smaller(FloatLanes a, FloatLanes b) {
         return FloatLanes(a.v < b.v ? a.v : b.v);
     }
+    STRATUS_FRIEND FloatLanes larger(FloatLanes a, float b) { return larger(a, FloatLanes(b)); }
+    STRATUS_FRIEND FloatLanes smaller(FloatLanes a, float b) { return smaller(a, FloatLanes(b)); }
     STRATUS_FRIEND Ints truncated(FloatLanes x) {
         return {__builtin_convertvector(x.v, decltype(Ints::v))};
     }
@@ -153,6 +143,22 @@ STRATUS_INLINE FloatLanes<width, are> as_float(IntLanes<width, are> n) {
 // ---- many lookups side by side
 
 using Lookups = FloatLanes<lane_width, LanesAre::lookups>;
+
+/// One number, or as many as there are lanes.
+template <class F>
+STRATUS_INLINE F load(const float* from) {
+    F x;
+    __builtin_memcpy(&x, from, sizeof x);
+    return x;
+}
+template <class F>
+STRATUS_INLINE void store(F x, float* to) {
+    __builtin_memcpy(to, &x, sizeof x);
+}
+STRATUS_INLINE void store(std::int32_t n, std::int32_t* to) { *to = n; }
+STRATUS_INLINE void store(Lookups::Ints n, std::int32_t* to) {
+    __builtin_memcpy(to, &n.v, sizeof n.v);
+}
 
 STRATUS_INLINE float of_channel(const float* number, int c, Lookups) { return number[c]; }
 
@@ -192,22 +198,31 @@ STRATUS_INLINE Neighbours<Lookups> neighbours(const float* samples, Lookups::Int
 
 using Channels = FloatLanes<4, LanesAre::channels>;
 
-STRATUS_INLINE Channels four(const float* numbers) {
-    Channels::Floats v;
-    __builtin_memcpy(&v, numbers, sizeof v);
-    return Channels(v);
+STRATUS_INLINE Channels of_channel(const float* number, int, Channels) {
+    return load<Channels>(number);
 }
 
-STRATUS_INLINE Channels of_channel(const float* number, int, Channels) { return four(number); }
-
-STRATUS_INLINE Channels sample_at(const float* samples, Channels::Ints index, Channels) {
-    return four(samples + index.v[0]);
+STRATUS_INLINE Channels sample_at(const float* samples, std::int32_t index, Channels) {
+    return load<Channels>(samples + index);
 }
 
 template <int stride>
-STRATUS_INLINE Neighbours<Channels> neighbours(const float* samples, Channels::Ints index,
-                                               Channels) {
-    return {four(samples + index.v[0]), four(samples + index.v[0] + stride)};
+STRATUS_INLINE Neighbours<Channels> neighbours(const float* samples, std::int32_t index, Channels) {
+    return {load<Channels>(samples + index), load<Channels>(samples + index + stride)};
+}
+
+// All channels have one place.
+template <int channels>
+STRATUS_INLINE MuCells<Channels, std::int32_t> mu_cells(const SideView<channels>& side, Channels in,
+                                                        Channels out) {
+    const auto [high, low] = mu_cells(side, in.v[0], out.v[0]);
+    return {{high.sample, Channels(high.fraction)}, {low.sample, Channels(low.fraction)}};
+}
+template <int channels>
+STRATUS_INLINE Cell<Channels, std::int32_t> azimuth_cell(const SideView<channels>& side,
+                                                         Channels half_azimuth) {
+    const auto cell = azimuth_cell(side, half_azimuth.v[0]);
+    return {cell.sample, Channels(cell.fraction)};
 }
 
 template <int stride>

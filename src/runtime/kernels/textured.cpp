@@ -1,5 +1,7 @@
 #include "textured.h"
 
+#include <utility>
+
 #include "kernels.h"
 #include "lanes.h"
 
@@ -7,16 +9,6 @@ namespace stratus::STRATUS_ISA {
 namespace {
 
 // ---- what light.h does not ask of its lanes
-
-STRATUS_INLINE void load(const float* from, Lookups& x) {
-    __builtin_memcpy(&x.v, from, sizeof x.v);
-}
-STRATUS_INLINE void store(float x, float* to) { *to = x; }
-STRATUS_INLINE void store(Lookups x, float* to) { __builtin_memcpy(to, &x.v, sizeof x.v); }
-STRATUS_INLINE void store(std::int32_t n, std::int32_t* to) { *to = n; }
-STRATUS_INLINE void store(Lookups::Ints n, std::int32_t* to) {
-    __builtin_memcpy(to, &n.v, sizeof n.v);
-}
 
 /// x = 2^exponent mantissa, the mantissa in [sqrt(1/2), sqrt(2)); x > 0 and normal.
 template <class F>
@@ -52,19 +44,9 @@ STRATUS_INLINE F binary_logarithm(F x) {
            s * (q * (q * (q * 0.41219859f + 0.57707802f) + 0.96179669f) + 2.88539008f);
 }
 
-/// Four attenuations; those of plain floats are worked out at once.
-template <class F>
-STRATUS_INLINE void take_attenuations(const F (&x)[4], Attenuation<F> (&of)[4]) {
-    for (int k = 0; k < 4; ++k) of[k] = attenuation(x[k]);
-}
-STRATUS_INLINE void take_attenuations(const float (&x)[4], Attenuation<float> (&of)[4]) {
-    const Attenuation<Channels> all = attenuation(four(x));
-    for (int k = 0; k < 4; ++k) of[k] = {all.passed.v[k], all.taken.v[k]};
-}
-
 template <class F>
 STRATUS_INLINE F clamped(F x, float low, float high) {
-    return larger(smaller(x, F(high)), F(low));
+    return larger(smaller(x, high), low);
 }
 
 template <class F>
@@ -145,7 +127,7 @@ template <class F>
 STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo, F depth) {
     LayerWindow<F> at;
     const CubicPlace<F> in_albedo =
-        cubic_place(side.albedo, root(larger(co_albedo, F(0.0f))) * -1.0f, at.of_albedo);
+        cubic_place(side.albedo, root(larger(co_albedo, 0.0f)) * -1.0f, at.of_albedo);
     at.within = clamped(depth, 1e-30f, side.deepest);
     const CubicPlace<F> in_depth =
         cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);
@@ -156,7 +138,7 @@ STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo
     for (int l = 0; l < window; ++l)
         exponent = exponent + at.of_albedo[l] * sample_at(side.diffusion_exponent + l,
                                                           truncated(at.first_albedo), F());
-    at.diffusion_exponent = larger(exponent, F(least_exponent));
+    at.diffusion_exponent = larger(exponent, least_exponent);
     return at;
 }
 
@@ -202,7 +184,7 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
     const F least = attenuation(inverse_in * side.lowest_depth).taken +
                     attenuation(inverse_out * side.lowest_depth).taken;
-    return {single, smaller((in.taken + out.taken) * inverse(least), F(1.0f))};
+    return {single, smaller((in.taken + out.taken) * inverse(least), 1.0f)};
 }
 
 template <PhaseForm form, class F>
@@ -214,10 +196,9 @@ STRATUS_INLINE Closed<F> closed_transmission(const TexturedSide& side, F albedo,
     const F shallow = one_for_both * larger(path.mu_in, path.mu_out);
     const F exponent = layers.diffusion_exponent, path_depth = steep * depth;
     // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.
-    const F z = larger((shallow - steep) * depth, F(1e-30f));
-    Attenuation<F> of[4];
-    take_attenuations(
-        {path_depth, z, exponent * (layers.within + side.extrapolation_length), F(0.0f)}, of);
+    const F z = larger((shallow - steep) * depth, 1e-30f);
+    Attenuation<F> of[3];
+    take_attenuations({path_depth, z, exponent * (layers.within + side.extrapolation_length)}, of);
     const Attenuation<F>&beam = of[0], &more = of[1], &diffuse = of[2];
     const F scale = exponent * (2 * side.extrapolation_length) * diffuse.passed *
                     inverse(diffuse.taken * (diffuse.passed + 1.0f));
@@ -281,10 +262,9 @@ template <bool azimuthal, class F, class Index>
 STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Index block,
                                                    const LightPathOf<F>& path, F azimuth) {
     DirectionWindow<F> at;
-    F in = path.mu_in, out = path.mu_out, spare = in;
-    take_mu_coordinates(in, out, spare);
-    in = mu_place(side, block, in);
-    out = mu_place(side, block, out);
+    const MuCoordinates<F> coordinates = mu_coordinates(path.mu_in, path.mu_out);
+    const F in = mu_place(side, block, coordinates.in),
+            out = mu_place(side, block, coordinates.out);
     const F high = larger(in, out), low = smaller(in, out);
     at.mu = whole(high);
     at.other_mu = whole(low);
@@ -297,7 +277,7 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Ind
         const float last = static_cast<float>(side.azimuths - 1);
         const F turns = larger(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
         const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
-        const F place = smaller(larger(turn, turn * -1.0f) * (2 * last), F(last * (1 - 1e-6f)));
+        const F place = smaller(larger(turn, turn * -1.0f) * (2 * last), last * (1 - 1e-6f));
         at.first_azimuth = whole(place);
         cubic(place - at.first_azimuth + 1.0f, at.azimuth);
     }
@@ -463,14 +443,11 @@ void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_
                   Plan<points_at_once>& plan) {
     for (int n = 0; n < points_at_once; n += lane_width) {
         const std::size_t from = first + static_cast<std::size_t>(n);
-        Lookups albedo, depth, mu_in, mu_out, azimuth;
-        load(at.albedo + from, albedo);
-        load(at.optical_depth + from, depth);
-        load(at.mu_in + from, mu_in);
-        load(at.mu_out + from, mu_out);
-        load(at.azimuth + from, azimuth);
-        prepare<leaves, form, azimuthal>(side, albedo, 1.0f - albedo, depth, mu_in, mu_out, azimuth,
-                                         n, plan);
+        const auto albedo = load<Lookups>(at.albedo + from);
+        prepare<leaves, form, azimuthal>(
+            side, albedo, 1.0f - albedo, load<Lookups>(at.optical_depth + from),
+            load<Lookups>(at.mu_in + from), load<Lookups>(at.mu_out + from),
+            load<Lookups>(at.azimuth + from), n, plan);
     }
 }
 
@@ -501,19 +478,19 @@ constexpr TexturedKernel kernel() {
         return {evaluate_one<leaves, form, azimuthal>, evaluate_many<leaves, form, azimuthal>};
 }
 
-#define STRATUS_FORM(leaves, form) \
-    { kernel<leaves, form, false>(), kernel<leaves, form, true>() }
-#define STRATUS_LIST(leaves)                                                                       \
-    {                                                                                              \
-        STRATUS_FORM(leaves, PhaseForm::none), STRATUS_FORM(leaves, PhaseForm::polynomial),        \
-            STRATUS_FORM(leaves, PhaseForm::one_lobe), STRATUS_FORM(leaves, PhaseForm::two_lobes), \
-            STRATUS_FORM(leaves, PhaseForm::sampled), STRATUS_FORM(leaves, PhaseForm::composed)    \
-    }
+template <Leaves leaves, int... place>
+constexpr TexturedSideKernels all_kernels(std::integer_sequence<int, place...>) {
+    return {{kernel<leaves, static_cast<PhaseForm>(place / 2), place % 2 == 1>()...}};
+}
+template <Leaves leaves>
+constexpr TexturedSideKernels all_kernels() {
+    return all_kernels<leaves>(std::make_integer_sequence<int, 2 * phase_forms>());
+}
 
 }  // namespace
 
 extern const TexturedKernels textured_kernels;
-constexpr TexturedKernels textured_kernels{STRATUS_LIST(Leaves::on_the_lit_side),
-                                           STRATUS_LIST(Leaves::on_the_far_side)};
+constexpr TexturedKernels textured_kernels{all_kernels<Leaves::on_the_lit_side>(),
+                                           all_kernels<Leaves::on_the_far_side>()};
 
 }  // namespace stratus::STRATUS_ISA

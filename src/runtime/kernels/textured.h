@@ -87,9 +87,16 @@ struct TexturedKernel {
     void (*many)(const TexturedSide&, const TexturedPoints&, std::size_t count, float* total);
 };
 
+struct TexturedSideKernels {
+    TexturedKernel kernel[2 * phase_forms];
+
+    const TexturedKernel& of(PhaseForm form, bool azimuthal) const {
+        return kernel[2 * static_cast<int>(form) + (azimuthal ? 1 : 0)];
+    }
+};
+
 struct TexturedKernels {
-    // Over [PhaseForm][depends on azimuth].
-    TexturedKernel reflected[phase_forms][2], transmitted[phase_forms][2];
+    TexturedSideKernels reflected, transmitted;
 };
 
 }  // namespace stratus

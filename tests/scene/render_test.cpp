@@ -197,6 +197,10 @@ TEST(RenderedRings, GoAroundAFlattenedPlanet) {
     std::get<Rings>(scene.subject).flattening = 0.5;
     EXPECT_EQ(along(scene, {0, 9, 0.51}, {0, 0, 0.51})[0], 0) << "above the pole";
     EXPECT_NEAR(along(scene, {0, 0, 9}, {0, 0, 0})[0], 0.5 * 0.5, 1e-7) << "upright on the pole";
+    // A point of the ellipse x^2 + 4 z^2 = 1, whose normal is along (x, 4 z).
+    const Vector3 point{0.6, 0, 0.4}, normal = normalised({0.6, 0, 1.6});
+    EXPECT_NEAR(along(scene, point + Vector3{0, 0, 5}, point)[0], 0.5 * dot(normal, scene.to_sun),
+                1e-7);
 }
 
 TEST(Render, GivesTheSameBitsOnAnyNumberOfThreadsAndForEveryPixelAlone) {

@@ -12,7 +12,7 @@
 namespace stratus {
 namespace {
 
-constexpr int least_suns = 16;  // of a sun that is a disk, in each pixel
+constexpr int least_suns = 9;  // of a sun that is a disk, in each pixel
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
              int y) {

@@ -91,7 +91,8 @@ std::vector<Label> labels_of(const SceneFile& file) {
     return labels;
 }
 
-void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
+void write_picture(const SceneFile& file, const std::string& effects, const Image& image,
+                   const std::string& output) {
     const bool png = std::filesystem::path(output).extension() == ".png";
     const SignalsHeld held;
     write_atomically(output, [&](const std::filesystem::path& temporary) {
@@ -101,6 +102,7 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
             write_exr_image(image,
                             {{"title", file.title},
                              {"scene", file.text},
+                             {"effects", effects.empty() ? "as in the scene" : effects},
                              {"radiance", "relative to a white Lambert surface facing the sun"},
                              {"program_version", STRATUS_VERSION}},
                             temporary);
@@ -115,7 +117,8 @@ void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progr
     for (std::size_t k = 0; k < plans.size(); ++k) {
         std::string left_out;
         for (const EffectShare& share : plans[k].shares)
-            if (!share.needed) left_out += (left_out.empty() ? "" : ", ") + share.name;
+            if (!share.needed && share.largest > 0)
+                left_out += (left_out.empty() ? "" : ", ") + share.name;
         file.panels[k].effects = plans[k].effects;
         if (!left_out.empty())
             progress.note("plan: " + file.panels[k].title + ": without " + left_out);
@@ -146,7 +149,8 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
         pictures.push_back(render(file.panels[k], light, options));
     }
     const Image image = side_by_side(pictures, file.columns);
-    for (const std::string& output : command.outputs) write_picture(file, image, output);
+    for (const std::string& output : command.outputs)
+        write_picture(file, command.effects, image, output);
     char line[160];
     std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
                   image.height, baked, seconds_since(started));

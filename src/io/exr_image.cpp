@@ -22,7 +22,7 @@ constexpr const char* channels[] = {"R", "G", "B"};
 /// 2^14 on a side are 3 GB of floats.
 constexpr int longest_side = 1 << 14;
 
-Imf::Slice channel(Image& image, int c, Imath::V2i origin) {
+Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
     return Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c, origin, image.width, image.height,
                             3 * sizeof(float),
                             3 * sizeof(float) * static_cast<std::size_t>(image.width));

@@ -14,7 +14,7 @@ constexpr double pi = std::numbers::pi;
 
 // In points.
 constexpr double margin = 10, left = 52, cell_width = 88, cell_height = 84, block_gap = 18;
-constexpr double heading = 58, row_gap = 6;
+constexpr double heading = 58, row_gap = 16;
 constexpr double box_height = 5, box_width = 70, radius_of_largest = 39;
 
 constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.85, 0.45, 0.05},
@@ -112,7 +112,7 @@ void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
                 const double largest = largest_of(block.rows[r]);
                 const double scale = radius_of_largest / largest, circle = round_below(largest);
                 const double y = heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap);
-                page.text(x + 4, y + cell_height / 2 - 2, "circle " + number(circle), 7, quiet);
+                page.text(x + 4, y + cell_height / 2 + 5, "circle " + number(circle), 7, quiet);
                 for (std::size_t c = 0; c < block.rows[r].size(); ++c) {
                     cairo_save(cairo);
                     cairo_translate(cairo, x + (static_cast<double>(c) + 0.5) * cell_width, y);

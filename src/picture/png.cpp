@@ -70,8 +70,8 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
             const std::uint32_t pixel = eight_bits(light[0] / white) << 16 |
                                         eight_bits(light[1] / white) << 8 |
                                         eight_bits(light[2] / white);
-            std::memcpy(bytes + static_cast<std::ptrdiff_t>(y) * stride + 4 * x, &pixel,
-                        sizeof pixel);
+            std::memcpy(bytes + static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x,
+                        &pixel, sizeof pixel);
         }
     cairo_surface_mark_dirty(surface.get());
     draw_labels(surface.get(), labels);
@@ -108,7 +108,8 @@ Image read_png(const std::filesystem::path& path) {
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
             std::uint32_t pixel;
-            std::memcpy(&pixel, bytes + static_cast<std::ptrdiff_t>(y) * stride + 4 * x,
+            std::memcpy(&pixel,
+                        bytes + static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x,
                         sizeof pixel);
             for (int c = 0; c < 3; ++c)
                 image.pixel(x, y)[c] = static_cast<float>(light[pixel >> (16 - 8 * c) & 255]);

@@ -21,8 +21,9 @@ std::string number(double value) {
 }
 
 double mean_reflection(const LayerSolution& layer, int in, int out) {
-    std::vector<double> azimuths;
-    for (int k = 0; k < azimuth_count; ++k) azimuths.push_back(pi * (k + 0.5) / azimuth_count);
+    std::vector<double> azimuths(azimuth_count);
+    for (int k = 0; k < azimuth_count; ++k)
+        azimuths[static_cast<std::size_t>(k)] = pi * (k + 0.5) / azimuth_count;
     double sum = 0;
     for (const SolvedValue& value : layer.reflection(in, out, azimuths)) sum += value.total;
     return sum / azimuth_count;

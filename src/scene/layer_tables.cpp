@@ -17,6 +17,14 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
 constexpr double thinnest = 0.02;
 
+/// What recipes allow.
+constexpr double thinnest_of_tables = 1e-6, deepest_of_tables = 1e9;
+
+/// One value where two differ by rounding alone.
+Range merged(const Range& range) {
+    return range.max - range.min < 1e-9 ? Range{range.max, range.max} : range;
+}
+
 std::string shortest(double value) {
     char text[32];
     return {text, std::to_chars(text, text + sizeof text, value).ptr};
@@ -109,11 +117,14 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
         mixed(scene.layer.components, (range.mixture.min + range.mixture.max) / 2);
     recipe.phase_text = recipe.phase_function.text();
     recipe.tolerance = scene.tolerance;
-    recipe.optical_depth = range.optical_depth;
-    recipe.optical_depth.min =
-        std::clamp(recipe.optical_depth.min, std::min(thinnest, range.optical_depth.max), 1e9);
-    if (range.optical_depth.min == infinity) recipe.optical_depth.min = infinity;
-    recipe.albedo = range.albedo;
+    // Thinner or deeper than a table may be, lookups follow their laws beyond its ends (lookup.h).
+    auto tabulated = [](double depth) {
+        return std::isinf(depth) ? depth : std::clamp(depth, thinnest_of_tables, deepest_of_tables);
+    };
+    recipe.optical_depth = merged({std::max(tabulated(range.optical_depth.min),
+                                            std::min(thinnest, tabulated(range.optical_depth.max))),
+                                   tabulated(range.optical_depth.max)});
+    recipe.albedo = merged(range.albedo);
     const bool through = !std::holds_alternative<Planet>(scene.subject) || has_ground(scene);
     recipe.transmission =
         scene.effects.transmission && through && range.optical_depth.min < infinity;

@@ -17,8 +17,9 @@ namespace {
 constexpr double coarse_tolerance = 1e-2;  // of tables that contributions are looked up in
 constexpr double most_pixels = 16384;      // looked at
 constexpr double darkest_share =
-    0.01;                             // of the brightest pixel, least that changes are relative to
-constexpr double sparse_share = 0.5;  // of the tolerance, for what sparse pixels may change by
+    0.01;  // of the brightest pixel, least that changes are relative to
+constexpr double sparse_share =
+    0.5;  // of the tolerance, for what sparse pixels may change by; the rest is for others
 
 /// What saves most comes first: a table, a side of one, its azimuths, fifteen suns of sixteen.
 constexpr const char* dearest_first[] = {"multiple",   "transmission", "reflection", "azimuth",
@@ -153,6 +154,35 @@ double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
     return 1e9 * least;
 }
 
+/// The mean of a table over azimuth.
+Table azimuth_mean(const Table& table) {
+    Table mean = table;
+    mean.azimuth.values = {0};
+    const std::size_t azimuths = table.azimuth.values.size();
+    if (azimuths > 1)
+        for (std::vector<float>* side : {&mean.reflection_multiple, &mean.transmission_multiple}) {
+            for (std::size_t row = 0; row < side->size() / azimuths; ++row) {
+                const float* const around = side->data() + row * azimuths;
+                double sum = -(double{around[0]} + double{around[azimuths - 1]}) / 2;
+                for (std::size_t k = 0; k < azimuths; ++k) sum += double{around[k]};
+                (*side)[row] = static_cast<float>(sum / static_cast<double>(azimuths - 1));
+            }
+            side->resize(side->size() / azimuths);
+        }
+    prepare(mean);
+    return mean;
+}
+
+std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables* tables) {
+    if (tables == nullptr) return nullptr;
+    auto mean = std::make_shared<LayerTables>();
+    mean->fractions = tables->fractions;
+    for (const Table& table : tables->tables) mean->tables.push_back(azimuth_mean(table));
+    if (!tables->textured.empty())
+        for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());
+    return mean;
+}
+
 /// One scene with some of its effects, looked up in coarse tables.
 class Coarse {
   public:
@@ -160,18 +190,16 @@ class Coarse {
         all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
     }
 
-    /// The scenes that tables are to be baked for.
+    /// The scenes that one table is to be baked for.
     std::vector<Scene> to_bake() const {
-        const Scene even = without(all_, &SceneEffects::azimuth);
-        const auto density = &SceneEffects::density;
-        return {all_, without(all_, density), even, without(even, density)};
+        std::vector<Scene> scenes{all_};
+        if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
+        return scenes;
     }
-    void take(const std::shared_ptr<const LayerTables>* tables) {
-        with_azimuth_ = tables[0];
-        without_azimuth_ = tables[2];
+    void take(std::shared_ptr<const LayerTables> tables) {
+        with_azimuth_ = std::move(tables);
+        without_azimuth_ = azimuth_mean(with_azimuth_.get());
     }
-
-    const Scene& scene() const { return all_; }
 
     Image picture(const SceneEffects& effects) const {
         const Scene scene = with_effects(all_, effects);
@@ -195,29 +223,49 @@ class Coarse {
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
 };
 
+/// The size of the sun is looked at by itself, and all else under a sun that is a point: the rays
+/// are then so many fewer.
 Plan plan_scene(const Scene& scene, const Coarse& coarse) {
-    const Image all = coarse.picture(scene.effects);
+    const auto sun_size = &SceneEffects::sun_size;
+    SceneEffects now = without(scene.effects, sun_size);  // what is still there
+    const Image all = coarse.picture(now);
     Plan plan;
     plan.tolerance = scene.tolerance;
-    plan.effects = scene.effects;
     plan.pixels = all.width * all.height;
     for (const auto& [name, effect] : scene_effects()) {
         if (!(scene.effects.*effect)) continue;
-        const Change change = change_between(all, coarse.picture(without(scene.effects, effect)));
+        Change change;
+        if (effect != sun_size)
+            change = change_between(all, coarse.picture(without(now, effect)));
+        else if (scene.sun_diameter > 0)
+            change = change_between(coarse.picture(scene.effects), all);
         plan.shares.push_back({name, change.mean, change.largest, true});
     }
     const double limit = sparse_share * plan.tolerance;
+    double sun_change = 0;
+    bool keeps_sun_size = false;
     for (const char* const name : dearest_first) {
         const auto share = std::find_if(plan.shares.begin(), plan.shares.end(),
                                         [&](const EffectShare& each) { return each.name == name; });
-        if (share == plan.shares.end() || share->largest > limit) continue;
-        const SceneEffects less = without(plan.effects, effect_named(name));
+        if (share == plan.shares.end()) continue;
+        const auto effect = effect_named(name);
+        if (effect == sun_size) {
+            keeps_sun_size = share->largest > limit / 2;
+            if (!keeps_sun_size) sun_change = share->largest;
+            share->needed = keeps_sun_size;
+            continue;
+        }
+        if (share->largest > limit) continue;
+        const SceneEffects less = without(now, effect);
         const Change change = change_between(all, coarse.picture(less));
         if (change.largest > limit) continue;
         share->needed = false;
-        plan.effects = less;
+        now = less;
         plan.change = change.largest;
     }
+    plan.effects = now;
+    plan.effects.sun_size = keeps_sun_size;
+    plan.change += sun_change;
     return plan;
 }
 
@@ -239,14 +287,16 @@ PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
 std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options) {
     std::vector<Coarse> coarse;
     std::vector<Scene> to_bake;
+    std::vector<std::size_t> first;  // of each scene's
     for (const Scene& scene : scenes) {
         coarse.emplace_back(scene, options.bake);
+        first.push_back(to_bake.size());
         for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
     }
     const auto tables = bake_for(to_bake, options.bake);
     std::vector<Plan> plans;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
-        coarse[s].take(&tables[s * to_bake.size() / scenes.size()]);
+        coarse[s].take(tables[first[s]]);
         plans.push_back(plan_scene(scenes[s], coarse[s]));
         if (!options.costs) continue;
         BakeCosts bake_costs(options.bake);

@@ -12,16 +12,16 @@
 namespace stratus {
 namespace {
 
-constexpr int least_suns = 16;  // of a sun that is a disk, in each pixel
+constexpr int least_suns = 9;  // of a sun that is a disk, in each pixel
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
-             int y) noexcept {
+             int y) {
     Rgb3 sum{};
     const int n = scene.samples, count = n * n;
     for (int k = 0; k < count; ++k) {
         // A grid turned a little: no two samples in one row, column or diagonal, so that an edge
         // along any of these moves through them one by one.
-        const double i = k % n, j = k / n;
+        const int i = k % n, j = k / n;
         const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
         const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
         for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
@@ -61,7 +61,7 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
 }
 
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
-                    const Vector3& to_sun) noexcept {
+                    const Vector3& to_sun) {
     const View view{scene, light, ray, to_sun};
     return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
                       scene.subject);

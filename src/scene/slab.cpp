@@ -6,6 +6,9 @@
 namespace stratus {
 namespace {
 
+/// Where whole numbers still count the cells of patterns; beyond lies the horizon.
+constexpr double farthest = 1e13;
+
 bool is_on(const Slab& slab, const Vector3& point) noexcept {
     return std::abs(point.x) <= slab.size && std::abs(point.y) <= slab.size;
 }
@@ -33,7 +36,7 @@ Rgb3 ground_light(const Slab& slab, const View& view, const Matter& seen,
 Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
     const double distance = -view.ray.origin.z / view.ray.direction.z;
     auto sky = [&] { return background_along(view.scene, view.ray.direction); };
-    if (!(distance > 0) || std::isinf(distance)) return sky();
+    if (!(distance > 0) || distance > farthest) return sky();
     const Vector3 crossing = view.ray.at(distance);
     const bool from_above = view.ray.direction.z < 0;
     if (!slab.surface && !is_on(slab, crossing)) return sky();

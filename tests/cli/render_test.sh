@@ -47,6 +47,7 @@ expect_same one.png two.png
 
 # effects change the picture; without higher orders nothing is baked; a table is looked up as it is
 expect_ok render slab.toml -o once.exr --effects all,-multiple --quiet
+expect_says once.exr "all,-multiple"
 cmp -s once.exr one.exr && fail "orders n >= 2 must count"
 expect_ok render slab.toml -o nothing.exr --effects background --quiet
 cmp -s nothing.exr once.exr && fail "single scattering must count"

@@ -36,24 +36,6 @@ TEST(LayerLight, OfOneLayerIsWhatTheSolverSays) {
                 tolerance);
 }
 
-TEST(LayerLight, OfAMixtureIsWhatTheSolverSaysOfTheMixedPhaseFunction) {
-    Scene scene = small_rings(1);
-    std::get<Rings>(scene.subject).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
-    scene.tolerance = 2 * tolerance;
-    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
-    const LayerLight light(scene, tables.get());
-    for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
-        const Geometry geometry{0.6, 0.5, 2.5};
-        const Matter matter{1.2, {0.95, 0.95, 0.9}, mixture};
-        const PhaseFunction phase = PhaseFunction::sum(
-            {{mixture, scene.layer.components[0]}, {1 - mixture, scene.layer.components[1]}});
-        const LayerSolution layer = solved(phase, 0.95, 1.2, geometry);
-        const double R = layer.reflection(0, 1, 2.5).total, T = layer.transmission(0, 1, 2.5).total;
-        EXPECT_NEAR(light.reflection(matter, geometry)[0] / R, 1, 2 * tolerance) << mixture;
-        EXPECT_NEAR(light.transmission(matter, geometry)[0] / T, 1, 2 * tolerance) << mixture;
-    }
-}
-
 TEST(LayerLight, WithGroundOfLambertsLawIsThatOfBothTogether) {
     Scene scene = small_planet(0, 3, 0.95);
     auto& ground = std::get<Planet>(scene.subject).surface.colour;

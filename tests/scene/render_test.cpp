@@ -166,9 +166,15 @@ TEST(RenderedRings, LetThePlanetBehindThemThrough) {
     EXPECT_NEAR(along(scene, eye, point)[0], planet * std::exp(-1 / mu), 1e-7);
     scene.effects.background = false;
     EXPECT_EQ(along(scene, eye, point)[0], 0);
-    // A ring behind the planet is not seen.
-    scene.effects.background = true;
-    EXPECT_NEAR(along(scene, {4, 0, 2.5}, normalised({1, 0, 0.2}))[0], planet, 1e-7);
+}
+
+TEST(RenderedRings, BehindThePlanetAreNotSeen) {
+    const Scene scene = once(small_rings(1));
+    const Vector3 point = normalised({1, 0, 0.2});
+    // The ray would go on to meet the ring at x = -2.
+    const Vector3 behind{-2, 0, 0};
+    const Vector3 eye = point + normalised(point - behind);
+    EXPECT_NEAR(along(scene, eye, point)[0], 0.5 * dot(point, scene.to_sun), 1e-7);
 }
 
 TEST(RenderedRings, AreLitOnOneFaceAndShineThroughOnTheOther) {
@@ -191,6 +197,10 @@ TEST(RenderedRings, GoAroundAFlattenedPlanet) {
     std::get<Rings>(scene.subject).flattening = 0.5;
     EXPECT_EQ(along(scene, {0, 9, 0.51}, {0, 0, 0.51})[0], 0) << "above the pole";
     EXPECT_NEAR(along(scene, {0, 0, 9}, {0, 0, 0})[0], 0.5 * 0.5, 1e-7) << "upright on the pole";
+    // A point of the ellipse x^2 + 4 z^2 = 1, whose normal is along (x, 4 z).
+    const Vector3 point{0.6, 0, 0.4}, normal = normalised({0.6, 0, 1.6});
+    EXPECT_NEAR(along(scene, point + Vector3{0, 0, 5}, point)[0], 0.5 * dot(normal, scene.to_sun),
+                1e-7);
 }
 
 TEST(Render, GivesTheSameBitsOnAnyNumberOfThreadsAndForEveryPixelAlone) {
@@ -236,7 +246,7 @@ TEST(Sun, IsADiskOfDirectionsAroundItsCentre) {
     for (const int samples : {1, 3}) {
         scene.samples = samples;
         const auto suns = sun_directions(scene);
-        EXPECT_GE(suns.size(), 16u);
+        EXPECT_GE(suns.size(), 9u);
         EXPECT_EQ(suns.size() % static_cast<std::size_t>(samples * samples), 0u);
         Vector3 mean{0, 0, 0};
         for (const Vector3& sun : suns) {

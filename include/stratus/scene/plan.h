@@ -52,8 +52,9 @@ struct PlanOptions {
 };
 
 /// A plan for each of several scenes, measured in tables that they share where they can. An effect
-/// is left out when no pixel then changes by more than half the scene's tolerance, the rest being
-/// kept for pixels between those looked at; what saves most is tried first.
+/// is left out when no pixel then changes by more than half the scene's tolerance, the size of the
+/// sun by a quarter; the rest is kept for pixels between those looked at. What saves most is tried
+/// first.
 std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options = {});
 
 /// What the sparse set of a scene's pixels asks of its layer.

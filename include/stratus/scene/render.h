@@ -23,7 +23,7 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
 
 /// Along one ray, with the sun in one direction.
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
-                    const Vector3& to_sun) noexcept;
+                    const Vector3& to_sun);
 
 /// Directions to a sun: its centre, or equal shares of its disk, a whole number of them for each
 /// sample of a pixel, which share them out.

@@ -205,12 +205,14 @@ void run_render(const RenderCommand& command) {
 
 void add_render(CLI::App& app) {
     auto command = std::make_shared<RenderCommand>();
-    CLI::App* render = app.add_subcommand("render", "Render a scene");
+    CLI::App* render =
+        app.add_subcommand("render", "Render a scene: rings, a planet, clouds, or a figure");
     render->add_option("SCENE", command->scene, "Scene, .toml")->required();
     render
         ->add_option("-o,--output", command->outputs,
-                     "Pictures to write, .png and .exr; of figures, .svg")
+                     "Picture to write, .png or .exr, or one of each; of figures, .svg")
         ->required()
+        ->allow_extra_args(false)
         ->check(file_name());
     render->add_option("--table", command->table, "Table to look up instead of baking, .h5 or .exr")
         ->check(file_name());
@@ -231,7 +233,8 @@ void add_render(CLI::App& app) {
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
-        "Example:\n  stratus render tables/scenes/saturn.toml -o saturn.png --width 512");
+        "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
+        "--width 512");
     render->callback([command] { run_render(*command); });
 }
 

@@ -40,7 +40,7 @@ expect_says "$err" "12 x 6 pixels" "tables" "all"
 [ "$(head -c 4 one.png | tail -c 3)" = PNG ] || fail "one.png must be a PNG file"
 [ "$(head -c 4 one.exr | od -An -tx1 | tr -d ' ')" = 762f3101 ] || fail "one.exr must be an EXR file"
 expect_says one.exr 'title = "A slab"' "relative to a white Lambert surface"
-expect_ok render slab.toml -o two.exr two.png --threads 3 --quiet
+expect_ok render slab.toml -o two.exr -o two.png --threads 3 --quiet
 expect_silent "$err"
 expect_same one.exr two.exr
 expect_same one.png two.png
@@ -83,6 +83,8 @@ expect_says lobes.svg "<svg"
 
 expect_refused 2 SCENE required -- render
 expect_refused 2 --output required -- render slab.toml
+expect_ok render -o first.png slab.toml --quiet
+expect_same first.png one.png
 expect_refused 2 --output ".png, .exr or .svg" "got a.jpg" -- render slab.toml -o a.jpg
 expect_refused 2 --output ".png or .exr for pictures" "got a.svg" -- render slab.toml -o a.svg
 expect_refused 2 --output ".svg for figures" "got a.png" -- render lambert.toml -o a.png

@@ -1,0 +1,122 @@
+#include <stratus/scene/layer_tables.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "refusal.h"
+#include "small_scene.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+TEST(NeededRecipe, OfADustyMoonIsAnEndlessLayerSeenFromAbove) {
+    const auto recipe = needed_recipe(small_planet(0, infinity, 0.4));
+    ASSERT_TRUE(recipe);
+    EXPECT_EQ(recipe->optical_depth.min, infinity);
+    EXPECT_EQ(recipe->albedo.min, 0.4);
+    EXPECT_EQ(recipe->albedo.max, 0.4);
+    EXPECT_TRUE(recipe->reflection);
+    EXPECT_FALSE(recipe->transmission);
+    EXPECT_EQ(recipe->phase_function.text(), "rayleigh");
+}
+
+TEST(NeededRecipe, AsksForNoTableWhereNothingIsScatteredTwice) {
+    EXPECT_FALSE(needed_recipe(once(small_planet(0, 2, 0.4))));
+    EXPECT_FALSE(needed_recipe(small_planet(0, 0, 0.4)));
+    EXPECT_FALSE(needed_recipe(small_planet(0, 2, 0)));
+}
+
+TEST(NeededRecipe, HasTheSidesThatTheSceneSees) {
+    Scene planet = small_planet(0, 2, 0.4);
+    EXPECT_FALSE(needed_recipe(planet)->transmission) << "what passes is lost";
+    std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    EXPECT_TRUE(needed_recipe(planet)->transmission) << "it lights the ground";
+    Scene slab = small_slab(2, 0.4);
+    EXPECT_TRUE(needed_recipe(slab)->transmission);
+    slab.effects.transmission = false;
+    EXPECT_FALSE(needed_recipe(slab)->transmission);
+    slab.effects.transmission = true;
+    slab.effects.reflection = false;
+    EXPECT_FALSE(needed_recipe(slab)->reflection);
+}
+
+TEST(NeededRecipe, HoldsDepthsAndAlbedosOfAllThatIsThere) {
+    Scene scene = small_rings(2);
+    auto& rings = std::get<Rings>(scene.subject);
+    rings.profile.optical_depth[1] = 0.5;
+    rings.profile.w2[0] = 0.35;
+    scene.layer.albedo = {1, 0.5, 0.25};
+    const auto recipe = needed_recipe(scene);
+    EXPECT_EQ(recipe->optical_depth.min, 0.5);
+    EXPECT_EQ(recipe->optical_depth.max, 2);
+    EXPECT_DOUBLE_EQ(recipe->albedo.min, 0.15);
+    EXPECT_DOUBLE_EQ(recipe->albedo.max, 0.85);
+    scene.layer.density = 0.5;
+    EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 4);
+    scene.effects.density = false;
+    EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 2);
+}
+
+TEST(CommonRecipe, IsTheWiderOneOfTwoThatOneTableCanServe) {
+    const Recipe thin = *needed_recipe(small_slab(0.5, 0.9));
+    Recipe deep = *needed_recipe(small_slab(4, 0.6));
+    deep.transmission = false;
+    const auto both = common_recipe(thin, deep);
+    ASSERT_TRUE(both);
+    EXPECT_EQ(both->optical_depth.min, 0.5);
+    EXPECT_EQ(both->optical_depth.max, 4);
+    EXPECT_EQ(both->albedo.min, 0.6);
+    EXPECT_EQ(both->albedo.max, 0.9);
+    EXPECT_TRUE(both->transmission);
+    EXPECT_FALSE(common_recipe(thin, *needed_recipe(small_planet(0, infinity, 0.9))));
+    Scene other = small_slab(0.5, 0.9);
+    other.layer.components = {PhaseFunction::isotropic()};
+    EXPECT_FALSE(common_recipe(thin, *needed_recipe(other)));
+}
+
+TEST(Mixture, WeightsAreThoseOfThePolynomialThroughTheFractions) {
+    const std::vector<double> fractions = mixture_fractions(small_rings(1));
+    ASSERT_EQ(fractions.size(), most_mixtures);
+    EXPECT_NEAR(fractions.front(), 0.5, 1e-15);
+    EXPECT_NEAR(fractions.back(), 0.5 / 0.6, 1e-15);
+    auto cubic = [](double f) { return 1 + f * (2 + f * (3 - 4 * f)); };
+    for (const double mixture : {0.5, 0.61, 0.7, 0.83}) {
+        const auto weights = mixture_weights(fractions, mixture);
+        double sum = 0;
+        for (std::size_t k = 0; k < fractions.size(); ++k) sum += weights[k] * cubic(fractions[k]);
+        EXPECT_NEAR(sum, cubic(mixture), 1e-12);
+    }
+    EXPECT_EQ(mixture_fractions(small_slab(1, 1)), std::vector<double>{1});
+}
+
+TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
+    const Scene scene = small_slab(1, 0.8);
+    Recipe recipe = *needed_recipe(scene);
+    recipe.tolerance = 0.05;
+    recipe.optical_depth = {0.5, 2};
+    recipe.albedo = {0.5, 0.9};
+    const Table table = bake(recipe);
+    EXPECT_EQ(adopt_table({scene}, Table(table))->tables.size(), 1u);
+    auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>(
+            [&] {
+                adopt_table({scene, other}, Table(table));
+            },
+            fragments);
+    };
+    refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
+    refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});
+    refuse(small_slab(infinity, 0.8), {"table.optical_depth.max", "inf", "got 2"});
+    refuse(small_rings(1), {"table", "two components mix"});
+    Scene other = scene;
+    other.layer.components = {PhaseFunction::isotropic()};
+    refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,7 +1,6 @@
 #include <stratus/bake/bake.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -187,14 +186,18 @@ class TableSolver {
 
         const std::string piece =
             "depths from " + std::to_string(run) + ", albedos from " + std::to_string(first_albedo);
-        if (const auto finished =
-                find_finished<float>(options_.log, piece, rows.size() * samples_a_row())) {
+        std::size_t count = 0;
+        for (const std::size_t row : rows)
+            visit_samples(row, [&](std::span<float> some) { count += some.size(); });
+        if (const auto finished = find_finished<float>(options_.log, piece, count)) {
             const float* from = finished->data();
-            for (const std::size_t row : rows)
-                for (const std::span<float> samples : spans_of(row)) {
-                    std::copy_n(from, samples.size(), samples.data());
-                    from += samples.size();
-                }
+            for (const std::size_t row : rows) {
+                visit_samples(row, [&](std::span<float> some) {
+                    std::copy_n(from, some.size(), some.data());
+                    from += some.size();
+                });
+                mirror(row);
+            }
             return;
         }
         const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
@@ -203,27 +206,42 @@ class TableSolver {
             store(solutions[n / depths][n % depths], rows[n]);
         if (!options_.log.keep) return;
         std::vector<float> samples;
+        samples.reserve(count);
         for (const std::size_t row : rows)
-            for (const std::span<float> some : spans_of(row))
+            visit_samples(row, [&](std::span<float> some) {
                 samples.insert(samples.end(), some.begin(), some.end());
+            });
         keep_finished(options_.log, piece, samples);
     }
 
-    std::size_t samples_a_row() {
-        std::size_t count = 0;
-        for (const std::span<float> samples : spans_of(0)) count += samples.size();
-        return count;
+    /// Calls visit(samples) for those of one (albedo, optical depth) from which `mirror` knows all.
+    template <class Visit>
+    void visit_samples(std::size_t row, const Visit& visit) {
+        const std::size_t mus = table_.mu_in.values.size();
+        for (std::vector<float>* side :
+             {&table_.reflection_multiple, &table_.transmission_multiple})
+            for (std::size_t i = 0; i < mus && !side->empty(); ++i) {
+                const std::size_t begin = i * (mus + 1) * block_ / (mus * mus);
+                visit(
+                    std::span(*side).subspan(row * block_ + begin, (i + 1) * block_ / mus - begin));
+            }
+        for (std::vector<float>* flux : {&table_.plane_albedo, &table_.diffuse_transmittance})
+            if (!flux->empty()) visit(std::span(*flux).subspan(row * mus, mus));
+        visit(std::span(table_.spherical_albedo).subspan(row, 1));
     }
 
-    /// All samples of one (albedo, optical depth).
-    std::array<std::span<float>, 5> spans_of(std::size_t row) {
-        const auto part = [row, this](std::vector<float>& all, std::size_t count) {
-            return all.empty() ? std::span<float>() : std::span(all).subspan(row * count, count);
-        };
-        const std::size_t mus = table_.mu_in.values.size();
-        return {part(table_.reflection_multiple, block_),
-                part(table_.transmission_multiple, block_), part(table_.plane_albedo, mus),
-                part(table_.diffuse_transmittance, mus), part(table_.spherical_albedo, 1)};
+    /// Fills in what exchanging mu_in and mu_out gives.
+    void mirror(std::size_t row) {
+        const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
+        for (std::vector<float>* side :
+             {&table_.reflection_multiple, &table_.transmission_multiple}) {
+            if (side->empty()) continue;
+            float* const block = side->data() + row * block_;
+            for (std::size_t i = 0; i < mus; ++i)
+                for (std::size_t j = 0; j < i; ++j)
+                    std::copy_n(block + (j * mus + i) * azimuths, azimuths,
+                                block + (i * mus + j) * azimuths);
+        }
     }
 
     void store(const LayerSolution& solution, std::size_t row) {

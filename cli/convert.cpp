@@ -1,5 +1,6 @@
 // `stratus convert`: the same table in the other file format, lossless both ways.
 #include "commands.h"
+#include "noted_table.h"
 #include "query.h"
 #include "signals_held.h"
 
@@ -31,7 +32,7 @@ void run_convert(const ConvertOptions& options) {
     check_ending("IN", options.input);
     check_ending("OUT", options.output);
     require_different_files("convert", options.input, options.output);
-    const Table table = read_table(options.input);
+    const Table table = read_noted_table(options.input);
     const SignalsHeld held;
     write_table(table, options.output);
 }

@@ -1,10 +1,10 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
 #include "commands.h"
+#include "noted_table.h"
 #include "query.h"
 #include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/portrait.h>
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/table.h>
@@ -164,7 +164,7 @@ void draw_picture(const Table& table, const InfoOptions& options) {
 }
 
 void run_info(const InfoOptions& options) {
-    const Table table = read_table(options.table);
+    const Table table = read_noted_table(options.table);
     if (!options.picture.empty()) draw_picture(table, options);
     print_content(table);
     print_size(table, options.table);

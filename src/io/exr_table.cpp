@@ -399,7 +399,7 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
     return bytes;
 }
 
-Table decode_exr(const Bytes& bytes) {
+Table decode_exr(const Bytes& bytes, std::vector<std::string>* notes) {
     check_headers(bytes);
     MemoryInput stream(bytes, "table");
     constexpr bool rebuild_missing_offsets = false;
@@ -408,6 +408,7 @@ Table decode_exr(const Bytes& bytes) {
     Table table;
     const Metadata metadata = read_metadata(file.header(0));
     take_metadata(metadata, table);
+    note_version(metadata, notes);
     read_axes(file.header(0), metadata, table);
     for (const SampleField& field : listed_samples(metadata))
         table.*field.samples =

@@ -31,16 +31,29 @@ void write_directly(const Table& table, const std::filesystem::path& path, Forma
     io::naming(path, [&] { io::write_bytes(path, encode(table, format)); });
 }
 
-}  // namespace
-
-Table read_hdf5_table(const std::filesystem::path& path) {
-    return io::naming(
-        path, [&] { return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5")); });
+/// Calls `read`, and names the path in its errors and in the notes that it adds.
+template <class Read>
+Table naming_notes(const std::filesystem::path& path, std::vector<std::string>* notes,
+                   const Read& read) {
+    const std::size_t before = notes ? notes->size() : 0;
+    Table table = io::naming(path, read);
+    for (std::size_t n = before; notes && n < notes->size(); ++n)
+        (*notes)[n] = path.string() + ": " + (*notes)[n];
+    return table;
 }
 
-Table read_exr_table(const std::filesystem::path& path) {
-    return io::naming(
-        path, [&] { return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR")); });
+}  // namespace
+
+Table read_hdf5_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
+    return naming_notes(path, notes, [&] {
+        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5"), notes);
+    });
+}
+
+Table read_exr_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
+    return naming_notes(path, notes, [&] {
+        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR"), notes);
+    });
 }
 
 void write_hdf5_table(const Table& table, const std::filesystem::path& path) {
@@ -51,9 +64,9 @@ void write_exr_table(const Table& table, const std::filesystem::path& path) {
     write_directly(table, path, Format::exr);
 }
 
-Table read_table(const std::filesystem::path& path) {
-    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path)
-                                                         : read_exr_table(path);
+Table read_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
+    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path, notes)
+                                                         : read_exr_table(path, notes);
 }
 
 void write_table(const Table& table, const std::filesystem::path& path) {

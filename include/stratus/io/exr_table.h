@@ -15,6 +15,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <stratus/runtime/table.h>
 
@@ -24,7 +26,7 @@ namespace stratus {
 /// makes it atomic.
 ///
 /// Errors   std::runtime_error also for a picture of more than 2^24 rows or columns.
-Table read_exr_table(const std::filesystem::path& path);
+Table read_exr_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_exr_table(const Table& table, const std::filesystem::path& path);
 
 }  // namespace stratus

@@ -8,6 +8,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <stratus/runtime/table.h>
 
@@ -17,7 +19,7 @@ namespace stratus {
 /// makes it atomic.
 ///
 /// Threads  one call at a time, unless the HDF5 library was built to be thread-safe.
-Table read_hdf5_table(const std::filesystem::path& path);
+Table read_hdf5_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 void write_hdf5_table(const Table& table, const std::filesystem::path& path);
 
 }  // namespace stratus

@@ -8,6 +8,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <stratus/runtime/table.h>
 
@@ -18,11 +20,12 @@ constexpr int table_format_major = 1;
 constexpr int table_format_minor = 0;
 constexpr int table_format_minor_of_mixtures = 1;  // of files that hold a mixture axis
 
-/// Reads a table by its file name's ending, .h5 or .exr.
+/// Reads a table by its file name's ending, .h5 or .exr. Notes for the user go to `notes`: that the
+/// file is of a newer minor version, of which what is new is not used.
 ///
 /// Errors   std::invalid_argument for another ending; std::runtime_error "PATH: reason" for a file
 ///          that is missing, unreadable, damaged or of another kind.
-Table read_table(const std::filesystem::path& path);
+Table read_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 /// Writes a table by its file name's ending, .h5 or .exr; an existing file is replaced only by a
 /// complete one.

@@ -76,15 +76,17 @@ Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
                                                  geometry.mu_out)
                          : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     }
-    const std::size_t count = tables_ ? tables_->fractions.size() : 0;
-    std::array<double, most_mixtures> weights{};
-    if (tables_) weights = mixture_weights(tables_->fractions, matter.mixture);
+    Stencil mixture{0, {1, 0, 0, 0}};
+    if (tables_ && !tables_->mixture.values.empty())
+        mixture = tables_->mixture.view().stencil(matter.mixture);
     return each_channel(matter.albedo, [&](std::size_t c) {
         double value = matter.albedo[c] * once;
-        for (std::size_t k = 0; k < count; ++k) {
-            const TexturedTable& table = tables_->textured[k];
-            value +=
-                weights[k] * (reflected ? table.reflection(matter.albedo[c], depth, geometry)
+        for (int k = 0; tables_ && k < window; ++k) {
+            const double share = double{mixture.weight[k]};
+            if (share == 0) continue;
+            const TexturedTable& table =
+                tables_->textured[static_cast<std::size_t>(mixture.first + k)];
+            value += share * (reflected ? table.reflection(matter.albedo[c], depth, geometry)
                                         : table.transmission(matter.albedo[c], depth, geometry))
                                  .multiple;
         }

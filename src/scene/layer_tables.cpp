@@ -30,6 +30,8 @@ std::string shortest(double value) {
     return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
+constexpr double least_mixture_range = 1e-6;  // below, one mixture is enough
+
 /// Ranges of what the layer is made of, with the effect of density.
 struct MatterRange {
     Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
@@ -54,11 +56,6 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
-PhaseFunction mixed(const std::vector<PhaseFunction>& components, double mixture) {
-    if (components.size() == 1) return components[0];
-    return PhaseFunction::sum({{mixture, components[0]}, {1 - mixture, components[1]}});
-}
-
 bool has_ground(const Scene& scene) {
     if (!scene.effects.background) return false;
     if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
@@ -69,14 +66,18 @@ bool has_ground(const Scene& scene) {
 
 /// Refuses a table that a scene cannot do with.
 void check_table(const Scene& scene, const Table& table) {
-    const std::vector<double> fractions = mixture_fractions(scene);
-    require(fractions.size() == 1, door, "table", "left out where two components mix", "one");
-    const std::string own = mixed(scene.layer.components, fractions[0]).text();
-    const std::string met = table.phase_function.text();
-    require(met == own, door, "table.phase_function", own, met);
     require(!table.below.is_something(), door, "table.below", "nothing", "something");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
+    const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
+        require(met.text() == own.text(), door, name, own.text(), met.text());
+    };
+    same("table.phase_function", needed->phase_function, table.phase_function);
+    require(table.has_mixture() == needed->mixture.has_value(), door, "table",
+            needed->mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
+    if (needed->mixture)
+        same("table.second_phase_function", needed->second_phase_function,
+             table.second_phase_function);
     auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
         require(axis.lowest <= range.min, door, name + ".min",
                 "at most the scene's, " + shortest(range.min), axis.lowest);
@@ -84,6 +85,7 @@ void check_table(const Scene& scene, const Table& table) {
                 "at least the scene's, " + shortest(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
+    if (needed->mixture) covers("table.mixture", table.mixture.view(), *needed->mixture);
     const AxisView depths = table.optical_depth.view();
     if (std::isinf(needed->optical_depth.max))
         require(depths.ends_at_infinity, door, "table.optical_depth.max", "inf", depths.highest);
@@ -113,8 +115,17 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
         return std::nullopt;
     Recipe recipe;
     recipe.title = scene.title;
-    recipe.phase_function =
-        mixed(scene.layer.components, (range.mixture.min + range.mixture.max) / 2);
+    recipe.phase_function = scene.layer.components[0];
+    if (scene.layer.components.size() > 1) {
+        if (range.mixture.max - range.mixture.min < least_mixture_range) {
+            const double share = (range.mixture.min + range.mixture.max) / 2;
+            recipe.phase_function = PhaseFunction::sum(
+                {{share, scene.layer.components[0]}, {1 - share, scene.layer.components[1]}});
+        } else {
+            recipe.second_phase_function = scene.layer.components[1];
+            recipe.mixture = range.mixture;
+        }
+    }
     recipe.phase_text = recipe.phase_function.text();
     recipe.tolerance = scene.tolerance;
     // Thinner or deeper than a table may be, lookups follow their laws beyond its ends (lookup.h).
@@ -138,7 +149,9 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     const bool one_is_endless = std::isinf(one.optical_depth.min),
                other_is_endless = std::isinf(other.optical_depth.min);
     if (one.phase_text != other.phase_text || one_is_endless != other_is_endless ||
-        one.discretisation.modes != other.discretisation.modes)
+        one.discretisation.modes != other.discretisation.modes ||
+        one.mixture.has_value() != other.mixture.has_value() ||
+        (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))
         return std::nullopt;
     Recipe both = one;
     both.tolerance = std::min(one.tolerance, other.tolerance);
@@ -146,67 +159,45 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     widen(both.optical_depth, other.optical_depth.max);
     widen(both.albedo, other.albedo.min);
     widen(both.albedo, other.albedo.max);
+    if (both.mixture) {
+        widen(*both.mixture, other.mixture->min);
+        widen(*both.mixture, other.mixture->max);
+    }
     both.reflection = one.reflection || other.reflection;
     both.transmission = one.transmission || other.transmission;
     return both;
 }
 
-std::vector<double> mixture_fractions(const Scene& scene) {
-    if (scene.layer.components.size() < 2) return {1};
-    const Range range = matter_range(scene).mixture;
-    if (range.max - range.min < 1e-6) return {(range.min + range.max) / 2};
-    std::vector<double> fractions;  // Chebyshev's, ends included
-    for (std::size_t k = 0; k < most_mixtures; ++k)
-        fractions.push_back((range.min + range.max) / 2 -
-                            (range.max - range.min) / 2 *
-                                std::cos(pi * static_cast<double>(k) / (most_mixtures - 1)));
-    return fractions;
-}
-
-std::array<double, most_mixtures> mixture_weights(const std::vector<double>& fractions,
-                                                  double mixture) noexcept {
-    std::array<double, most_mixtures> weights{1};
-    if (fractions.size() == 1) return weights;
-    mixture = std::clamp(mixture, fractions.front(), fractions.back());
-    for (std::size_t i = 0; i < fractions.size(); ++i) {
-        weights[i] = 1;
-        for (std::size_t j = 0; j < fractions.size(); ++j)
-            if (j != i) weights[i] *= (mixture - fractions[j]) / (fractions[i] - fractions[j]);
-    }
-    return weights;
-}
-
-std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe& recipe,
-                                               const BakeOptions& options) {
+std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform) {
     auto made = std::make_unique<LayerTables>();
-    made->fractions = mixture_fractions(scene);
-    for (const double fraction : made->fractions) {
-        Recipe one = recipe;
-        one.phase_function = mixed(scene.layer.components, fraction);
-        one.phase_text = one.phase_function.text();
-        one.text = resolved_text(one);
-        made->tables.push_back(bake(one, options));
-    }
-    if (!uniform_matter(scene))
-        for (const Table& table : made->tables) made->textured.emplace_back(table.view());
+    made->mixture = table.mixture;
+    if (table.has_mixture())
+        for (int m = 0; m < static_cast<int>(table.mixture_count()); ++m)
+            made->tables.push_back(table_of_mixture(table, m));
+    else
+        made->tables.push_back(std::move(table));
+    if (!is_uniform)
+        for (const Table& each : made->tables) made->textured.emplace_back(each.view());
     return made;
+}
+
+std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
+                                               const BakeOptions& options) {
+    recipe.text = resolved_text(recipe);
+    return make_layer_tables(bake(recipe, options), uniform_matter(scene).has_value());
 }
 
 std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table) {
     for (const Scene& scene : scenes) check_table(scene, table);
-    auto made = std::make_shared<LayerTables>();
-    made->fractions = mixture_fractions(scenes[0]);
-    made->tables.push_back(std::move(table));
-    if (!std::ranges::all_of(scenes, [](const Scene& s) { return uniform_matter(s).has_value(); }))
-        made->textured.emplace_back(made->tables[0].view());
-    return made;
+    return make_layer_tables(std::move(table), std::ranges::all_of(scenes, [](const Scene& scene) {
+                                 return uniform_matter(scene).has_value();
+                             }));
 }
 
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options) {
     struct Group {
         Recipe recipe;
-        std::vector<double> fractions;
         bool uniform;
         std::vector<std::size_t> scenes;
     };
@@ -214,18 +205,17 @@ std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         const std::optional<Recipe> needed = needed_recipe(scenes[s]);
         if (!needed) continue;
-        const std::vector<double> fractions = mixture_fractions(scenes[s]);
         const bool uniform = uniform_matter(scenes[s]).has_value();
         bool found = false;
         for (Group& group : groups) {
             const std::optional<Recipe> both = common_recipe(group.recipe, *needed);
-            if (!both || group.fractions != fractions || group.uniform != uniform) continue;
+            if (!both || group.uniform != uniform) continue;
             group.recipe = *both;
             group.scenes.push_back(s);
             found = true;
             break;
         }
-        if (!found) groups.push_back({*needed, fractions, uniform, {s}});
+        if (!found) groups.push_back({*needed, uniform, {s}});
     }
     std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
     for (const Group& group : groups) {

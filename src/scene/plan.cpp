@@ -106,11 +106,11 @@ class BakeCosts {
         if (!recipe) return {};
         const std::string text = resolved_text(*recipe);
         const auto known = known_.find(text);
-        return known != known_.end() ? known->second : known_[text] = measured(scene, *recipe);
+        return known != known_.end() ? known->second : known_[text] = measured(*recipe);
     }
 
   private:
-    SceneCost measured(const Scene& scene, Recipe recipe) {
+    SceneCost measured(Recipe recipe) {
         if (!resolved_) {
             const auto started = Clock::now();
             resolved_ = resolve(recipe, options_);
@@ -125,12 +125,9 @@ class BakeCosts {
         recipe.discretisation.albedo_samples = 1;
         const auto started = Clock::now();
         const Table one = solve_table(recipe, options_);
-        const double mixtures = static_cast<double>(mixture_fractions(scene).size());
         const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);
-        return {
-            mixtures * (resolve_seconds_ + albedos * seconds_since(started)),
-            mixtures * albedos * sides * static_cast<double>(one.sample_count() * sizeof(float)),
-            0};
+        return {resolve_seconds_ + albedos * seconds_since(started),
+                albedos * sides * static_cast<double>(one.sample_count() * sizeof(float)), 0};
     }
 
     const BakeOptions& options_;
@@ -176,7 +173,7 @@ Table azimuth_mean(const Table& table) {
 std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables* tables) {
     if (tables == nullptr) return nullptr;
     auto mean = std::make_shared<LayerTables>();
-    mean->fractions = tables->fractions;
+    mean->mixture = tables->mixture;
     for (const Table& table : tables->tables) mean->tables.push_back(azimuth_mean(table));
     if (!tables->textured.empty())
         for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());

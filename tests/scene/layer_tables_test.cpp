@@ -79,19 +79,17 @@ TEST(CommonRecipe, IsTheWiderOneOfTwoThatOneTableCanServe) {
     EXPECT_FALSE(common_recipe(thin, *needed_recipe(other)));
 }
 
-TEST(Mixture, WeightsAreThoseOfThePolynomialThroughTheFractions) {
-    const std::vector<double> fractions = mixture_fractions(small_rings(1));
-    ASSERT_EQ(fractions.size(), most_mixtures);
-    EXPECT_NEAR(fractions.front(), 0.5, 1e-15);
-    EXPECT_NEAR(fractions.back(), 0.5 / 0.6, 1e-15);
-    auto cubic = [](double f) { return 1 + f * (2 + f * (3 - 4 * f)); };
-    for (const double mixture : {0.5, 0.61, 0.7, 0.83}) {
-        const auto weights = mixture_weights(fractions, mixture);
-        double sum = 0;
-        for (std::size_t k = 0; k < fractions.size(); ++k) sum += weights[k] * cubic(fractions[k]);
-        EXPECT_NEAR(sum, cubic(mixture), 1e-12);
-    }
-    EXPECT_EQ(mixture_fractions(small_slab(1, 1)), std::vector<double>{1});
+TEST(NeededRecipe, OfRingsMixesTheirTwoComponents) {
+    const Recipe recipe = *needed_recipe(small_rings(1));
+    ASSERT_TRUE(recipe.mixture);
+    EXPECT_NEAR(recipe.mixture->min, 0.5, 1e-15);
+    EXPECT_NEAR(recipe.mixture->max, 0.5 / 0.6, 1e-15);
+    EXPECT_EQ(recipe.phase_function.text(), "lambert_sphere");
+    EXPECT_EQ(recipe.second_phase_function.text(), "henyey_greenstein:g=0.5");
+    Scene even = small_rings(1);
+    std::get<Rings>(even.subject).profile.w2 = {0.5, 0.3};
+    EXPECT_FALSE(needed_recipe(even)->mixture);  // one mixture everywhere: their sum
+    EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
 }
 
 TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
@@ -112,7 +110,10 @@ TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
     refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
     refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});
     refuse(small_slab(infinity, 0.8), {"table.optical_depth.max", "inf", "got 2"});
-    refuse(small_rings(1), {"table", "two components mix"});
+    refuse(small_rings(1), {"table.phase_function", "lambert_sphere", "got rayleigh"});
+    Scene rings = small_rings(1);
+    rings.layer.components[0] = scene.layer.components[0];
+    refuse(rings, {"table", "with a mixture axis"});
     Scene other = scene;
     other.layer.components = {PhaseFunction::isotropic()};
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});

@@ -1,4 +1,4 @@
-// Rings whose two components mix, against the solver: five tables are baked.
+// Rings whose two components mix, against the solver.
 #include <stratus/scene/layer_light.h>
 
 #include <gtest/gtest.h>

@@ -18,33 +18,26 @@ namespace stratus {
 void widen(Range& range, double value) noexcept;
 
 /// The table that a scene calls for: its ranges, its sides; nothing where its effects need no
-/// table. In rings it is to be baked for several mixtures (mixture_fractions).
+/// table.
 std::optional<Recipe> needed_recipe(const Scene& scene);
 
 /// One recipe for two scenes of the same phase function and ground: the wider ranges, the smaller
 /// tolerance. Nothing where one table cannot serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 
-/// Where the orders n >= 2 of a mixture are tabulated, as shares of the first component, ascending:
-/// one number where all are the same. Order n is a polynomial of degree n in that share.
-std::vector<double> mixture_fractions(const Scene& scene);
-
-/// Shares of each of the fractions' tables in a mixture: the polynomial through them, which meets
-/// mixtures of a Lambert sphere and Henyey-Greenstein's 0.5 to 6e-4 of the light.
-constexpr std::size_t most_mixtures = 5;
-std::array<double, most_mixtures> mixture_weights(const std::vector<double>& fractions,
-                                                  double mixture) noexcept;
-
 /// Tables of one layer, for all that may be asked of it. They are not to be moved while lights look
 /// up in them.
 struct LayerTables {
-    std::vector<double> fractions;        // of the first component; of one mixture, one
-    std::vector<Table> tables;            // as many
+    Axis mixture{AxisScale::identity, {}};  // empty where one mixture is all
+    std::vector<Table> tables;              // one for each mixture
     std::vector<TexturedTable> textured;  // as many, where depth or albedo vary from place to place
 };
 
-/// Bakes what `recipe` asks for, for the mixtures of a scene.
-std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, const Recipe& recipe,
+/// Makes a table ready for lookups; in a layer that is uniform without textured tables.
+std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform);
+
+/// Bakes what `recipe` asks for and makes it ready for a scene.
+std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
                                                const BakeOptions& options = {});
 
 /// The same of a table that is there already, for all of several scenes.

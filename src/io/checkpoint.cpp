@@ -93,7 +93,7 @@ struct Checkpoint::File {
 
     /// Finds all whole records; false where there are none but those of the owner.
     bool has_work() {
-        struct stat status {};
+        struct stat status;
         if (::fstat(descriptor.number(), &status) != 0 || !S_ISREG(status.st_mode))
             throw std::runtime_error("is not a regular file");
         const auto size = static_cast<std::uint64_t>(status.st_size);
@@ -200,7 +200,7 @@ Checkpoint::Checkpoint(const fs::path& path, const CheckpointOwner& owner)
     : file_(io::naming(path, [&] { return std::make_unique<File>(path, owner); })) {}
 
 Checkpoint::~Checkpoint() {
-    if (file_->finished == 0) remove();
+    if (pieces() == 0) remove();
 }
 
 std::size_t Checkpoint::pieces() const {
@@ -228,7 +228,7 @@ std::string Checkpoint::trouble() const {
 
 void Checkpoint::remove() {
     std::error_code ignored;
-    fs::remove(file_->path, ignored);
+    if (file_->descriptor.is_still_at(file_->path)) fs::remove(file_->path, ignored);
 }
 
 }  // namespace stratus

@@ -175,6 +175,14 @@ TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {
     EXPECT_EQ(folder.size(), 0U);
 }
 
+TEST_F(CheckpointFile, RemovesNoFileButItsOwn) {
+    Checkpoint checkpoint(path, owner);
+    fs::remove(path);
+    set_content(path, "of another");
+    checkpoint.remove();
+    EXPECT_EQ(content(path), "of another");
+}
+
 TEST_F(CheckpointFile, GivesWayWhenTheDiskIsFull) {
     keep_three_pieces();
     {

@@ -1,6 +1,8 @@
 #include <stratus/io/checkpoint.h>
 
+#include <chrono>
 #include <csignal>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -162,6 +164,17 @@ TEST_F(CheckpointFile, IsHeldByOneAtATime) {
     Checkpoint first(path, owner);
     first.keep("one", bytes("result of one"));
     EXPECT_EQ(refusal_for(owner), path.string() + ": another bake of this table is at work");
+}
+
+TEST_F(CheckpointFile, WaitsForOneThatIsAboutToEnd) {
+    auto first = std::make_unique<Checkpoint>(path, owner);
+    first->keep("one", bytes("result of one"));
+    std::thread ending([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(120));
+        first.reset();
+    });
+    EXPECT_EQ(found(Checkpoint(path, owner), "one"), "result of one");
+    ending.join();
 }
 
 TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {

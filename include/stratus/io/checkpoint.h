@@ -30,7 +30,8 @@ class Checkpoint {
   public:
     /// Opens the checkpoint at `path`, or begins one, and holds it for as long as this lives.
     ///
-    /// Errors   std::runtime_error "PATH: reason": another process holds it; of another recipe or
+    /// Errors   std::runtime_error "PATH: reason": another process holds it for a second; of
+    /// another recipe or
     ///          program, or no checkpoint at all, which are left as they are; what the system
     ///          refuses.
     Checkpoint(const std::filesystem::path& path, const CheckpointOwner& owner);

@@ -16,7 +16,7 @@ class StopOnSignal {
   public:
     StopOnSignal() {
         met() = 0;
-        struct sigaction stop {};
+        struct sigaction stop = {};
         stop.sa_handler = [](int signal) { met() = signal; };
         stop.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
         for (int n = 0; n < count; ++n) {

@@ -1,6 +1,7 @@
 #include <stratus/io/checkpoint.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <initializer_list>
 #include <mutex>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+#include <thread>
 #include <unordered_map>
 
 #include <fcntl.h>
@@ -25,6 +27,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view magic = "stratus-checkpoint 1\n";
 constexpr std::string_view magic_of_any_version = "stratus-checkpoint ";
 constexpr std::size_t longest_name = 4096;  // far more than any piece's
+constexpr int most_tries = 20;              // to open what another process may still hold
+constexpr std::chrono::milliseconds between_tries{50};
 
 /// What stands before the name of a record. The checksum is of all that comes after it.
 struct RecordHead {
@@ -81,19 +85,21 @@ struct Checkpoint::File {
         cut_off(end);
     }
 
-    /// The file at `path`, which no other process has open as a checkpoint.
+    /// The file at `path`, which no other process has open as a checkpoint. One that was killed
+    /// holds it until the system has taken back its memory, so it is tried a few times.
     static io::Descriptor open_alone(const fs::path& path) {
-        for (;;) {
+        for (int tries = 0; tries < most_tries; ++tries) {
             io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
-            if (!opened.lock()) throw std::runtime_error("another bake of this table is at work");
-            // Between the two, the other may have finished and removed what is opened here.
-            if (opened.is_still_at(path)) return opened;
+            // Before it was locked, another may have finished and removed it.
+            if (opened.lock() && opened.is_still_at(path)) return opened;
+            std::this_thread::sleep_for(between_tries);
         }
+        throw std::runtime_error("another bake of this table is at work");
     }
 
     /// Finds all whole records; false where there are none but those of the owner.
     bool has_work() {
-        struct stat status {};
+        struct stat status;
         if (::fstat(descriptor.number(), &status) != 0 || !S_ISREG(status.st_mode))
             throw std::runtime_error("is not a regular file");
         const auto size = static_cast<std::uint64_t>(status.st_size);
@@ -200,7 +206,7 @@ Checkpoint::Checkpoint(const fs::path& path, const CheckpointOwner& owner)
     : file_(io::naming(path, [&] { return std::make_unique<File>(path, owner); })) {}
 
 Checkpoint::~Checkpoint() {
-    if (file_->finished == 0) remove();
+    if (pieces() == 0) remove();
 }
 
 std::size_t Checkpoint::pieces() const {
@@ -228,7 +234,7 @@ std::string Checkpoint::trouble() const {
 
 void Checkpoint::remove() {
     std::error_code ignored;
-    fs::remove(file_->path, ignored);
+    if (file_->descriptor.is_still_at(file_->path)) fs::remove(file_->path, ignored);
 }
 
 }  // namespace stratus

@@ -61,11 +61,9 @@ bool Descriptor::lock() const {
 }
 
 bool Descriptor::is_still_at(const std::filesystem::path& path) const {
-    struct stat here {
-    }, there{};
-    if (::fstat(number_, &here) != 0) throw system_reason();
-    return ::lstat(path.c_str(), &there) == 0 && here.st_dev == there.st_dev &&
-           here.st_ino == there.st_ino;
+    struct stat here, there;
+    return ::fstat(number_, &here) == 0 && ::lstat(path.c_str(), &there) == 0 &&
+           here.st_dev == there.st_dev && here.st_ino == there.st_ino;
 }
 
 void Descriptor::flush() const {

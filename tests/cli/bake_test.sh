@@ -275,6 +275,19 @@ if [ -n "$small_disk" ]; then
         through "$small_disk" expect_refused 1 disk/$file "No space left" -- bake recipes/chosen.toml --quiet -o disk/$file
         through "$small_disk" expect_refused 1 disk/$file "No space left" -- convert narrow.exr disk/$file
     done
+    # a bake that cannot be written is not lost
+    # shellcheck disable=SC2317  # `through` calls it
+    fail_to_write() {
+        "$stratus" bake recipes/narrow.toml -o kept.h5 --exr disk/new.exr --quiet >"$out" 2>"$err"
+        [ $? -eq 1 ] || fail "the picture cannot be written"
+        expect_says "$err" \
+            "disk/new.exr: No space left on device; what is baked is kept in kept.h5.checkpoint for --resume"
+    }
+    through "$small_disk" fail_to_write
+    expect_ok bake recipes/narrow.toml -o kept.h5 --exr kept.exr --resume --quiet
+    expect_same kept.h5 narrow.h5
+    expect_same kept.exr narrow.exr
+    [ ! -e kept.h5.checkpoint ] || fail "the checkpoint must be removed"
 else
     echo "skipped: a full disk, which this machine does not let us make"
 fi

@@ -1,6 +1,8 @@
 #include <stratus/io/checkpoint.h>
 
+#include <chrono>
 #include <csignal>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -164,6 +166,17 @@ TEST_F(CheckpointFile, IsHeldByOneAtATime) {
     EXPECT_EQ(refusal_for(owner), path.string() + ": another bake of this table is at work");
 }
 
+TEST_F(CheckpointFile, WaitsForOneThatIsAboutToEnd) {
+    auto first = std::make_unique<Checkpoint>(path, owner);
+    first->keep("one", bytes("result of one"));
+    std::thread ending([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(120));
+        first.reset();
+    });
+    EXPECT_EQ(found(Checkpoint(path, owner), "one"), "result of one");
+    ending.join();
+}
+
 TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {
     { const Checkpoint checkpoint(path, owner); }
     EXPECT_EQ(folder.size(), 0U);
@@ -173,6 +186,14 @@ TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {
         checkpoint.remove();
     }
     EXPECT_EQ(folder.size(), 0U);
+}
+
+TEST_F(CheckpointFile, RemovesNoFileButItsOwn) {
+    Checkpoint checkpoint(path, owner);
+    fs::remove(path);
+    set_content(path, "of another");
+    checkpoint.remove();
+    EXPECT_EQ(content(path), "of another");
 }
 
 TEST_F(CheckpointFile, GivesWayWhenTheDiskIsFull) {

@@ -30,9 +30,9 @@ class Checkpoint {
   public:
     /// Opens the checkpoint at `path`, or begins one, and holds it for as long as this lives.
     ///
-    /// Errors   std::runtime_error "PATH: reason": another process holds it; of another recipe or
-    ///          program, or no checkpoint at all, which are left as they are; what the system
-    ///          refuses.
+    /// Errors   std::runtime_error "PATH: reason": another process holds it, still after a second;
+    ///          of another recipe or program, or no checkpoint at all, which are left as they are;
+    ///          what the system refuses.
     Checkpoint(const std::filesystem::path& path, const CheckpointOwner& owner);
 
     /// Closes it. One that holds no finished piece is removed.

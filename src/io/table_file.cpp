@@ -33,14 +33,18 @@ void write_directly(const Table& table, const std::filesystem::path& path, Forma
 
 }  // namespace
 
-Table read_hdf5_table(const std::filesystem::path& path) {
-    return io::naming(
-        path, [&] { return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5")); });
+Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return io::naming(path, [&] {
+        io::MemoryLimit limit(options.max_memory);
+        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5", limit), limit);
+    });
 }
 
-Table read_exr_table(const std::filesystem::path& path) {
-    return io::naming(
-        path, [&] { return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR")); });
+Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return io::naming(path, [&] {
+        io::MemoryLimit limit(options.max_memory);
+        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR", limit), limit);
+    });
 }
 
 void write_hdf5_table(const Table& table, const std::filesystem::path& path) {
@@ -51,9 +55,9 @@ void write_exr_table(const Table& table, const std::filesystem::path& path) {
     write_directly(table, path, Format::exr);
 }
 
-Table read_table(const std::filesystem::path& path) {
-    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path)
-                                                         : read_exr_table(path);
+Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path, options)
+                                                         : read_exr_table(path, options);
 }
 
 void write_table(const Table& table, const std::filesystem::path& path) {

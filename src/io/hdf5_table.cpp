@@ -308,11 +308,34 @@ std::string read_text(hid_t object, const std::string& owner, const std::string&
     return entry.text;
 }
 
-std::string attribute_name(hid_t attribute) {
-    const auto length = checked(H5Aget_name(attribute, 0, nullptr), "read an attribute's name");
-    std::string name(static_cast<std::size_t>(length), '\0');
-    checked(H5Aget_name(attribute, name.size() + 1, name.data()), "read an attribute's name");
-    return name;
+// Names are asked for in whatever order they lie: to sort them the library makes lists of its own,
+// which it frees unmade where a damaged file ends them early.
+
+/// Adds a name to a list that C code hands through; not 0 when there is no memory for it.
+template <class Info>
+herr_t append_name(hid_t, const char* name, const Info*, void* names) noexcept {
+    try {
+        static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        return -1;
+    }
+}
+
+std::vector<std::string> attribute_names(hid_t object) {
+    std::vector<std::string> names;
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5A_info_t>,
+                        &names),
+            "list the attributes");
+    return names;
+}
+
+std::vector<std::string> link_names(hid_t group) {
+    std::vector<std::string> names;
+    checked(
+        H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5L_info_t>, &names),
+        "list the datasets");
+    return names;
 }
 
 /// Format and version alone, which decide whether the rest may be looked at.
@@ -329,13 +352,9 @@ void check_format_of_file(hid_t file, const Bytes& bytes) {
 Metadata read_metadata(hid_t file, const Bytes& bytes) {
     check_format_of_file(file, bytes);
     Metadata metadata;
-    H5O_info_t root;
-    checked(H5Oget_info2(file, &root, H5O_INFO_NUM_ATTRS), "count the attributes");
-    for (hsize_t i = 0; i < root.num_attrs; ++i) {
-        const Handle attribute(
-            H5Aopen_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
-            H5Aclose, "open an attribute");
-        const std::string name = attribute_name(attribute);
+    for (const std::string& name : attribute_names(file)) {
+        const Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose,
+                               "open an attribute");
         const Entry entry = read_any(attribute, name, bytes);
         // A newer minor version may add entries of any kind; they are kept as text.
         if (kind_of(name) != Kind::text && entry.kind != kind_of(name))
@@ -455,17 +474,7 @@ void check_filters(hid_t creation, const std::string& name) {
 /// Checks that all that the file names is a dataset of its own: a table has no groups, named types
 /// or links to elsewhere, and none is followed.
 void check_objects(hid_t file) {
-    H5G_info_t root;
-    checked(H5Gget_info(file, &root), "count the datasets");
-    for (hsize_t i = 0; i < root.nlinks; ++i) {
-        const auto name_into = [&](char* text, std::size_t size) {
-            return static_cast<std::size_t>(
-                checked(H5Lget_name_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, text, size,
-                                           H5P_DEFAULT),
-                        "read a dataset's name"));
-        };
-        std::string name(name_into(nullptr, 0), '\0');
-        name_into(name.data(), name.size() + 1);
+    for (const std::string& name : link_names(file)) {
         H5L_info_t link;
         checked(H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT), "look at " + shown(name));
         if (link.type != H5L_TYPE_HARD)

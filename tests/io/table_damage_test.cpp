@@ -4,15 +4,19 @@
 // A share runs always; STRATUS_ALL_DAMAGE in the environment asks for all.
 #include <stratus/io/table_file.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <random>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "damage.h"
 #include "sample_table.h"
 #include "table_content.h"
 
@@ -23,6 +27,43 @@ constexpr std::size_t seal_size = sizeof "\nstratus-table crc32:00000000";
 constexpr std::uintmax_t max_memory = 64 << 20;
 
 int mutations() { return std::getenv("STRATUS_ALL_DAMAGE") ? 20000 : 1000; }
+
+/// Part of a file.
+struct Block {
+    std::size_t start, size;
+};
+
+/// One change somewhere within `block`: a bit, a byte, a run, or a field of 4 or 8 bytes set to
+/// what sizes and addresses break at. Keeps the file's size.
+void damage(io::Bytes& bytes, const Block& block, std::mt19937& random) {
+    constexpr std::array<std::uint64_t, 12> extremes{
+        0,          1,           0x7f,        0xff,       0x7fff,     0xffff,
+        0x7fffffff, 0x80000000U, 0xffffffffU, UINT64_MAX, 1ULL << 63, UINT64_MAX >> 1};
+    const auto below = [&](std::size_t count) {
+        return std::uniform_int_distribution<std::size_t>(0, count - 1)(random);
+    };
+    const std::size_t at = block.start + below(block.size);
+    const std::size_t room = block.start + block.size - at;
+    switch (below(5)) {
+        case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); return;
+        case 1: bytes[at] = static_cast<char>(below(256)); return;
+        case 2: {
+            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+            for (std::size_t i = 0; i < length; ++i) bytes[at + i] = static_cast<char>(below(256));
+            return;
+        }
+        case 3: {
+            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+            const std::size_t from = block.start + below(block.size - length + 1);
+            std::memmove(bytes.data() + at, bytes.data() + from, length);
+            return;
+        }
+        default: {
+            const std::uint64_t value = extremes[below(extremes.size())];
+            std::memcpy(bytes.data() + at, &value, std::min<std::size_t>(room, below(2) ? 8 : 4));
+        }
+    }
+}
 
 Table small_table() {
     Shape shape;
@@ -96,22 +137,6 @@ TEST_P(Damaged, IsRefusedOrSameWhereSizesAre) {
         io::Bytes bytes = without_seal;
         for (int n = i % 3; n >= 0; --n)
             damage(bytes, {0, std::min<std::size_t>(bytes.size(), hdf5 ? 512 : 8192)}, random);
-        expect_refused_or_same(bytes);
-    }
-}
-
-TEST_P(Damaged, IsRefusedOrSameWhenTheLibrarysChecksumsHold) {
-    if (!hdf5) GTEST_SKIP() << "OpenEXR has none";
-    const std::vector<Block> blocks = structures(without_seal);
-    ASSERT_GT(blocks.size(), 20U);
-    std::mt19937 random(666);
-    std::uniform_int_distribution<std::size_t> any(0, blocks.size() - 1);
-    for (int i = 0; i < mutations() && !HasFailure(); ++i) {
-        SCOPED_TRACE(i);
-        io::Bytes bytes = without_seal;
-        const Block& block = blocks[any(random)];
-        for (int n = i % 3; n >= 0; --n) damage(bytes, block, random);
-        mend(bytes, block);
         expect_refused_or_same(bytes);
     }
 }

@@ -416,7 +416,7 @@ const std::vector<Tampering> tamperings{
      "\"more\" is not a dataset"},
     {"SecondName",
      [](hid_t f) { H5Lcreate_hard(f, "plane_albedo", f, "more", H5P_DEFAULT, H5P_DEFAULT); },
-     "\"more\" has two names"},
+     "\"plane_albedo\" has two names"},
     {"VirtualDataset", replace_virtual, "spherical_albedo keeps its samples in another file"},
     {"ExternalStorage", replace_external, "spherical_albedo keeps its samples in another file"},
     {"OtherFilter",

@@ -1,8 +1,8 @@
 // `stratus convert`: the same table in the other file format, lossless both ways.
 #include "commands.h"
-#include "noted_table.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/table_file.h>
 
@@ -18,6 +18,7 @@ namespace {
 struct ConvertOptions {
     std::string input;
     std::string output;
+    ReadOptions reading;
 };
 
 /// Refused here, before a long read, what the writer would refuse after it.
@@ -32,7 +33,7 @@ void run_convert(const ConvertOptions& options) {
     check_ending("IN", options.input);
     check_ending("OUT", options.output);
     require_different_files("convert", options.input, options.output);
-    const Table table = read_noted_table(options.input);
+    const Table table = read_noted_table(options.input, options.reading);
     const SignalsHeld held;
     write_table(table, options.output);
 }
@@ -45,6 +46,7 @@ void add_convert(CLI::App& app) {
         app.add_subcommand("convert", "Write a table in the other file format, losslessly");
     command->add_option("IN", options->input, "Table to read, .h5 or .exr")->required();
     command->add_option("OUT", options->output, "Table to write, .h5 or .exr")->required();
+    add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus convert saturn_rings.h5 saturn_rings.exr");
     command->callback([options] { run_convert(*options); });
 }

@@ -2,8 +2,8 @@
 // renderer links.
 #include "allowed.h"
 #include "commands.h"
-#include "noted_table.h"
 #include "query.h"
+#include "table_option.h"
 
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
@@ -30,6 +30,7 @@ struct EvalOptions {
     std::vector<std::string> effects;
     double density = 0;
     std::string opposition;
+    ReadOptions reading;
 };
 
 /// What is asked for, and whether what lies behind the layer is to be seen through it.
@@ -262,7 +263,7 @@ void run_eval(const EvalOptions& options) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
     }
-    const Table table = read_noted_table(options.table);
+    const Table table = read_noted_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table);
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
     const std::vector<Point> points = points_of(query, table, options.density);
@@ -310,6 +311,7 @@ void add_eval(CLI::App& app) {
         "--opposition", options->opposition,
         "How single scattering brightens towards the light: blinn, as wide as the density makes "
         "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
+    add_max_memory(*command, options->reading);
     command->footer(
         "The column background, asked for by that name, is the share of what lies behind the layer "
         "that is seen at mu_out: the beam, and what single scattering sends straight on.\n"

@@ -1,8 +1,8 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
 #include "commands.h"
-#include "noted_table.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/portrait.h>
@@ -25,6 +25,7 @@ namespace {
 struct InfoOptions {
     std::string table;
     std::string picture;
+    ReadOptions reading;
 };
 
 constexpr std::size_t label_width = 22;
@@ -164,7 +165,7 @@ void draw_picture(const Table& table, const InfoOptions& options) {
 }
 
 void run_info(const InfoOptions& options) {
-    const Table table = read_noted_table(options.table);
+    const Table table = read_noted_table(options.table, options.reading);
     if (!options.picture.empty()) draw_picture(table, options);
     print_content(table);
     print_size(table, options.table);
@@ -180,6 +181,7 @@ void add_info(CLI::App& app) {
     CLI::App* command = app.add_subcommand("info", "Say what a table holds and how it was made");
     command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
     command->add_option("--picture", options->picture, "PNG to draw the table's portrait to");
+    add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
     command->callback([options] { run_info(*options); });
 }

@@ -2,8 +2,8 @@
 // lookups are off.
 #include "allowed.h"
 #include "commands.h"
-#include "noted_table.h"
 #include "progress.h"
+#include "table_option.h"
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/runtime/angle.h>
@@ -23,6 +23,7 @@ struct VerifyCommand {
     std::string table;
     VerifyOptions options;
     bool quiet = false;
+    ReadOptions reading;
 };
 
 /// Scattering angles between two bounds, degrees.
@@ -68,7 +69,7 @@ void print_worst(const Verification& verification, bool mixed) {
 }
 
 void run_verify(const VerifyCommand& command) {
-    const Table table = read_noted_table(command.table);
+    const Table table = read_noted_table(command.table, command.reading);
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
     options.progress = [&](double done) { progress.show(done, "verifying"); };
@@ -127,6 +128,7 @@ void add_verify(CLI::App& app) {
     verify->add_flag("--bound", command->options.bound,
                      "Look up through bound slices, as renderers do, instead of five axes at once");
     verify->add_flag("--quiet", command->quiet, "No progress");
+    add_max_memory(*verify, command->reading);
     verify->footer(
         "Exit code 1 when the table misses the tolerance that it states.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");

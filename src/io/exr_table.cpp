@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -38,6 +39,9 @@ constexpr const char* checksum_attribute = "part:checksum";
 
 /// OpenEXR counts the bytes of 16 rows of samples in an int.
 constexpr std::size_t longest_side = std::size_t{1} << 24;
+
+/// What OpenEXR keeps of a part while it inflates 32 rows of it: those rows three times.
+constexpr std::size_t rows_at_once = 3 * 32;
 
 // --- Table <-> picture ---
 
@@ -167,8 +171,9 @@ void check_attribute(std::string_view type, std::string_view value) {
         throw std::runtime_error("a part must have one channel, Y, of 32-bit numbers");
 }
 
-/// Checks that a data window begins at 0, 0 and is no larger than what the file can be inflated to.
-void check_window(std::string_view value, std::size_t file_size) {
+/// Checks that a data window begins at 0, 0 and is no larger than what the file can be inflated to,
+/// and counts what OpenEXR takes for it.
+void check_window(std::string_view value, std::size_t file_size, MemoryLimit& limit) {
     std::array<std::int32_t, 4> corner;  // x and y of the first, then of the last sample
     if (value.size() != sizeof corner) throw std::runtime_error("a data window is damaged");
     std::memcpy(corner.data(), value.data(), sizeof corner);
@@ -179,24 +184,28 @@ void check_window(std::string_view value, std::size_t file_size) {
     if (std::max(sides[0], sides[1]) > longest_side)
         throw std::runtime_error("a data window is larger than any table's");
     checked_count("a data window", sides, sizeof(float), file_size);
+    limit.take("a part", rows_at_once * sides[0] * sizeof(float));
 }
 
-void check_attributes(Cursor& cursor, std::size_t file_size) {
+void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit) {
+    std::set<std::string_view> names;
     while (!cursor.at_zero()) {
         const std::string_view name = cursor.take_name();
+        if (!names.insert(name).second)
+            throw std::runtime_error("attribute " + shown(name) + " is there twice");
         const std::string_view type = cursor.take_name();
         const std::int32_t size = cursor.take_integer();
         if (size < 0) throw std::runtime_error("a header is damaged");
         const std::string_view value = cursor.take(static_cast<std::size_t>(size));
         check_attribute(type, value);
-        if (name == "dataWindow") check_window(value, file_size);
+        if (name == "dataWindow") check_window(value, file_size, limit);
         if (name == "type" && value != Imf::SCANLINEIMAGE)
             throw std::runtime_error("a part is not of scan lines");
     }
     cursor.take(1);
 }
 
-void check_headers(const Bytes& bytes) {
+void check_headers(const Bytes& bytes, MemoryLimit& limit) {
     constexpr std::int32_t version = 2;
     constexpr std::int32_t long_names = 0x400;
     constexpr std::int32_t multi_part = 0x1000;
@@ -205,9 +214,9 @@ void check_headers(const Bytes& bytes) {
     const std::int32_t flags = cursor.take_integer() & ~long_names;
     if (flags != version && flags != (version | multi_part))
         throw std::runtime_error("OpenEXR file is not one of scan lines, version 2");
-    check_attributes(cursor, bytes.size());
+    check_attributes(cursor, bytes.size(), limit);
     if (flags == version) return;
-    while (!cursor.at_zero()) check_attributes(cursor, bytes.size());
+    while (!cursor.at_zero()) check_attributes(cursor, bytes.size(), limit);
 }
 
 // --- Attributes ---
@@ -347,8 +356,9 @@ void read_rows(Imf::InputPart& part, std::size_t width, std::size_t first,
 
 /// One row of tiles after the other, so that no second copy of the samples is needed.
 void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::size_t> n,
-                std::vector<float>& samples) {
+                MemoryLimit limit, std::vector<float>& samples) {
     const std::size_t run = n[3] * n[4];
+    limit.take("a row of tiles", n[2] * width * sizeof(float));  // given back below
     std::vector<float> pixels(n[2] * width);
     auto into = samples.begin();
     for (std::size_t albedo = 0; albedo < n[0]; ++albedo) {
@@ -360,7 +370,8 @@ void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::si
 }
 
 std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& field,
-                             std::span<const std::size_t> extents, std::size_t file_size) {
+                             std::span<const std::size_t> extents, std::size_t file_size,
+                             const MemoryLimit& limit) {
     const std::string name = field.name;
     const int number = find_part(file, name);
     const Imf::Header& header = file.header(number);
@@ -372,7 +383,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
     if (extents.size() < 5)
         read_rows(part, size.width, 0, samples);
     else
-        read_tiles(part, size.width, extents, samples);
+        read_tiles(part, size.width, extents, limit, samples);
     check_checksum(name, part_text(header, name, checksum_attribute),
                    checksum(std::span<const float>(samples)));
     return samples;
@@ -399,8 +410,8 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
     return bytes;
 }
 
-Table decode_exr(const Bytes& bytes, std::vector<std::string>* notes) {
-    check_headers(bytes);
+Table decode_exr(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
+    check_headers(bytes, limit);
     MemoryInput stream(bytes, "table");
     constexpr bool rebuild_missing_offsets = false;
     Imf::MultiPartInputFile file(stream, Imf::globalThreadCount(), rebuild_missing_offsets);
@@ -410,9 +421,11 @@ Table decode_exr(const Bytes& bytes, std::vector<std::string>* notes) {
     take_metadata(metadata, table);
     note_version(metadata, notes);
     read_axes(file.header(0), metadata, table);
-    for (const SampleField& field : listed_samples(metadata))
+    const std::vector<SampleField> listed = listed_samples(metadata);
+    take_memory(table, listed, bytes.size(), limit);
+    for (const SampleField& field : listed)
         table.*field.samples =
-            read_part(file, field, picture_extents(table, field.rank), bytes.size());
+            read_part(file, field, picture_extents(table, field.rank), bytes.size(), limit);
     prepare(table);
     return table;
 }

@@ -74,8 +74,8 @@ void Descriptor::close() {
     if (::close(std::exchange(number_, -1)) != 0) throw system_reason();
 }
 
-Bytes read_bytes(const std::filesystem::path& path, std::string_view magic,
-                 const std::string& kind) {
+Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
+                 MemoryLimit& limit) {
     const auto status = std::filesystem::status(path);
     if (std::filesystem::is_directory(status)) throw std::runtime_error("is a directory");
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
@@ -88,6 +88,7 @@ Bytes read_bytes(const std::filesystem::path& path, std::string_view magic,
     file.read_at(0, bytes);
     if (std::string_view(bytes.data(), bytes.size()) != magic)
         throw std::runtime_error("is not " + kind + " file");
+    limit.take("the file", size);
     bytes.resize(static_cast<std::size_t>(size));
     file.read_at(magic.size(), std::span(bytes).subspan(magic.size()));
     return bytes;

@@ -14,17 +14,19 @@
 #include <utility>
 #include <vector>
 
+#include "memory_limit.h"
+
 namespace stratus::io {
 
 using Bytes = std::vector<char>;
 
 /// The bytes of the regular file `path`, which begins with `magic`; `kind` names what such a file
-/// is called.
+/// is called. Its size counts towards the limit.
 ///
 /// Errors   std::system_error for what the system refuses, std::runtime_error for a file that is no
-/// `kind`.
-Bytes read_bytes(const std::filesystem::path& path, std::string_view magic,
-                 const std::string& kind);
+/// `kind` or too large.
+Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
+                 MemoryLimit& limit);
 
 /// Makes `bytes` the content of `path`.
 ///

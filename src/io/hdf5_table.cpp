@@ -9,8 +9,10 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -29,6 +31,10 @@ constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
 
 /// Most samples that an axis may have; far more than any table, far less than what would hurt.
 constexpr std::size_t longest_axis = 1 << 20;
+
+/// Most chunks that a dataset may have: what 8 GiB take, which is the most that one may hold. HDF5
+/// goes through all of them to find one.
+constexpr std::size_t most_chunks = 1 << 15;
 
 // --- The C library's objects and errors ---
 
@@ -302,11 +308,34 @@ std::string read_text(hid_t object, const std::string& owner, const std::string&
     return entry.text;
 }
 
-std::string attribute_name(hid_t attribute) {
-    const auto length = checked(H5Aget_name(attribute, 0, nullptr), "read an attribute's name");
-    std::string name(static_cast<std::size_t>(length), '\0');
-    checked(H5Aget_name(attribute, name.size() + 1, name.data()), "read an attribute's name");
-    return name;
+// Names are asked for in whatever order they lie: to sort them the library makes lists of its own,
+// which it frees unmade where a damaged file ends them early.
+
+/// Adds a name to a list that C code hands through; not 0 when there is no memory for it.
+template <class Info>
+herr_t append_name(hid_t, const char* name, const Info*, void* names) noexcept {
+    try {
+        static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+        return 0;
+    } catch (const std::bad_alloc&) {
+        return -1;
+    }
+}
+
+std::vector<std::string> attribute_names(hid_t object) {
+    std::vector<std::string> names;
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5A_info_t>,
+                        &names),
+            "list the attributes");
+    return names;
+}
+
+std::vector<std::string> link_names(hid_t group) {
+    std::vector<std::string> names;
+    checked(
+        H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5L_info_t>, &names),
+        "list the datasets");
+    return names;
 }
 
 /// Format and version alone, which decide whether the rest may be looked at.
@@ -323,18 +352,15 @@ void check_format_of_file(hid_t file, const Bytes& bytes) {
 Metadata read_metadata(hid_t file, const Bytes& bytes) {
     check_format_of_file(file, bytes);
     Metadata metadata;
-    H5O_info_t root;
-    checked(H5Oget_info2(file, &root, H5O_INFO_NUM_ATTRS), "count the attributes");
-    for (hsize_t i = 0; i < root.num_attrs; ++i) {
-        const Handle attribute(
-            H5Aopen_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, H5P_DEFAULT, H5P_DEFAULT),
-            H5Aclose, "open an attribute");
-        const std::string name = attribute_name(attribute);
+    for (const std::string& name : attribute_names(file)) {
+        const Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose,
+                               "open an attribute");
         const Entry entry = read_any(attribute, name, bytes);
         // A newer minor version may add entries of any kind; they are kept as text.
         if (kind_of(name) != Kind::text && entry.kind != kind_of(name))
             throw std::runtime_error("attribute " + name + " is of the wrong type");
-        metadata[name] = entry.text;
+        if (!metadata.emplace(name, entry.text).second)
+            throw std::runtime_error("attribute " + shown(name) + " is there twice");
     }
     take_checksum(metadata);
     return metadata;
@@ -422,46 +448,49 @@ void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
     }
 }
 
-/// Only the filters that this format uses are run on a file's bytes.
-void check_filters(hid_t creation, const std::string& name) {
-    const int count = checked(H5Pget_nfilters(creation), "list the filters of " + name);
-    for (int i = 0; i < count; ++i) {
-        unsigned flags = 0;
-        size_t values = 0;
-        const H5Z_filter_t filter = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags,
-                                                   &values, nullptr, 0, nullptr, nullptr);
-        if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE)
-            throw std::runtime_error(name + " uses a filter other than shuffle and deflate");
-    }
-}
-
-/// All of a dataset's bytes must lie in the file itself.
-void check_layout(hid_t dataset, const std::string& name, std::span<const std::size_t> extents) {
-    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read the layout of " + name);
+/// Whether a dataset lies in chunks; otherwise its bytes lie as they are, in the file itself.
+bool check_layout(hid_t creation, const std::string& name) {
     const H5D_layout_t layout = H5Pget_layout(creation);
     if (H5Pget_external_count(creation) != 0 || layout == H5D_VIRTUAL || layout < 0)
         throw std::runtime_error(name + " keeps its samples in another file");
-    check_filters(creation, name);
-    if (layout != H5D_CHUNKED) return;
-    std::vector<hsize_t> chunk(extents.size());
-    const int rank = static_cast<int>(chunk.size());
-    if (H5Pget_chunk(creation, rank, chunk.data()) != rank)
-        throw std::runtime_error(name + " has chunks of another rank than its own");
-    for (std::size_t d = 0; d < chunk.size(); ++d)
-        if (chunk[d] > extents[d])
-            throw std::runtime_error(name + " has chunks beyond its extents");
+    return layout == H5D_CHUNKED;
+}
+
+/// Only the filters that this format uses are run on a file's bytes, and none twice.
+void check_filters(hid_t creation, const std::string& name) {
+    const auto filter = [&](unsigned number) {
+        std::size_t values = 0;
+        return H5Pget_filter2(creation, number, nullptr, &values, nullptr, 0, nullptr, nullptr);
+    };
+    const int count = checked(H5Pget_nfilters(creation), "list the filters of " + name);
+    for (int i = 0; i < count; ++i)
+        if (const H5Z_filter_t met = filter(static_cast<unsigned>(i));
+            met != H5Z_FILTER_SHUFFLE && met != H5Z_FILTER_DEFLATE)
+            throw std::runtime_error(name + " uses a filter other than shuffle and deflate");
+    if (count != 2 || filter(0) != H5Z_FILTER_SHUFFLE || filter(1) != H5Z_FILTER_DEFLATE)
+        throw std::runtime_error(name + " is not shuffled and deflated, once each");
+}
+
+/// Checks that all that the file names is a dataset of its own: a table has no groups, named types
+/// or links to elsewhere, and none is followed.
+void check_objects(hid_t file) {
+    for (const std::string& name : link_names(file)) {
+        H5L_info_t link;
+        checked(H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT), "look at " + shown(name));
+        if (link.type != H5L_TYPE_HARD)
+            throw std::runtime_error(shown(name) + " is a link to elsewhere");
+        H5O_info_t object;
+        checked(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
+                "look at " + shown(name));
+        if (object.type != H5O_TYPE_DATASET)
+            throw std::runtime_error(shown(name) + " is not a dataset");
+        if (object.rc != 1) throw std::runtime_error(shown(name) + " has two names");
+    }
 }
 
 Handle open_dataset(hid_t file, const std::string& name) {
-    H5L_info_t link;
-    if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0 ||
-        H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT) < 0)
+    if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0)
         throw std::runtime_error("dataset " + name + " is missing");
-    if (link.type != H5L_TYPE_HARD) throw std::runtime_error(name + " is a link to elsewhere");
-    H5O_info_t object;
-    checked(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
-            "look at " + name);
-    if (object.type != H5O_TYPE_DATASET) throw std::runtime_error(name + " is not a dataset");
     return {H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name};
 }
 
@@ -475,30 +504,33 @@ std::vector<std::size_t> dataset_extents(hid_t dataset, const std::string& name,
     return {sizes.begin(), sizes.end()};
 }
 
-/// How the samples of a dataset lie when they lie as this program writes them: in chunks that are
-/// runs of neighbouring samples, shuffled and deflated.
+/// Chunks that are runs of neighbouring samples, as this program writes them.
 struct Runs {
     std::vector<hsize_t> extents, chunk;
     std::size_t cut;    // the dimension that chunks cut: one at a time before it, whole behind it
     std::size_t inner;  // samples behind it
+
+    std::size_t length() const { return chunk[cut] * inner; }
 };
 
-/// Nothing when they lie otherwise.
-std::optional<Runs> runs_of(hid_t dataset, std::span<const std::size_t> extents) {
-    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read a layout");
-    if (H5Pget_layout(creation) != H5D_CHUNKED || H5Pget_nfilters(creation) != 2) return {};
-    const auto filter = [&](unsigned number) {
-        std::size_t values = 0;
-        return H5Pget_filter2(creation, number, nullptr, &values, nullptr, 0, nullptr, nullptr);
-    };
-    if (filter(0) != H5Z_FILTER_SHUFFLE || filter(1) != H5Z_FILTER_DEFLATE) return {};
+Runs runs_of(hid_t creation, const std::string& name, std::span<const std::size_t> extents) {
     Runs runs{{extents.begin(), extents.end()}, std::vector<hsize_t>(extents.size()), 0, 1};
-    H5Pget_chunk(creation, static_cast<int>(extents.size()), runs.chunk.data());
+    const int rank = static_cast<int>(extents.size());
+    if (H5Pget_chunk(creation, rank, runs.chunk.data()) != rank)
+        throw std::runtime_error(name + " has chunks of another rank than its own");
+    for (std::size_t d = 0; d < extents.size(); ++d)
+        if (runs.chunk[d] > extents[d])
+            throw std::runtime_error(name + " has chunks beyond its extents");
     while (runs.cut + 1 < extents.size() && runs.chunk[runs.cut] == 1) ++runs.cut;
     for (std::size_t d = runs.cut + 1; d < extents.size(); ++d) {
-        if (runs.chunk[d] != extents[d]) return {};
+        if (runs.chunk[d] != extents[d])
+            throw std::runtime_error(name + " has chunks that are no runs of samples");
         runs.inner *= extents[d];
     }
+    const std::size_t count =
+        std::accumulate(extents.begin(), extents.end(), std::size_t{1}, std::multiplies<>()) /
+        runs.length();
+    if (count > most_chunks) throw std::runtime_error(name + " has more chunks than any table");
     return runs;
 }
 
@@ -512,31 +544,44 @@ void unshuffle(std::span<const unsigned char> bytes, std::span<float> values) {
             std::uint32_t{plane[2 * count + i]} << 16 | std::uint32_t{plane[3 * count + i]} << 24);
 }
 
-/// Inflates all chunks from the file's bytes to where they belong; false when some are not
-/// deflated.
-bool inflate(hid_t dataset, const std::string& name, const Runs& runs, const Bytes& file_bytes,
-             std::vector<float>& values) {
-    const std::size_t length = runs.chunk[runs.cut] * runs.inner;
-    std::vector<unsigned char> chunk(length * sizeof(float));
+/// What a chunk holds, shuffled still: inflated into `room`, or as it lies in the file where
+/// deflating it would not have made it smaller.
+std::span<const unsigned char> inflate(libdeflate_decompressor* decompressor, hid_t dataset,
+                                       const std::string& name, const std::vector<hsize_t>& at,
+                                       const Bytes& file_bytes, std::span<unsigned char> room) {
+    constexpr unsigned not_deflated = 2;  // the second filter was left out
+    unsigned skipped_filters = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t size = 0;
+    checked(H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &size),
+            "find a chunk of " + name);
+    if (address == HADDR_UNDEF) throw std::runtime_error(name + " lacks a chunk");
+    if (address > file_bytes.size() || size > file_bytes.size() - address)
+        throw std::runtime_error(name + " has a chunk beyond the end of the file");
+    const auto* const stored = reinterpret_cast<const unsigned char*>(file_bytes.data()) + address;
+    if (skipped_filters == not_deflated && size == room.size()) return {stored, room.size()};
+    if (skipped_filters != 0 ||
+        libdeflate_zlib_decompress(decompressor, stored, size, room.data(), room.size(), nullptr) !=
+            LIBDEFLATE_SUCCESS)
+        throw std::runtime_error(name + " has a damaged chunk");
+    return room;
+}
+
+/// Fills `values` from all chunks.
+void read_runs(hid_t dataset, const std::string& name, const Runs& runs, const Bytes& file_bytes,
+               MemoryLimit limit, std::vector<float>& values) {
+    const std::size_t chunk_bytes = runs.length() * sizeof(float);
+    limit.take("a chunk of " + name, chunk_bytes);  // given back at the end
+    std::vector<unsigned char> room(chunk_bytes);
     std::vector<hsize_t> at(runs.extents.size(), 0);
     const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
         decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     if (!decompressor) throw std::bad_alloc();
     for (std::size_t done = 0; done < values.size();) {
-        unsigned skipped_filters = 0;
-        haddr_t address = HADDR_UNDEF;
-        hsize_t size = 0;
-        checked(H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &size),
-                "find a chunk of " + name);
-        if (skipped_filters != 0 || address == HADDR_UNDEF) return false;
-        if (address > file_bytes.size() || size > file_bytes.size() - address)
-            throw std::runtime_error(name + " has a chunk beyond the end of the file");
-        if (libdeflate_zlib_decompress(decompressor.get(), file_bytes.data() + address, size,
-                                       chunk.data(), chunk.size(), nullptr) != LIBDEFLATE_SUCCESS)
-            throw std::runtime_error(name + " has a damaged chunk");
         const std::size_t rows =
             std::min(runs.chunk[runs.cut], runs.extents[runs.cut] - at[runs.cut]);
-        unshuffle(chunk, std::span(values).subspan(done, rows * runs.inner));
+        unshuffle(inflate(decompressor.get(), dataset, name, at, file_bytes, room),
+                  std::span(values).subspan(done, rows * runs.inner));
         done += rows * runs.inner;
         at[runs.cut] += rows;
         for (std::size_t d = runs.cut; d > 0 && at[d] == runs.extents[d]; --d) {
@@ -544,26 +589,36 @@ bool inflate(hid_t dataset, const std::string& name, const Runs& runs, const Byt
             ++at[d - 1];
         }
     }
-    return true;
 }
 
-/// Reads a dataset whose extents the caller has compared with what they must be.
+/// Reads a dataset whose extents the caller has compared with what they must be. HDF5 itself copies
+/// bytes at most: it would inflate a chunk to whatever size it takes.
 template <class Number>
 std::vector<Number> read_values(hid_t dataset, const std::string& name,
-                                std::span<const std::size_t> extents, const Bytes& file_bytes) {
+                                std::span<const std::size_t> extents, const Bytes& file_bytes,
+                                const MemoryLimit& limit) {
     const Handle type(H5Dget_type(dataset), H5Tclose, "read the type of " + name);
     if (H5Tequal(type, Element<Number>::stored()) <= 0)
         throw std::runtime_error(name + " must hold little-endian floating-point numbers of " +
                                  std::to_string(sizeof(Number)) + " bytes");
-    check_layout(dataset, name, extents);
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read the layout of " + name);
+    const bool chunked = check_layout(creation, name);
+    if (chunked && !std::is_same_v<Number, float>)
+        throw std::runtime_error(name + " lies in chunks, which only samples do");
+    std::optional<Runs> runs;
+    if (chunked) {
+        check_filters(creation, name);
+        runs = runs_of(creation, name, extents);
+    }
     const std::uintmax_t stored =
         std::min<std::uintmax_t>(H5Dget_storage_size(dataset), file_bytes.size());
-    std::vector<Number> values(checked_count(name, extents, sizeof(Number), stored));
-    bool read = false;
+    const std::size_t count = checked_count(name, extents, sizeof(Number), stored);
+    if (!chunked && count * sizeof(Number) > stored)
+        throw std::runtime_error(name + " is larger than what the file holds");
+    std::vector<Number> values(count);
     if constexpr (std::is_same_v<Number, float>)
-        if (const auto runs = runs_of(dataset, extents))
-            read = inflate(dataset, name, *runs, file_bytes, values);
-    if (!read)
+        if (runs) read_runs(dataset, name, *runs, file_bytes, limit, values);
+    if (!runs)
         checked(H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                         values.data()),
                 "read dataset " + name);
@@ -574,20 +629,22 @@ std::vector<Number> read_values(hid_t dataset, const std::string& name,
 
 template <class Number>
 std::vector<Number> read_over_axes(hid_t file, const std::string& name,
-                                   const std::vector<std::size_t>& extents, const Bytes& bytes) {
+                                   const std::vector<std::size_t>& extents, const Bytes& bytes,
+                                   const MemoryLimit& limit) {
     const Handle dataset = open_dataset(file, name);
     if (dataset_extents(dataset, name, extents.size()) != extents)
         throw std::runtime_error("extents of " + name + " are not those of its axes");
-    return read_values<Number>(dataset, name, extents, bytes);
+    return read_values<Number>(dataset, name, extents, bytes, limit);
 }
 
-void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& bytes) {
+void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& bytes,
+               const MemoryLimit& limit) {
     const Handle dataset = open_dataset(file, field.name);
     const std::vector<std::size_t> extents = dataset_extents(dataset, field.name, 1);
     if (extents[0] > longest_axis)
         throw std::runtime_error(std::string(field.name) + " has more samples than any axis");
     check_scale(field.name, axis, read_text(dataset, field.name, "scale", bytes));
-    axis.values = read_values<double>(dataset, field.name, extents, bytes);
+    axis.values = read_values<double>(dataset, field.name, extents, bytes, limit);
 }
 
 }  // namespace
@@ -614,23 +671,26 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     return bytes;
 }
 
-Table decode_hdf5(const Bytes& bytes, std::vector<std::string>* notes) {
+Table decode_hdf5(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
     check_seal(bytes);
     const QuietErrors quiet;
     const Handle file = open_file(bytes);
     const Metadata metadata = read_metadata(file, bytes);
+    check_objects(file);
     Table table;
     take_metadata(metadata, table);
     note_version(metadata, notes);
     const std::vector<AxisField> axes = axis_fields_of(metadata);
     if (axes.size() == axis_fields.size() && H5Lexists(file, mixture_field.name, H5P_DEFAULT) > 0)
         entry(metadata, "second_phase_function");  // refuses: none is there
-    for (const AxisField& field : axes) read_axis(file, field, table.*field.axis, bytes);
+    for (const AxisField& field : axes) read_axis(file, field, table.*field.axis, bytes, limit);
     table.diffusion_exponent =
-        read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes);
-    for (const SampleField& field : listed_samples(metadata))
+        read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes, limit);
+    const std::vector<SampleField> listed = listed_samples(metadata);
+    take_memory(table, listed, bytes.size(), limit);
+    for (const SampleField& field : listed)
         table.*field.samples =
-            read_over_axes<float>(file, field.name, extents(table, field.rank), bytes);
+            read_over_axes<float>(file, field.name, extents(table, field.rank), bytes, limit);
     prepare(table);
     return table;
 }

@@ -62,15 +62,6 @@ const MetadataField* find_field(const std::string& name) {
     return found == metadata_fields.end() ? nullptr : &*found;
 }
 
-/// Text from a file as a message may show it: short, and free of what disturbs a terminal.
-std::string shown(std::string_view text) {
-    constexpr std::size_t longest = 60;
-    std::string result(text.substr(0, longest));
-    std::replace_if(
-        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-    return '"' + result + (text.size() > longest ? "...\"" : "\"");
-}
-
 template <class Number>
 std::optional<Number> parse(std::string_view text) {
     Number value{};
@@ -166,6 +157,14 @@ void check_moments(const Metadata& metadata, const PhaseFunction& phase_function
 
 }  // namespace
 
+std::string shown(std::string_view text) {
+    constexpr std::size_t longest = 60;
+    std::string result(text.substr(0, longest));
+    std::replace_if(
+        result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+    return '"' + result + (text.size() > longest ? "...\"" : "\"");
+}
+
 Kind kind_of(const std::string& name) {
     const MetadataField* field = find_field(name);
     return field ? field->kind : Kind::text;
@@ -238,6 +237,15 @@ std::vector<SampleField> listed_samples(const Metadata& metadata) {
         if (list.find(std::string(" ") + field.name + ' ') != std::string::npos)
             listed.push_back(field);
     return listed;
+}
+
+void take_memory(const Table& table, const std::vector<SampleField>& listed,
+                 std::uintmax_t file_size, MemoryLimit& limit) {
+    std::uintmax_t bytes = 0;  // five times 8 GiB at most
+    for (const SampleField& field : listed)
+        bytes += sizeof(float) *
+                 checked_count(field.name, extents(table, field.rank), sizeof(float), file_size);
+    limit.take("the samples", bytes);
 }
 
 std::string checksum(std::span<const char> bytes) {

@@ -70,6 +70,9 @@ inline constexpr const char* checksum_name = "checksum";
 /// Attributes of a file by name, as text; the checksum over them is not one of them.
 using Metadata = std::map<std::string, std::string>;
 
+/// Text from a file as a message may show it: short, and free of what disturbs a terminal.
+std::string shown(std::string_view text);
+
 enum class Kind { text, integer, number, numbers };
 
 /// How an entry is typed where the format has types; every name that is not the format's own is
@@ -93,6 +96,12 @@ void take_metadata(const Metadata& metadata, Table& table);
 
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);
+
+/// Counts the samples of a table whose axes have been read towards the limit, all of them before
+/// the first is read. Each dataset's own size is checked as in `checked_count`, for a file of so
+/// many bytes.
+void take_memory(const Table& table, const std::vector<SampleField>& listed,
+                 std::uintmax_t file_size, MemoryLimit& limit);
 
 /// "crc32:xxxxxxxx" of bytes, and of the values' little-endian bytes.
 std::string checksum(std::span<const char> bytes);
@@ -145,8 +154,10 @@ void check_table(const Table& table);
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 Bytes encode_hdf5(const Table& table, const Metadata& metadata);
-Table decode_hdf5(const Bytes& bytes, std::vector<std::string>* notes = nullptr);
+Table decode_hdf5(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
+                  std::vector<std::string>* notes = nullptr);
 Bytes encode_exr(const Table& table, const Metadata& metadata);
-Table decode_exr(const Bytes& bytes, std::vector<std::string>* notes = nullptr);
+Table decode_exr(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
+                 std::vector<std::string>* notes = nullptr);
 
 }  // namespace stratus::io

@@ -44,15 +44,19 @@ Table naming_notes(const std::filesystem::path& path, std::vector<std::string>* 
 
 }  // namespace
 
-Table read_hdf5_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return naming_notes(path, notes, [&] {
-        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5"), notes);
+Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return naming_notes(path, options.notes, [&] {
+        io::MemoryLimit limit(options.max_memory);
+        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5", limit), limit,
+                               options.notes);
     });
 }
 
-Table read_exr_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return naming_notes(path, notes, [&] {
-        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR"), notes);
+Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return naming_notes(path, options.notes, [&] {
+        io::MemoryLimit limit(options.max_memory);
+        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR", limit), limit,
+                              options.notes);
     });
 }
 
@@ -64,9 +68,9 @@ void write_exr_table(const Table& table, const std::filesystem::path& path) {
     write_directly(table, path, Format::exr);
 }
 
-Table read_table(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path, notes)
-                                                         : read_exr_table(path, notes);
+Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
+    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path, options)
+                                                         : read_exr_table(path, options);
 }
 
 void write_table(const Table& table, const std::filesystem::path& path) {

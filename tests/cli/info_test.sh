@@ -34,4 +34,15 @@ echo "not a table" >foreign.h5
 expect_refused 1 foreign.h5 -- info foreign.h5
 expect_refused 1 absent/full.png -- info full.h5 --picture absent/full.png
 expect_refused 2 full.h5 another -- info full.h5 --picture full.h5
+# every command that reads a table honours a limit on memory, before it looks at what it would read
+cp full.h5 large.h5
+truncate -s 2M large.h5
+echo mu_in,mu_out,azimuth_deg,optical_depth,albedo >query.csv
+for command in "info large.h5" "verify large.h5" "eval large.h5 --query query.csv" "convert large.h5 new.exr"; do
+    # shellcheck disable=SC2086  # words of a command
+    expect_refused 1 large.h5 "needs 2 MiB" "limit of 1 MiB" -- $command --max-memory 1
+done
+expect_refused 2 --max-memory 0 -- info --max-memory 0 full.h5
+expect_refused 2 --max-memory 1.5 -- info --max-memory 1.5 full.h5
+expect_ok info --max-memory 1 full.h5
 finish

@@ -46,7 +46,7 @@ class Golden : public testing::TestWithParam<const char*> {};
 TEST_P(Golden, LoadsToTheSameValues) {
     const fs::path path = golden_folder / GetParam();
     std::vector<std::string> notes;
-    const Table table = read_table(path, &notes);
+    const Table table = read_table(path, {0, &notes});
     EXPECT_TRUE(notes.empty());
 
     const fs::path text = fs::path(path).replace_extension(".txt");
@@ -104,7 +104,7 @@ TEST_P(Versions, NewerMinorOnesLoadWithANote) {
     const TemporaryFolder folder;
     const fs::path path = with_version(folder / GetParam(), "1", "9");
     std::vector<std::string> notes;
-    expect_same(read_table(path, &notes), read_table(golden_folder / "plain.h5"));
+    expect_same(read_table(path, {0, &notes}), read_table(golden_folder / "plain.h5"));
     EXPECT_EQ(notes,
               std::vector<std::string>{path.string() +
                                        ": format 1.9 is newer than 1.1, which this program knows: "

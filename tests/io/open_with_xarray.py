@@ -1,10 +1,11 @@
-"""Opens a table with h5py and xarray, which know nothing of Stratus: named axes in order, their values and units.
+"""Opens a table with h5py, xarray and h5dump, which know nothing of Stratus: named axes in order, their values and units.
 
 Usage: open_with_xarray.py WRITE_SAMPLE_TABLE. Exits 77 (skipped) where a package is missing.
 """
 
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -84,10 +85,20 @@ def check_mixtures(path):
         assert table.reflection_multiple.sel(mixture=1).dims == tuple(AXES)
 
 
+def check_with_h5dump(path):
+    if not shutil.which("h5dump"):
+        return
+    done = subprocess.run(["h5dump", path], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for name in AXES + list(RANKS):
+        assert f'DATASET "{name}"' in done.stdout, name
+
+
 with tempfile.TemporaryDirectory() as folder:
     table_path = pathlib.Path(folder) / "table.h5"
     subprocess.run([sys.argv[1], table_path], check=True)
     check_with_h5py(table_path)
     check_with_xarray(table_path)
+    check_with_h5dump(table_path)
     subprocess.run([sys.argv[1], table_path, "3"], check=True)
     check_mixtures(table_path)

@@ -9,8 +9,6 @@
 #include <limits>
 #include <random>
 #include <ostream>
-#include <ostream>
-#include <ostream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -275,6 +273,84 @@ TEST_P(ChangedMetadata, IsRefusedInBothFormats) {
 INSTANTIATE_TEST_SUITE_P(Changes, ChangedMetadata, testing::ValuesIn(changes),
                          [](const auto& row) { return row.param.name; });
 
+TEST_P(BothFormats, RefuseWhatTakesMoreMemoryThanAllowed) {
+    write_table(sample_table(), path);
+    const std::uintmax_t file_size = fs::file_size(path);
+    const auto refusal_of = [&](std::uintmax_t max_memory) {
+        return refusal<std::runtime_error>([&] { read_table(path, {max_memory}); });
+    };
+    const auto starts = [&](const std::string& message, const std::string& reason) {
+        EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
+        EXPECT_NE(message.find("more than the limit of "), std::string::npos) << message;
+    };
+    starts(refusal_of(file_size - 1), "reading the file needs ");
+    if (hdf5) starts(refusal_of(file_size), "reading the samples needs ");
+    if (!hdf5) starts(refusal_of(file_size), "reading a part needs ");
+    expect_same(read_table(path, {1 << 20}), sample_table());
+}
+
+// --- Content that no writer writes ---
+
+struct WrongContent {
+    const char* name;
+    std::function<void(Table&)> change;
+    std::string reason;
+};
+
+std::ostream& operator<<(std::ostream& stream, const WrongContent& row) {
+    return stream << row.name;
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+const std::vector<WrongContent> wrong_contents{
+    {"AxisWithoutNumber", [](Table& t) { t.albedo.values[1] = nan; },
+     "albedo must be finite and at most 1, got nan"},
+    {"InfiniteCosine", [](Table& t) { t.mu_in.values.back() = infinity; },
+     "mu_in must be finite unless logarithmic, got inf"},
+    {"CosineAboveOne", [](Table& t) { t.mu_out.values.back() = 1.5; },
+     "mu_out must be in [0, 1], got 1.5"},
+    {"InfiniteAzimuth", [](Table& t) { t.azimuth.values.back() = infinity; },
+     "azimuth must be finite unless logarithmic, got inf"},
+    {"InfinityBeforeTheEnd", [](Table& t) { t.optical_depth.values[2] = infinity; },
+     "optical_depth must be in (0, inf), got inf"},
+    {"UnsortedAxis", [](Table& t) { std::swap(t.mu_in.values[0], t.mu_in.values[1]); },
+     "mu_in must be ascending, got 0.03"},
+    {"RepeatedSample", [](Table& t) { t.albedo.values[1] = t.albedo.values[0]; },
+     "albedo must be ascending, got 0"},
+    {"NegativeDepth", [](Table& t) { t.optical_depth.values[0] = -1; },
+     "optical_depth must be in (0, inf), got -1"},
+    {"SampleWithoutNumber",
+     [](Table& t) { t.reflection_multiple[7] = std::numeric_limits<float>::quiet_NaN(); },
+     "reflection_multiple (sample 7) must be finite, got nan"},
+    {"InfiniteSample",
+     [](Table& t) { t.spherical_albedo[3] = std::numeric_limits<float>::infinity(); },
+     "spherical_albedo (sample 3) must be finite, got inf"},
+    {"ExponentWithoutNumber", [](Table& t) { t.diffusion_exponent[0] = nan; },
+     "diffusion_exponent (sample 0) must be finite, got nan"},
+};
+
+class WrongTable : public testing::TestWithParam<WrongContent> {};
+
+TEST_P(WrongTable, IsRefusedThoughAllChecksumsHold) {
+    const TemporaryFolder folder;
+    Table table = sample_table();
+    GetParam().change(table);
+    const io::Metadata metadata = io::metadata_of(table);
+    for (const char* name : {"table.h5", "table.exr"}) {
+        const fs::path path = folder / name;
+        const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
+        io::write_bytes(path, encode(table, metadata));
+        const std::string message = refusal_of_reading(path);
+        expect_one_sentence(message, path);
+        EXPECT_NE(message.find(GetParam().reason), std::string::npos) << message;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Tables, WrongTable, testing::ValuesIn(wrong_contents),
+                         [](const auto& row) { return row.param.name; });
+
 // --- HDF5 files made by others ---
 
 struct Tampering {
@@ -296,11 +372,14 @@ void replace_dataset(hid_t file, const char* name, std::vector<hsize_t> sizes,
     H5Sclose(space);
 }
 
+const std::vector<H5Z_filter_t> as_written{H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE};
+
 void replace_chunked(hid_t file, const char* name, std::vector<hsize_t> sizes,
-                     std::vector<hsize_t> chunk, bool fletcher32) {
+                     std::vector<hsize_t> chunk, const std::vector<H5Z_filter_t>& filters) {
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
-    if (fletcher32) H5Pset_fletcher32(creation);
+    for (const H5Z_filter_t filter : filters)
+        H5Pset_filter(creation, filter, H5Z_FLAG_OPTIONAL, 0, nullptr);
     replace_dataset(file, name, std::move(sizes), H5T_IEEE_F32LE, creation);
     H5Pclose(creation);
 }
@@ -310,6 +389,16 @@ void replace_external(hid_t file) {
     H5Pset_external(creation, "/etc/passwd", 0, 3 * 5 * sizeof(float));
     replace_dataset(file, "spherical_albedo", {3, 5}, H5T_IEEE_F32LE, creation);
     H5Pclose(creation);
+}
+
+void replace_virtual(hid_t file) {
+    const hsize_t sizes[] = {3, 5};
+    const hid_t space = H5Screate_simple(2, sizes, nullptr);
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_virtual(creation, space, "other.h5", "/x", space);
+    replace_dataset(file, "spherical_albedo", {3, 5}, H5T_IEEE_F32LE, creation);
+    H5Pclose(creation);
+    H5Sclose(space);
 }
 
 void change_tolerance(hid_t file) {
@@ -365,18 +454,32 @@ const std::vector<Tampering> tamperings{
          H5Ldelete(f, "plane_albedo", H5P_DEFAULT);
          H5Lcreate_soft("/diffuse_transmittance", f, "plane_albedo", H5P_DEFAULT, H5P_DEFAULT);
      },
-     "plane_albedo is a link to elsewhere"},
+     "\"plane_albedo\" is a link to elsewhere"},
     {"ExternalLink",
      [](hid_t f) {
          H5Ldelete(f, "plane_albedo", H5P_DEFAULT);
          H5Lcreate_external("other.h5", "/x", f, "plane_albedo", H5P_DEFAULT, H5P_DEFAULT);
      },
-     "plane_albedo is a link to elsewhere"},
-    {"Group", replace_by_group, "spherical_albedo is not a dataset"},
+     "\"plane_albedo\" is a link to elsewhere"},
+    {"ExternalLinkBesideTheTable",
+     [](hid_t f) { H5Lcreate_external("other.h5", "/x", f, "more", H5P_DEFAULT, H5P_DEFAULT); },
+     "\"more\" is a link to elsewhere"},
+    {"Group", replace_by_group, "\"spherical_albedo\" is not a dataset"},
+    {"NamedType",
+     [](hid_t f) {
+         const hid_t type = H5Tcopy(H5T_IEEE_F32LE);
+         H5Tcommit2(f, "more", type, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+         H5Tclose(type);
+     },
+     "\"more\" is not a dataset"},
+    {"SecondName",
+     [](hid_t f) { H5Lcreate_hard(f, "plane_albedo", f, "more", H5P_DEFAULT, H5P_DEFAULT); },
+     "\"plane_albedo\" has two names"},
+    {"VirtualDataset", replace_virtual, "spherical_albedo keeps its samples in another file"},
     {"ExternalStorage", replace_external, "spherical_albedo keeps its samples in another file"},
     {"OtherFilter",
      [](hid_t f) {
-         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, true);
+         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, {H5Z_FILTER_FLETCHER32});
      },
      "spherical_albedo uses a filter other than shuffle and deflate"},
     {"OtherRank", [](hid_t f) { replace_dataset(f, "spherical_albedo", {15}); },
@@ -396,17 +499,33 @@ const std::vector<Tampering> tamperings{
          replace_dataset(f, "spherical_albedo", {3, 5}, H5T_IEEE_F32BE);
      },
      "spherical_albedo must hold little-endian floating-point numbers of 4 bytes"},
+    {"NoFilter",
+     [](hid_t f) {
+         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, {});
+     },
+     "spherical_albedo is not shuffled and deflated, once each"},
+    {"DeflatedTwice",
+     [](hid_t f) {
+         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5},
+                         {H5Z_FILTER_SHUFFLE, H5Z_FILTER_DEFLATE, H5Z_FILTER_DEFLATE});
+     },
+     "spherical_albedo is not shuffled and deflated, once each"},
+    {"ChunksThatAreNoRuns",
+     [](hid_t f) {
+         replace_chunked(f, "spherical_albedo", {3, 5}, {2, 2}, as_written);
+     },
+     "spherical_albedo has chunks that are no runs of samples"},
     {"NothingStored",
      [](hid_t f) {
-         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, false);
+         replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, as_written);
      },
-     "spherical_albedo lacks its attribute checksum"},
+     "spherical_albedo lacks a chunk"},
     {"HugeDataset",
      [](hid_t f) {
-         replace_chunked(f, "plane_albedo", {huge, huge, huge}, {1, 1, 1}, false);
+         replace_chunked(f, "plane_albedo", {huge, huge, huge}, {1, 1, 1}, {});
      },
      "extents of plane_albedo are not those of its axes"},
-    {"HugeAxis", [](hid_t f) { replace_chunked(f, "albedo", {huge}, {1}, false); },
+    {"HugeAxis", [](hid_t f) { replace_chunked(f, "albedo", {huge}, {1}, {}); },
      "albedo has more samples than any axis"},
     {"LongAxis", [](hid_t f) { replace_dataset(f, "albedo", {1000000}, H5T_IEEE_F64LE); },
      "albedo lacks its attribute scale"},
@@ -540,6 +659,13 @@ TEST_F(TamperedExr, RefusesAnotherCompression) {
 TEST_F(TamperedExr, RefusesOtherChannels) {
     const std::string reason = "reflection_multiple must have one channel, Y, of 32-bit numbers";
     expect_refusal(with_attribute(whole, "channels", "chlist", "Z"), reason);
+}
+
+TEST_F(TamperedExr, RefusesAttributesThatAreThereTwice) {
+    const std::string twice = "stratus:format_major";
+    std::string doubled = whole;
+    doubled.replace(doubled.find("stratus:format_minor"), twice.size(), twice);
+    expect_refusal(doubled, "attribute \"stratus:format_major\" is there twice");
 }
 
 TEST_F(TamperedExr, RefusesARenamedPart) {

@@ -15,9 +15,8 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
+#include <stratus/io/table_file.h>
 #include <stratus/runtime/table.h>
 
 namespace stratus {
@@ -26,7 +25,7 @@ namespace stratus {
 /// makes it atomic.
 ///
 /// Errors   std::runtime_error also for a picture of more than 2^24 rows or columns.
-Table read_exr_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options = {});
 void write_exr_table(const Table& table, const std::filesystem::path& path);
 
 }  // namespace stratus

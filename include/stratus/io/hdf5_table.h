@@ -8,9 +8,8 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <vector>
 
+#include <stratus/io/table_file.h>
 #include <stratus/runtime/table.h>
 
 namespace stratus {
@@ -19,7 +18,7 @@ namespace stratus {
 /// makes it atomic.
 ///
 /// Threads  one call at a time, unless the HDF5 library was built to be thread-safe.
-Table read_hdf5_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options = {});
 void write_hdf5_table(const Table& table, const std::filesystem::path& path);
 
 }  // namespace stratus

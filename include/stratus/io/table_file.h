@@ -7,6 +7,7 @@
 // (atomic_file.h).
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,12 +21,21 @@ constexpr int table_format_major = 1;
 constexpr int table_format_minor = 0;
 constexpr int table_format_minor_of_mixtures = 1;  // of files that hold a mixture axis
 
-/// Reads a table by its file name's ending, .h5 or .exr. Notes for the user go to `notes`: that the
-/// file is of a newer minor version, of which what is new is not used.
+struct ReadOptions {
+    /// Bytes that the file, its samples and what they are inflated in may take; 0: half of the
+    /// machine's memory.
+    std::uintmax_t max_memory = 0;
+    /// Where notes for the user go, each naming the file: that it is of a newer minor version, of
+    /// which what is new is not used.
+    std::vector<std::string>* notes = nullptr;
+};
+
+/// Reads a table by its file name's ending, .h5 or .exr.
 ///
 /// Errors   std::invalid_argument for another ending; std::runtime_error "PATH: reason" for a file
-///          that is missing, unreadable, damaged or of another kind.
-Table read_table(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+///          that is missing, unreadable, damaged, of another kind, or would take more memory than
+///          allowed, which is known before it is taken.
+Table read_table(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Writes a table by its file name's ending, .h5 or .exr; an existing file is replaced only by a
 /// complete one.

@@ -1,0 +1,17 @@
+// Any text at all as a recipe.
+#include <stratus/bake/recipe.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <string>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::string text(data, data + size);
+    if (text.find("file") != std::string::npos) return 0;  // opens whatever it names
+    try {
+        stratus::parse_recipe(text);
+    } catch (const std::exception&) {
+    }
+    return 0;
+}

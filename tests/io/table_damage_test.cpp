@@ -1,0 +1,148 @@
+// Tens of thousands of damaged files: each is refused in one sentence or read as the table that was
+// written; never a crash, never a read that does not end, under the sanitizers too.
+//
+// A share runs always; STRATUS_ALL_DAMAGE in the environment asks for all.
+#include <stratus/io/table_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "sample_table.h"
+#include "table_content.h"
+
+/// What HDF5 loses when it meets a damaged file is not ours to find.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
+
+namespace stratus::test {
+namespace {
+
+constexpr std::size_t seal_size = sizeof "\nstratus-table crc32:00000000";
+constexpr std::uintmax_t max_memory = 64 << 20;
+
+int mutations() { return std::getenv("STRATUS_ALL_DAMAGE") ? 20000 : 1000; }
+
+/// Part of a file.
+struct Block {
+    std::size_t start, size;
+};
+
+/// One change somewhere within `block`: a bit, a byte, a run, or a field of 4 or 8 bytes set to
+/// what sizes and addresses break at. Keeps the file's size.
+void damage(io::Bytes& bytes, const Block& block, std::mt19937& random) {
+    constexpr std::array<std::uint64_t, 12> extremes{
+        0,          1,           0x7f,        0xff,       0x7fff,     0xffff,
+        0x7fffffff, 0x80000000U, 0xffffffffU, UINT64_MAX, 1ULL << 63, UINT64_MAX >> 1};
+    const auto below = [&](std::size_t count) {
+        return std::uniform_int_distribution<std::size_t>(0, count - 1)(random);
+    };
+    const std::size_t at = block.start + below(block.size);
+    const std::size_t room = block.start + block.size - at;
+    switch (below(5)) {
+        case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); return;
+        case 1: bytes[at] = static_cast<char>(below(256)); return;
+        case 2: {
+            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+            for (std::size_t i = 0; i < length; ++i) bytes[at + i] = static_cast<char>(below(256));
+            return;
+        }
+        case 3: {
+            const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
+            const std::size_t from = block.start + below(block.size - length + 1);
+            std::memmove(bytes.data() + at, bytes.data() + from, length);
+            return;
+        }
+        default: {
+            const std::uint64_t value = extremes[below(extremes.size())];
+            std::memcpy(bytes.data() + at, &value, std::min<std::size_t>(room, below(2) ? 8 : 4));
+        }
+    }
+}
+
+Table small_table() {
+    Shape shape;
+    shape.finite_depths = 2;
+    shape.azimuths = 3;
+    return sample_table(shape);
+}
+
+struct Format {
+    const char* name;
+    io::Bytes (*encode)(const Table&, const io::Metadata&);
+    Table (*decode)(const io::Bytes&, io::MemoryLimit);
+};
+
+std::ostream& operator<<(std::ostream& stream, const Format& format) {
+    return stream << format.name;
+}
+
+class Damaged : public testing::TestWithParam<Format> {
+  protected:
+    /// SIGALRM ends the program when a read takes longer than any does, by a factor of hundreds.
+    void expect_refused_or_same(const io::Bytes& bytes) {
+        ::alarm(5);
+        try {
+            const Table read = GetParam().decode(bytes, io::MemoryLimit(max_memory));
+            ::alarm(0);
+            ++accepted;
+            expect_same(read, table);
+        } catch (const std::exception& error) {
+            ::alarm(0);
+            EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos);
+            EXPECT_STRNE(error.what(), "");
+        }
+    }
+
+    const Table table = small_table();
+    const io::Bytes whole = GetParam().encode(table, io::metadata_of(table));
+    const bool hdf5 = std::string_view(GetParam().name) == "h5";
+    const io::Bytes without_seal{whole.begin(), whole.end() - (hdf5 ? seal_size : 0)};
+    int accepted = 0;
+};
+
+INSTANTIATE_TEST_SUITE_P(Formats, Damaged,
+                         testing::Values(Format{"h5", io::encode_hdf5, io::decode_hdf5},
+                                         Format{"exr", io::encode_exr, io::decode_exr}),
+                         [](const auto& row) { return row.param.name; });
+
+TEST_P(Damaged, IsRefusedWhereverItIsCut) {
+    for (std::size_t length = 0; length < without_seal.size(); length += 512)
+        expect_refused_or_same(
+            {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)});
+    EXPECT_EQ(accepted, 0);
+}
+
+TEST_P(Damaged, IsRefusedOrSame) {
+    std::mt19937 random(6);
+    for (int i = 0; i < mutations() && !HasFailure(); ++i) {
+        SCOPED_TRACE(i);
+        io::Bytes bytes = i % 4 == 0 ? whole : without_seal;
+        const Block all{0, bytes.size()};
+        for (int n = i % 3; n >= 0; --n) damage(bytes, all, random);
+        expect_refused_or_same(bytes);
+    }
+}
+
+/// Headers, where sizes are, are a small part of a file.
+TEST_P(Damaged, IsRefusedOrSameWhereSizesAre) {
+    std::mt19937 random(66);
+    for (int i = 0; i < mutations() && !HasFailure(); ++i) {
+        SCOPED_TRACE(i);
+        io::Bytes bytes = without_seal;
+        for (int n = i % 3; n >= 0; --n)
+            damage(bytes, {0, std::min<std::size_t>(bytes.size(), hdf5 ? 512 : 8192)}, random);
+        expect_refused_or_same(bytes);
+    }
+}
+
+}  // namespace
+}  // namespace stratus::test

@@ -2,10 +2,10 @@
 #include "allowed.h"
 #include "commands.h"
 #include "query.h"
+#include "table_option.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/fit/fit.h>
-#include <stratus/io/table_file.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +22,7 @@ namespace {
 struct FitCommand {
     std::string observations, table, output;
     int threads = 0;
+    ReadOptions reading;
 };
 
 /// What was seen of one radius.
@@ -93,7 +94,7 @@ void run_fit(const FitCommand& command) {
         require_different_files("fit", command.table, command.output);
         require_different_files("fit", command.observations, command.output);
     }
-    const Table table = read_table(command.table);
+    const Table table = read_noted_table(command.table, command.reading);
     if (!table.has_mixture())
         throw std::invalid_argument("fit: --table must have a mixture axis, got " + command.table +
                                     " without one");
@@ -125,6 +126,7 @@ void add_fit(CLI::App& app) {
         ->check(file_name());
     fit->add_option("--table", command->table, "Table with a mixture axis, .h5 or .exr")
         ->required();
+    add_max_memory(*fit, command->reading);
     fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
     fit->add_option("--threads", command->threads, "Threads; 0: one for each processor")

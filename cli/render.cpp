@@ -4,9 +4,9 @@
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/atomic_file.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
@@ -32,6 +32,7 @@ struct RenderCommand {
     std::string effects;
     int width = 0, threads = 0;
     bool quiet = false;
+    ReadOptions reading;
 };
 
 using Clock = std::chrono::steady_clock;
@@ -70,7 +71,8 @@ std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& 
                                                            const std::vector<Scene>& scenes,
                                                            Progress& progress) {
     if (!command.table.empty())
-        return {scenes.size(), adopt_table(scenes, read_table(command.table))};
+        return {scenes.size(),
+                adopt_table(scenes, read_noted_table(command.table, command.reading))};
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
@@ -216,6 +218,7 @@ void add_render(CLI::App& app) {
         ->check(file_name());
     render->add_option("--table", command->table, "Table to look up instead of baking, .h5 or .exr")
         ->check(file_name());
+    add_max_memory(*render, command->reading);
     std::string names;
     for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
     render

@@ -4,8 +4,10 @@
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
+#include "stop_on_signal.h"
 
 #include <stratus/bake/bake.h>
+#include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 
 #include <chrono>
@@ -13,6 +15,8 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,7 +27,67 @@ struct BakeCommand {
     std::string recipe, output, exr;
     int threads = 0;
     bool quiet = false;
+    bool resume = false;
 };
+
+std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
+
+/// What is left of an interrupted bake, to go on with; or the beginning of a new one.
+std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Recipe& recipe,
+                                            Progress& progress) {
+    const std::string path = checkpoint_path(command);
+    auto checkpoint = std::make_unique<Checkpoint>(
+        path, CheckpointOwner{baking_program(), resolved_text(recipe)});
+    if (checkpoint->pieces() > 0 && !command.resume)
+        throw std::runtime_error(path +
+                                 ": holds what an interrupted bake has finished; --resume "
+                                 "goes on with it, removing it starts over");
+    if (checkpoint->pieces() > 0)
+        progress.note("going on with " + path + ": " + std::to_string(checkpoint->pieces()) +
+                      " pieces of work are finished");
+    else if (command.resume)
+        progress.note("note: there is nothing to go on with: baking from the start");
+    return checkpoint;
+}
+
+/// Bakes with what the checkpoint holds, and adds to it.
+///
+/// Errors   EndedBySignal where one came.
+Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
+              const std::string& path) {
+    const StopOnSignal stop;
+    options.log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
+    options.log.keep = [&](const std::string& piece, std::span<const char> result) {
+        checkpoint.keep(piece, result);
+    };
+    options.log.stop = [&] { return stop.signal() != 0; };
+    bool told = false;
+    options.progress = [&, show = options.progress](double done, const std::string& stage) {
+        show(done, stage);
+        const std::string trouble = checkpoint.trouble();
+        if (!told && !trouble.empty()) options.note("note: finished work is not kept: " + trouble);
+        told = !trouble.empty();
+    };
+    try {
+        return bake(recipe, options);
+    } catch (const WorkStopped&) {
+        throw EndedBySignal(stop.signal(), checkpoint.pieces() == 0
+                                               ? "interrupted; nothing is kept"
+                                               : "interrupted; what is finished is kept in " +
+                                                     path +
+                                                     ": the same command with --resume goes on");
+    }
+}
+
+/// Writes all files of a table. The two libraries know nothing of each other: both files are
+/// compressed at the same time.
+void write_files(const Table& table, const BakeCommand& command) {
+    std::future<void> picture;
+    if (!command.exr.empty())
+        picture = std::async(std::launch::async, [&] { write_table(table, command.exr); });
+    write_table(table, command.output);
+    if (picture.valid()) picture.get();
+}
 
 void run_bake(const BakeCommand& command) {
     require_writable("bake", "--output", command.output, ".h5");
@@ -40,14 +104,17 @@ void run_bake(const BakeCommand& command) {
     options.threads = command.threads;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
-    const Table table = bake(recipe, options);
+    const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
+    const Table table = bake_on(recipe, options, *checkpoint, checkpoint_path(command));
     const SignalsHeld held;
-    // The two libraries know nothing of each other: both files are compressed at the same time.
-    std::future<void> picture;
-    if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr); });
-    write_table(table, command.output);
-    if (picture.valid()) picture.get();
+    try {
+        write_files(table, command);
+    } catch (const std::runtime_error& error) {
+        if (checkpoint->pieces() == 0) throw;
+        throw std::runtime_error(std::string(error.what()) + "; what is baked is kept in " +
+                                 checkpoint_path(command) + " for --resume");
+    }
+    checkpoint->remove();
 
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -73,8 +140,14 @@ void add_bake(CLI::App& app) {
     bake->add_option("--threads", command->threads, "Threads; 0: one for each processor")
         ->capture_default_str()
         ->check(whole_number(0, 1024));
+    bake->add_flag("--resume", command->resume,
+                   "Go on with an interrupted bake: OUTPUT.checkpoint holds what it has finished, "
+                   "and is removed when the table is whole. The table is the same, byte for byte. "
+                   "Without a checkpoint, bake from the start");
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     bake->footer(
+        "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
+        "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr");
     bake->callback([command] { run_bake(*command); });

@@ -1,8 +1,8 @@
 // `stratus convert`: the same table in the other file format, lossless both ways.
 #include "commands.h"
-#include "memory_option.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/table_file.h>
 
@@ -33,7 +33,7 @@ void run_convert(const ConvertOptions& options) {
     check_ending("IN", options.input);
     check_ending("OUT", options.output);
     require_different_files("convert", options.input, options.output);
-    const Table table = read_table(options.input, options.reading);
+    const Table table = read_noted_table(options.input, options.reading);
     const SignalsHeld held;
     write_table(table, options.output);
 }

@@ -2,10 +2,9 @@
 // renderer links.
 #include "allowed.h"
 #include "commands.h"
-#include "memory_option.h"
 #include "query.h"
+#include "table_option.h"
 
-#include <stratus/io/table_file.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
@@ -264,7 +263,7 @@ void run_eval(const EvalOptions& options) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
     }
-    const Table table = read_table(options.table, options.reading);
+    const Table table = read_noted_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table);
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
     const std::vector<Point> points = points_of(query, table, options.density);

@@ -1,11 +1,10 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
 #include "commands.h"
-#include "memory_option.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/atomic_file.h>
-#include <stratus/io/table_file.h>
 #include <stratus/picture/portrait.h>
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/table.h>
@@ -166,7 +165,7 @@ void draw_picture(const Table& table, const InfoOptions& options) {
 }
 
 void run_info(const InfoOptions& options) {
-    const Table table = read_table(options.table, options.reading);
+    const Table table = read_noted_table(options.table, options.reading);
     if (!options.picture.empty()) draw_picture(table, options);
     print_content(table);
     print_size(table, options.table);

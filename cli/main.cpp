@@ -3,9 +3,10 @@
 //
 // Exit code 0: done. 2: wrong usage, which is what CLI11 cannot parse and every
 // std::invalid_argument (a value, a row of a query, an ending that is not allowed). 1: everything
-// else that failed (a file, a library, a check not passed). Whatever went wrong is said in one line
-// on stderr.
+// else that failed (a file, a library, a check not passed). 128 + signal: a bake was interrupted
+// and can go on. Whatever went wrong is said in one line on stderr.
 #include "commands.h"
+#include "stop_on_signal.h"
 
 #include <CLI/CLI.hpp>
 
@@ -48,7 +49,10 @@ int run(int argc, char** argv) {
     stratus::add_info(app);
     stratus::add_verify(app);
     stratus::add_convert(app);
+    stratus::add_fit(app);
     stratus::add_cost(app);
+    stratus::add_plan(app);
+    stratus::add_render(app);
 
     try {
         app.parse(argc, argv);
@@ -67,6 +71,8 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
     try {
         return run(argc, argv);
+    } catch (const stratus::EndedBySignal& error) {
+        return refuse(error.exit_code, error.what());
     } catch (const CLI::ParseError& error) {
         return refuse(2, std::string(error.what()) + " (see --help)");
     } catch (const std::invalid_argument& error) {

@@ -34,7 +34,13 @@ constexpr ColumnRange column_ranges[] = {
     {"optical_depth", "in [0, inf]", [](double depth) { return depth >= 0; }},
     {"albedo", "in [0, 1]", [](double albedo) { return albedo >= 0 && albedo <= 1; }},
     {"mixture", "in [0, 1]", [](double mixture) { return mixture >= 0 && mixture <= 1; }},
+    {"radius", "finite", [](double radius) { return std::isfinite(radius); }},
+    {"brightness", "finite", [](double brightness) { return std::isfinite(brightness); }},
+    {"sigma", "in (0, inf)", [](double sigma) { return sigma > 0 && std::isfinite(sigma); }},
 };
+
+constexpr ColumnRange either_side{"mu_out", "in [-1, 1] and not 0",
+                                  [](double mu) { return mu != 0 && std::abs(mu) <= 1; }};
 
 std::string joined(const std::vector<std::string>& words) {
     std::string text;
@@ -58,9 +64,12 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& requir
 }
 
 /// Refuses the first line with a value out of its column's range.
-void check_values(const CsvTable& query) {
+void check_values(const CsvTable& query, bool of_either_side) {
     for (std::size_t r = 0; r < query.rows.size(); ++r)
-        for (const ColumnRange& range : column_ranges) {
+        for (const ColumnRange& plain : column_ranges) {
+            const bool signed_side =
+                of_either_side && std::strcmp(plain.column, either_side.column) == 0;
+            const ColumnRange& range = signed_side ? either_side : plain;
             if (!query.has_column(range.column)) continue;
             const double value =
                 query.rows[r][static_cast<std::size_t>(query.column(range.column))];
@@ -73,16 +82,26 @@ void check_values(const CsvTable& query) {
 
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
+CsvTable read_rows(const std::string& path, const std::vector<std::string>& required,
+                   const std::vector<std::string>& optional, bool of_either_side) {
+    CsvTable query = is_stream(path) ? read_csv(std::cin, "standard input") : read_csv(path);
+    check_columns(query, required, optional);
+    check_values(query, of_either_side);
+    return query;
+}
+
 std::string reason() { return errno != 0 ? std::strerror(errno) : "write error"; }
 
 }  // namespace
 
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional) {
-    CsvTable query = is_stream(path) ? read_csv(std::cin, "standard input") : read_csv(path);
-    check_columns(query, required, optional);
-    check_values(query);
-    return query;
+    return read_rows(path, required, optional, false);
+}
+
+CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
+                           const std::vector<std::string>& optional) {
+    return read_rows(path, required, optional, true);
 }
 
 void write_answer(const std::filesystem::path& path,

@@ -22,6 +22,10 @@ namespace stratus {
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional = {});
 
+/// The same of observations, whose mu_out is negative where the side that is not lit was seen.
+CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
+                           const std::vector<std::string>& optional);
+
 /// Calls `write` with stdout where `path` is "" or "-", else writes a file that appears at `path`
 /// whole or not at all.
 ///

@@ -2,11 +2,10 @@
 // lookups are off.
 #include "allowed.h"
 #include "commands.h"
-#include "memory_option.h"
 #include "progress.h"
+#include "table_option.h"
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/io/table_file.h>
 #include <stratus/runtime/angle.h>
 
 #include <algorithm>
@@ -70,7 +69,7 @@ void print_worst(const Verification& verification, bool mixed) {
 }
 
 void run_verify(const VerifyCommand& command) {
-    const Table table = read_table(command.table, command.reading);
+    const Table table = read_noted_table(command.table, command.reading);
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
     options.progress = [&](double done) { progress.show(done, "verifying"); };

@@ -11,6 +11,8 @@
 #include <stratus/runtime/diffusion.h>
 #include <stratus/transfer/quadrature.h>
 
+#include "piece_of_work.h"
+
 namespace stratus {
 
 namespace {
@@ -130,9 +132,10 @@ bool Verification::meets(double tolerance) const {
 
 namespace {
 
+/// The asked geometries of one random cell; `piece` names its solution in the log.
 void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
                 const SolverOptions& solver, int geometries, std::mt19937& random,
-                std::vector<ErrorSample>& into) {
+                const WorkLog& log, const std::string& piece, std::vector<ErrorSample>& into) {
     const Cell cell = random_cell(range, random);
     std::uniform_real_distribution<double> azimuth(0, pi);
     std::vector<double> mu = floor_cosines();
@@ -143,33 +146,47 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
         mu.push_back(points.back().mu_in);
         mu.push_back(points.back().mu_out);
     }
-    const PhaseFunction mixed =
-        range.mixture.count == 0
-            ? phase_function
-            : PhaseFunction::sum({{cell.mixture, phase_function},
-                                  {1 - cell.mixture, range.second_phase_function}});
-    const LayerSolution solution =
-        solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.below);
-    auto add = [&](Side side, int g, double expected, double floor) {
-        const Geometry& at = points[static_cast<std::size_t>(g)];
-        const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(at)
-                                                       : cos_scattering_angle_transmitted(at);
-        into.push_back({side, cell.albedo, cell.optical_depth, at,
-                        std::acos(std::clamp(cosine, -1.0, 1.0)), expected, 0, 0, floor,
-                        cell.mixture});
-    };
-    const int first = static_cast<int>(floor_cosines().size());
-    const double reflection_least = range.reflection ? reflection_floor(solution) : 0;
-    const double transmission_least = range.transmission ? transmission_floor(solution) : 0;
-    for (int g = 0; g < geometries; ++g) {
-        const int in = first + 2 * g, out = in + 1;
-        const double phi = points[static_cast<std::size_t>(g)].azimuth;
-        if (range.reflection)
-            add(Side::reflection, g, solution.reflection(in, out, phi).total, reflection_least);
-        if (range.transmission)
-            add(Side::transmission, g, solution.transmission(in, out, phi).total,
-                transmission_least);
+    std::vector<Side> sides;
+    if (range.reflection) sides.push_back(Side::reflection);
+    if (range.transmission) sides.push_back(Side::transmission);
+
+    // A floor for each side, then the totals, point by point.
+    std::vector<double> solved;
+    const std::size_t count = sides.size() * (1 + points.size());
+    if (auto finished = find_finished<double>(log, piece, count)) {
+        solved = std::move(*finished);
+    } else {
+        const PhaseFunction mixed =
+            range.mixture.count == 0
+                ? phase_function
+                : PhaseFunction::sum({{cell.mixture, phase_function},
+                                      {1 - cell.mixture, range.second_phase_function}});
+        const LayerSolution solution =
+            solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.below);
+        for (const Side side : sides)
+            solved.push_back(side == Side::reflection ? reflection_floor(solution)
+                                                      : transmission_floor(solution));
+        const int first = static_cast<int>(floor_cosines().size());
+        for (int g = 0; g < geometries; ++g) {
+            const int in = first + 2 * g, out = in + 1;
+            const double phi = points[static_cast<std::size_t>(g)].azimuth;
+            for (const Side side : sides)
+                solved.push_back(side == Side::reflection
+                                     ? solution.reflection(in, out, phi).total
+                                     : solution.transmission(in, out, phi).total);
+        }
+        keep_finished(log, piece, solved);
     }
+    for (std::size_t g = 0; g < points.size(); ++g)
+        for (std::size_t s = 0; s < sides.size(); ++s) {
+            const Geometry& at = points[g];
+            const double cosine = sides[s] == Side::reflection
+                                      ? cos_scattering_angle_reflected(at)
+                                      : cos_scattering_angle_transmitted(at);
+            into.push_back({sides[s], cell.albedo, cell.optical_depth, at,
+                            std::acos(std::clamp(cosine, -1.0, 1.0)),
+                            solved[(g + 1) * sides.size() + s], 0, 0, solved[s], cell.mixture});
+        }
 }
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
@@ -260,9 +277,11 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
     const int cells = (options.samples + geometries_a_cell - 1) / geometries_a_cell;
     std::vector<std::vector<ErrorSample>> of_cell(static_cast<std::size_t>(cells));
     auto solve = [&](int cell) {
+        stop_if_asked(options.log);
         std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(cell));
         const int rest = options.samples - cell * geometries_a_cell;
         solve_cell(phase_function, range, solver, std::min(rest, geometries_a_cell), random,
+                   options.log, "points from " + std::to_string(cell * geometries_a_cell),
                    of_cell[static_cast<std::size_t>(cell)]);
     };
     parallel_for(cells, options.threads, solve, [&](int done) {
@@ -318,6 +337,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.nodes = result.reference_nodes;
     solver.orders = table.highest_order;
     solver.mode_tolerance = 1e-3 * table.tolerance;
+    solver.instruction_set = options.instruction_set;
 
     const TableView view = table.view();
     result.samples = solve_random_points(table.phase_function, range_of(table), solver, options);

@@ -51,9 +51,12 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     return make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1, ends_at_infinity);
 }
 
-std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
+std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos,
+                                    const char* instruction_set) {
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
-    return compute_diffusion_exponents(recipe.phase_function, albedos);
+    SolverOptions options;
+    options.instruction_set = instruction_set;
+    return compute_diffusion_exponents(recipe.phase_function, albedos, options);
 }
 
 double extrapolation_length(const PhaseFunction& phase_function, const Below& below) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include <stratus/bake/accuracy.h>
@@ -12,6 +13,7 @@
 #include <stratus/runtime/argument.h>
 
 #include "axes.h"
+#include "piece_of_work.h"
 #include "resolve.h"
 
 namespace stratus {
@@ -105,8 +107,10 @@ class TableSolver {
         solver_.modes = d.modes;
         solver_.scheme = d.scheme;
         solver_.orders = recipe.orders;
+        solver_.instruction_set = options.instruction_set;
         table_.highest_order = recipe.orders;
-        table_.diffusion_exponent = decay_exponents(recipe, table_.albedo.values);
+        table_.diffusion_exponent =
+            decay_exponents(recipe, table_.albedo.values, options.instruction_set);
         tabulate_geometry();
     }
 
@@ -124,6 +128,7 @@ class TableSolver {
         parallel_for(
             runs * chunks, options_.threads,
             [&](int unit) {
+                stop_if_asked(options_.log);
                 solve_unit(unit % runs, runs, (unit / runs) * albedos_at_once, albedos_at_once);
             },
             [&](int done) {
@@ -168,16 +173,75 @@ class TableSolver {
             ladder.octaves = (tau.count - 1 - run) / runs + 1;
             ladder.to_infinity = tau.ends_at_infinity && run == (tau.count - 1) % runs;
         }
-        const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
-                                            table_.mu_in.values, solver_, recipe_.below);
+        const auto depths = static_cast<std::size_t>(ladder.octaves + (ladder.to_infinity ? 1 : 0));
+        std::vector<std::size_t> rows;  // over (albedo, depth)
         for (std::size_t a = 0; a < albedos.size(); ++a)
-            for (std::size_t d = 0; d < solutions[a].size(); ++d) {
+            for (std::size_t d = 0; d < depths; ++d) {
                 const bool infinite = static_cast<int>(d) == ladder.octaves;
                 const int depth = infinite ? tau.count : run + static_cast<int>(d) * runs;
-                store(solutions[a][d], (static_cast<std::size_t>(first_albedo) + a) *
-                                               table_.optical_depth.values.size() +
-                                           static_cast<std::size_t>(depth));
+                rows.push_back((static_cast<std::size_t>(first_albedo) + a) *
+                                   table_.optical_depth.values.size() +
+                               static_cast<std::size_t>(depth));
             }
+
+        const std::string piece =
+            "depths from " + std::to_string(run) + ", albedos from " + std::to_string(first_albedo);
+        std::size_t count = 0;
+        for (const std::size_t row : rows)
+            visit_samples(row, [&](std::span<float> some) { count += some.size(); });
+        if (const auto finished = find_finished<float>(options_.log, piece, count)) {
+            const float* from = finished->data();
+            for (const std::size_t row : rows) {
+                visit_samples(row, [&](std::span<float> some) {
+                    std::copy_n(from, some.size(), some.data());
+                    from += some.size();
+                });
+                mirror(row);
+            }
+            return;
+        }
+        const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
+                                            table_.mu_in.values, solver_, recipe_.below);
+        for (std::size_t n = 0; n < rows.size(); ++n)
+            store(solutions[n / depths][n % depths], rows[n]);
+        if (!options_.log.keep) return;
+        std::vector<float> samples;
+        samples.reserve(count);
+        for (const std::size_t row : rows)
+            visit_samples(row, [&](std::span<float> some) {
+                samples.insert(samples.end(), some.begin(), some.end());
+            });
+        keep_finished(options_.log, piece, samples);
+    }
+
+    /// Calls visit(samples) for those of one (albedo, optical depth) from which `mirror` knows all.
+    template <class Visit>
+    void visit_samples(std::size_t row, const Visit& visit) {
+        const std::size_t mus = table_.mu_in.values.size();
+        for (std::vector<float>* side :
+             {&table_.reflection_multiple, &table_.transmission_multiple})
+            for (std::size_t i = 0; i < mus && !side->empty(); ++i) {
+                const std::size_t begin = i * (mus + 1) * block_ / (mus * mus);
+                visit(
+                    std::span(*side).subspan(row * block_ + begin, (i + 1) * block_ / mus - begin));
+            }
+        for (std::vector<float>* flux : {&table_.plane_albedo, &table_.diffuse_transmittance})
+            if (!flux->empty()) visit(std::span(*flux).subspan(row * mus, mus));
+        visit(std::span(table_.spherical_albedo).subspan(row, 1));
+    }
+
+    /// Fills in what exchanging mu_in and mu_out gives.
+    void mirror(std::size_t row) {
+        const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
+        for (std::vector<float>* side :
+             {&table_.reflection_multiple, &table_.transmission_multiple}) {
+            if (side->empty()) continue;
+            float* const block = side->data() + row * block_;
+            for (std::size_t i = 0; i < mus; ++i)
+                for (std::size_t j = 0; j < i; ++j)
+                    std::copy_n(block + (j * mus + i) * azimuths, azimuths,
+                                block + (i * mus + j) * azimuths);
+        }
     }
 
     void store(const LayerSolution& solution, std::size_t row) {
@@ -264,6 +328,7 @@ Table solve_mixtures(const Recipe& recipe, const BakeOptions& options) {
             of_share.progress = [&](double done, const std::string& stage) {
                 options.progress((static_cast<double>(m) + done) / count, stage);
             };
+        of_share.log = part_of(options.log, "mixture " + std::to_string(m));
         const Recipe alone = at_mixture(recipe, mixture.values[m]);
         Table one = TableSolver(alone, of_share).solve();
         append(table.reflection_multiple, one.reflection_multiple);
@@ -322,6 +387,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.samples = check_samples;
     check.seed = check_seed;
     check.threads = options.threads;
+    check.log = part_of(options.log, "check");
+    check.instruction_set = options.instruction_set;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);
     const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
@@ -339,6 +406,15 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
 }
 
 }  // namespace
+
+std::string baking_program() {
+#ifdef __clang__
+    const std::string compiler = "clang " __clang_version__;
+#else
+    const std::string compiler = "g++ " __VERSION__;
+#endif
+    return "stratus " STRATUS_VERSION ", " + compiler + ", " + widest_instruction_set();
+}
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
     return resolve_to(recipe, first_strictness, options);
@@ -369,13 +445,15 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
     double strictness = first_strictness;
     for (int n = 0; n < most_attempts && !attempt.met; ++n, strictness *= stricter) {
         if (n > 0) note("not within the tolerance everywhere: once more, stricter");
-        const Recipe resolved = resolve_to(recipe, strictness, options);
+        BakeOptions of_attempt = options;
+        of_attempt.log = part_of(options.log, "attempt " + std::to_string(n));
+        const Recipe resolved = resolve_to(recipe, strictness, of_attempt);
         if (resolved_text(resolved) == last) {
             note("nothing is left to make finer");
             break;
         }
         last = resolved_text(resolved);
-        attempt = attempt_bake(recipe, resolved, options);
+        attempt = attempt_bake(recipe, resolved, of_attempt);
     }
     if (attempt.missed) note("TOLERANCE NOT MET: the table states it, verify says where");
     return std::move(attempt.table);

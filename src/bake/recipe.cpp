@@ -180,17 +180,20 @@ std::string resolved_text(const Recipe& recipe) {
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"
         << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"")
-        << "\n[discretisation]\n"
-        << "nodes = " << d.nodes << "\nmodes = " << d.modes << "\nmu_samples = " << d.mu_samples
-        << "\nazimuth_samples = " << d.azimuth_samples;
-    if (d.optical_depth_samples_per_octave)
-        out << "\noptical_depth_samples_per_octave = " << d.optical_depth_samples_per_octave;
-    if (d.deepest_optical_depth)
-        out << "\ndeepest_optical_depth = " << d.deepest_optical_depth
-            << (d.deepest_optical_depth == std::floor(d.deepest_optical_depth) ? ".0" : "");
-    out << "\nalbedo_samples = " << d.albedo_samples;
-    if (recipe.mixture) out << "\nmixture_samples = " << d.mixture_samples;
-    out << "\nscheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
+        << "\n[discretisation]\n";
+    auto choice = [&](const char* key, double value, const char* of_whole = "") {
+        if (value == 0) return;
+        out << key << " = " << value << (value == std::floor(value) ? of_whole : "") << "\n";
+    };
+    choice("nodes", d.nodes);
+    choice("modes", d.modes);
+    choice("mu_samples", d.mu_samples);
+    choice("azimuth_samples", d.azimuth_samples);
+    choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
+    choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
+    choice("albedo_samples", d.albedo_samples);
+    if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
+    out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
     if (recipe.below.kind == Below::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";
     if (recipe.below.kind == Below::Kind::layer)

@@ -15,6 +15,7 @@
 #include <stratus/runtime/diffusion.h>
 
 #include "axes.h"
+#include "piece_of_work.h"
 
 namespace stratus {
 
@@ -127,6 +128,7 @@ class Resolver {
           options_(options),
           share_(recipe.tolerance * strictness),
           q_(extrapolation_length(recipe.phase_function, recipe.below)) {
+        solver_.instruction_set = options.instruction_set;
         const double most = std::sqrt(1 - recipe.albedo.min),
                      least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
@@ -134,7 +136,7 @@ class Resolver {
             albedos_.push_back(std::clamp(1 - s * s, recipe.albedo.min, recipe.albedo.max));
             if (recipe.albedo.min == recipe.albedo.max) break;
         }
-        exponents_ = decay_exponents(recipe, albedos_);
+        exponents_ = decay_exponents(recipe, albedos_, options.instruction_set);
         for (double mu : floor_cosines()) mu_.push_back(mu);
         for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
             mu_.push_back(x * x);
@@ -150,10 +152,17 @@ class Resolver {
             &Resolver::choose_mu_samples,    &Resolver::choose_azimuth_samples,
             &Resolver::choose_deepest,       &Resolver::choose_optical_depth_samples,
             &Resolver::choose_albedo_samples};
-        double done = 0;
-        for (const auto choice : choices) {
-            if (options_.progress) options_.progress(done++ / std::size(choices), "measuring");
-            (this->*choice)();
+        const auto piece = [](std::size_t choice) { return "choice " + std::to_string(choice); };
+        // Going on: a choice that is made already is like one that the recipe made.
+        std::size_t made = std::size(choices);
+        while (made > 0 && !take_choices(piece(made - 1))) --made;
+        if (made == std::size(choices)) return recipe_;
+        for (std::size_t n = 0; n < std::size(choices); ++n) {
+            if (options_.progress)
+                options_.progress(static_cast<double>(n) / static_cast<double>(std::size(choices)),
+                                  "measuring");
+            (this->*choices[n])();
+            if (n >= made) keep_choices(piece(n));
         }
         return recipe_;
     }
@@ -229,6 +238,30 @@ class Resolver {
     }
 
   private:
+    // ---- what is finished already --------------------------------------------------------------
+
+    static constexpr int Discretisation::*counts[] = {
+        &Discretisation::nodes,          &Discretisation::modes,
+        &Discretisation::mu_samples,     &Discretisation::azimuth_samples,
+        &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
+
+    bool take_choices(const std::string& piece) {
+        Discretisation& d = recipe_.discretisation;
+        const auto finished = find_finished<double>(options_.log, piece, std::size(counts) + 1);
+        if (!finished) return false;
+        for (std::size_t n = 0; n < std::size(counts); ++n)
+            d.*counts[n] = static_cast<int>((*finished)[n]);
+        d.deepest_optical_depth = finished->back();
+        return true;
+    }
+
+    void keep_choices(const std::string& piece) const {
+        std::vector<double> all;
+        for (const auto count : counts) all.push_back(recipe_.discretisation.*count);
+        all.push_back(recipe_.discretisation.deepest_optical_depth);
+        keep_finished(options_.log, piece, all);
+    }
+
     // ---- what is compared ----------------------------------------------------------------------
 
     /// Adds error(side, i, j, k) of all pairs of the first `directions` cosines and all azimuths,
@@ -257,6 +290,7 @@ class Resolver {
     double measure_cells(std::size_t albedos, std::size_t depths, Measure measure) const {
         std::vector<Errors> of_cell(albedos * depths);
         parallel_for(static_cast<int>(of_cell.size()), options_.threads, [&](int cell) {
+            stop_if_asked(options_.log);
             const auto at = static_cast<std::size_t>(cell);
             measure(at / depths, at % depths, of_cell[at]);
         });
@@ -290,6 +324,7 @@ class Resolver {
         const auto chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
         Cells cells(albedos.size());
         parallel_for(chunks, options_.threads, [&](int c) {
+            stop_if_asked(options_.log);
             const std::size_t first = static_cast<std::size_t>(c) * chunk;
             const std::size_t last = std::min(albedos.size(), first + chunk);
             auto solved = solve_ladder(recipe_.phase_function,
@@ -671,7 +706,8 @@ class Resolver {
         mu.insert(mu.end(), {0.0049, 0.03});
         const Angles few_angles = angles(mu);
         const Cells cells = solve(albedos, ladder_to_deepest(), few_angles, solver_);
-        const std::vector<double> exponents = decay_exponents(recipe_, albedos);
+        const std::vector<double> exponents =
+            decay_exponents(recipe_, albedos, options_.instruction_set);
         samples = choose(
             "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
                 const int intervals = candidate - 1, stride = fine / intervals;
@@ -744,13 +780,21 @@ Recipe resolve_mixtures(const Recipe& recipe, double strictness, const BakeOptio
     Recipe resolved = recipe;
     for (const double share : {range.min, (range.min + range.max) / 2, range.max}) {
         note(share);
-        const Recipe alone = Resolver(at_mixture(recipe, share), strictness, options).resolve();
+        BakeOptions at_share = options;
+        at_share.log = part_of(options.log, "mixture " + short_number(share, 17));
+        const Recipe alone = Resolver(at_mixture(recipe, share), strictness, at_share).resolve();
         resolved.discretisation = finer(resolved.discretisation, alone.discretisation);
     }
     int& samples = resolved.discretisation.mixture_samples;
     if (samples > 0) return resolved;
+    const char* const piece = "mixture samples";
+    if (const auto finished = find_finished<int>(options.log, piece, 1)) {
+        samples = finished->front();
+        return resolved;
+    }
     if (options.note) options.note("all mixtures:");
     samples = Resolver::choose_mixture_samples(resolved, strictness, options);
+    keep_finished(options.log, piece, std::vector<int>{samples});
     return resolved;
 }
 

@@ -81,6 +81,21 @@ std::vector<std::string> Section::texts(const char* key, const char* form) const
     return values;
 }
 
+std::vector<double> Section::numbers(const char* key, double least, double most,
+                                     const char* allowed) const {
+    const toml::array* met = table_.get_as<toml::array>(key);
+    const std::string form = std::string("a list of numbers ") + allowed;
+    require(met != nullptr, door_, prefix_ + key, form, "something else");
+    std::vector<double> values;
+    for (const toml::node& node : *met) {
+        const auto one = node.value<double>();
+        require(one.has_value(), door_, prefix_ + key, form, "something else in the list");
+        require(*one >= least && *one <= most, door_, prefix_ + key, form, *one);
+        values.push_back(*one);
+    }
+    return values;
+}
+
 toml::table parse_toml(const std::string& text, const char* door) {
     try {
         return toml::parse(text);

@@ -13,7 +13,7 @@
 namespace stratus {
 
 /// One table of a file. Refuses keys that nobody knows, with the nearest one that is known;
-/// refusals begin with the `door`, "recipe" or "stack".
+/// refusals begin with the `door`, "recipe", "stack" or "scene".
 class Section {
   public:
     Section(const toml::table& table, const char* door, const std::string& name,
@@ -28,6 +28,11 @@ class Section {
     bool is(const char* key, const char* text) const;
     const toml::table& table(const char* key, const char* form) const;
     std::vector<std::string> texts(const char* key, const char* form) const;
+    /// A list of numbers, each in [least, most].
+    std::vector<double> numbers(const char* key, double least, double most,
+                                const char* allowed) const;
+    bool is_table(const char* key) const { return table_.get_as<toml::table>(key) != nullptr; }
+    bool is_list(const char* key) const { return table_.get_as<toml::array>(key) != nullptr; }
 
     /// The key's name as refusals say it.
     std::string full_name(const char* key) const { return prefix_ + key; }

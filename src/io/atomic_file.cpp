@@ -15,14 +15,47 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A name beside `target` that no other process or thread uses. It keeps the ending, by which
-/// writers pick their format.
+// A temporary file of `target` is called .STEM.NUMBERS.partial.EXT; by its ending writers pick
+// their format.
+
+std::string start_of_temporary(const fs::path& target) {
+    return '.' + target.stem().string() + '.';
+}
+
+std::string end_of_temporary(const fs::path& target) {
+    return ".partial" + target.extension().string();
+}
+
+/// A name beside `target` that no other process or thread uses.
 fs::path temporary_beside(const fs::path& target) {
     static std::atomic<unsigned> counter{0};
     std::ostringstream name;
-    name << '.' << target.stem().string() << '.' << ::getpid() << '-' << counter++ << '-'
-         << std::hex << std::random_device{}() << ".partial" << target.extension().string();
+    name << start_of_temporary(target) << ::getpid() << '-' << counter++ << '-' << std::hex
+         << std::random_device{}() << end_of_temporary(target);
     return target.parent_path() / name.str();
+}
+
+bool is_temporary_of(const fs::path& target, const fs::path& path) {
+    const std::string name = path.filename().string(), start = start_of_temporary(target),
+                      end = end_of_temporary(target);
+    return name.size() > start.size() + end.size() && name.starts_with(start) &&
+           name.ends_with(end) &&
+           name.find_first_not_of("0123456789abcdef-", start.size()) == name.size() - end.size();
+}
+
+/// Removes what writers of `target` left behind when they were killed: those who live hold a lock.
+void remove_abandoned(const fs::path& target) {
+    std::error_code failure;
+    for (fs::directory_iterator entry(target.parent_path(), failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+        if (!is_temporary_of(target, entry->path())) continue;
+        try {
+            const io::Descriptor file(entry->path(), O_RDWR | O_NOFOLLOW);
+            std::error_code ignored;
+            if (file.lock()) fs::remove(entry->path(), ignored);
+        } catch (const std::system_error&) {  // not ours to remove
+        }
+    }
 }
 
 /// The file that a symbolic link leads to, so that the link stays; otherwise the path itself, with
@@ -34,9 +67,7 @@ fs::path resolve(const fs::path& path) {
 /// A file that is removed at the end of its scope unless it was moved to its place.
 class Temporary {
   public:
-    explicit Temporary(fs::path path) : path_(std::move(path)) {
-        io::Descriptor(path_, O_WRONLY | O_CREAT | O_EXCL).close();
-    }
+    explicit Temporary(const fs::path& target) : file_(create(target)) {}
     ~Temporary() {
         std::error_code ignored;
         if (!path_.empty()) fs::remove(path_, ignored);
@@ -52,7 +83,19 @@ class Temporary {
     }
 
   private:
+    io::Descriptor create(const fs::path& target) {
+        for (;;) {
+            const fs::path path = temporary_beside(target);
+            io::Descriptor created(path, O_RDWR | O_CREAT | O_EXCL);
+            // Before it was locked, it may have been taken for abandoned.
+            if (!created.lock() || !created.is_still_at(path)) continue;
+            path_ = path;
+            return created;
+        }
+    }
+
     fs::path path_;
+    io::Descriptor file_;  // locked for as long as its writer lives
 };
 
 /// The file to replace, after checking that nothing but a file stands in its place.
@@ -83,7 +126,8 @@ void write_atomically(const fs::path& path,
     const fs::path target = io::naming(path, [&] { return checked_target(path); });
     const io::Descriptor folder = io::naming(
         path, [&] { return io::Descriptor(target.parent_path(), O_RDONLY | O_DIRECTORY); });
-    Temporary temporary = io::naming(path, [&] { return Temporary(temporary_beside(target)); });
+    remove_abandoned(target);
+    Temporary temporary = io::naming(path, [&] { return Temporary(target); });
     try {
         write(temporary.path());
     } catch (const std::system_error& error) {  // would name the temporary file, or none

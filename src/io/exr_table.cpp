@@ -8,6 +8,7 @@
 //
 // The metadata's checksum covers the first three. Headers are gone through before OpenEXR sees
 // them, because it takes memory for whatever size they name.
+#include "memory_stream.h"
 #include "table_content.h"
 
 #include <algorithm>
@@ -20,7 +21,6 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
@@ -106,46 +106,6 @@ Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
                          sizeof(float), sizeof(float) * width));
     return buffer;
 }
-
-// --- Files in memory ---
-
-class MemoryInput : public Imf::IStream {
-  public:
-    explicit MemoryInput(const Bytes& bytes) : Imf::IStream("table"), bytes_(bytes) {}
-
-    bool read(char to[], int count) override {
-        const auto wanted = static_cast<std::size_t>(count);
-        if (count < 0 || position_ > bytes_.size() || wanted > bytes_.size() - position_)
-            throw std::runtime_error("file is truncated or damaged");
-        std::copy_n(bytes_.data() + position_, wanted, to);
-        position_ += wanted;
-        return position_ < bytes_.size();
-    }
-    uint64_t tellg() override { return position_; }
-    void seekg(uint64_t position) override { position_ = position; }
-
-  private:
-    const Bytes& bytes_;
-    std::size_t position_ = 0;
-};
-
-class MemoryOutput : public Imf::OStream {
-  public:
-    explicit MemoryOutput(Bytes& bytes) : Imf::OStream("table"), bytes_(bytes) {}
-
-    void write(const char from[], int count) override {
-        const auto size = static_cast<std::size_t>(count);
-        bytes_.resize(std::max(bytes_.size(), position_ + size));
-        std::copy_n(from, size, bytes_.data() + position_);
-        position_ += size;
-    }
-    uint64_t tellp() override { return position_; }
-    void seekp(uint64_t position) override { position_ = position; }
-
-  private:
-    Bytes& bytes_;
-    std::size_t position_ = 0;
-};
 
 // --- Headers, before OpenEXR sees them ---
 
@@ -435,7 +395,7 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
     const std::vector<SampleField> fields = listed_samples(metadata);
     const std::vector<Imf::Header> headers = headers_of(table, metadata, fields);
     Bytes bytes;
-    MemoryOutput stream(bytes);
+    MemoryOutput stream(bytes, "table");
     {
         Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -450,15 +410,16 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
     return bytes;
 }
 
-Table decode_exr(const Bytes& bytes, MemoryLimit limit) {
+Table decode_exr(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
     check_headers(bytes, limit);
-    MemoryInput stream(bytes);
+    MemoryInput stream(bytes, "table");
     constexpr bool rebuild_missing_offsets = false;
     Imf::MultiPartInputFile file(stream, Imf::globalThreadCount(), rebuild_missing_offsets);
 
     Table table;
     const Metadata metadata = read_metadata(file.header(0));
     take_metadata(metadata, table);
+    note_version(metadata, notes);
     read_axes(file.header(0), metadata, table);
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace stratus::io {
@@ -16,18 +18,6 @@ constexpr std::size_t largest_transfer = std::size_t{1} << 30;
 
 std::system_error system_reason() { return {errno, std::generic_category()}; }
 
-/// Fills `bytes` from the file; what it lacks at the end of the file is an error.
-void read_exactly(const Descriptor& file, std::span<char> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t got =
-            ::read(file.number(), bytes.data(), std::min(bytes.size(), largest_transfer));
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) throw system_reason();
-        if (got == 0) throw std::runtime_error("ended while it was being read");
-        bytes = bytes.subspan(static_cast<std::size_t>(got));
-    }
-}
-
 }  // namespace
 
 Descriptor::Descriptor(const std::filesystem::path& path, int flags)
@@ -37,6 +27,43 @@ Descriptor::Descriptor(const std::filesystem::path& path, int flags)
 
 Descriptor::~Descriptor() {
     if (number_ >= 0) ::close(number_);
+}
+
+void Descriptor::read_at(std::uint64_t offset, std::span<char> bytes) const {
+    while (!bytes.empty()) {
+        const ssize_t got = ::pread(number_, bytes.data(), std::min(bytes.size(), largest_transfer),
+                                    static_cast<off_t>(offset));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw system_reason();
+        if (got == 0) throw std::runtime_error("ended while it was being read");
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        offset += static_cast<std::uint64_t>(got);
+    }
+}
+
+void Descriptor::write_at(std::uint64_t offset, std::span<const char> bytes) const {
+    while (!bytes.empty()) {
+        const ssize_t put =
+            ::pwrite(number_, bytes.data(), std::min(bytes.size(), largest_transfer),
+                     static_cast<off_t>(offset));
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) throw system_reason();
+        bytes = bytes.subspan(static_cast<std::size_t>(put));
+        offset += static_cast<std::uint64_t>(put);
+    }
+}
+
+bool Descriptor::lock() const {
+    int failure = 0;
+    do failure = ::flock(number_, LOCK_EX | LOCK_NB) != 0 ? errno : 0;
+    while (failure == EINTR);
+    return failure != EWOULDBLOCK;
+}
+
+bool Descriptor::is_still_at(const std::filesystem::path& path) const {
+    struct stat here, there;
+    return ::fstat(number_, &here) == 0 && ::lstat(path.c_str(), &there) == 0 &&
+           here.st_dev == there.st_dev && here.st_ino == there.st_ino;
 }
 
 void Descriptor::flush() const {
@@ -58,24 +85,18 @@ Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, cons
     const std::uintmax_t size = std::filesystem::file_size(path);
     if (size == 0) throw std::runtime_error("is empty");
     Bytes bytes(static_cast<std::size_t>(std::min<std::uintmax_t>(size, magic.size())));
-    read_exactly(file, bytes);
+    file.read_at(0, bytes);
     if (std::string_view(bytes.data(), bytes.size()) != magic)
         throw std::runtime_error("is not " + kind + " file");
     limit.take("the file", size);
     bytes.resize(static_cast<std::size_t>(size));
-    read_exactly(file, std::span(bytes).subspan(magic.size()));
+    file.read_at(magic.size(), std::span(bytes).subspan(magic.size()));
     return bytes;
 }
 
 void write_bytes(const std::filesystem::path& path, std::span<const char> bytes) {
     Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
-    while (!bytes.empty()) {
-        const ssize_t put =
-            ::write(file.number(), bytes.data(), std::min(bytes.size(), largest_transfer));
-        if (put < 0 && errno == EINTR) continue;
-        if (put < 0) throw system_reason();
-        bytes = bytes.subspan(static_cast<std::size_t>(put));
-    }
+    file.write_at(0, bytes);
     file.close();
 }
 

@@ -2,6 +2,7 @@
 // says why.
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -10,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "memory_limit.h"
@@ -36,11 +38,22 @@ class Descriptor {
   public:
     /// Errors   std::system_error.
     Descriptor(const std::filesystem::path& path, int flags);
+    Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
     ~Descriptor();
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
+    Descriptor& operator=(Descriptor&&) = delete;
 
     int number() const noexcept { return number_; }
+
+    /// Fills `bytes` from a place in the file; what it lacks at the end of the file is an error.
+    void read_at(std::uint64_t offset, std::span<char> bytes) const;
+    void write_at(std::uint64_t offset, std::span<const char> bytes) const;
+
+    /// Holds the file for as long as it is open here; false where another has it. File systems that
+    /// know no locks let everyone pass.
+    bool lock() const;
+
+    /// Whether `path` still is this file.
+    bool is_still_at(const std::filesystem::path& path) const;
 
     /// Waits until the disk holds what was written.
     void flush() const;

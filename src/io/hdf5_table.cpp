@@ -672,7 +672,7 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     return bytes;
 }
 
-Table decode_hdf5(const Bytes& bytes, MemoryLimit limit) {
+Table decode_hdf5(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
     check_seal(bytes);
     const QuietErrors quiet;
     const Handle file = open_file(bytes);
@@ -680,6 +680,7 @@ Table decode_hdf5(const Bytes& bytes, MemoryLimit limit) {
     check_objects(file);
     Table table;
     take_metadata(metadata, table);
+    note_version(metadata, notes);
     const std::vector<AxisField> axes = axis_fields_of(metadata);
     if (axes.size() == axis_fields.size() && H5Lexists(file, mixture_field.name, H5P_DEFAULT) > 0)
         entry(metadata, "second_phase_function");  // refuses: none is there

@@ -206,6 +206,16 @@ void check_format(const Metadata& metadata) {
         throw std::runtime_error("format " + version + " is not one that " + readable);
 }
 
+void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
+    const int newest = std::max(table_format_minor, table_format_minor_of_mixtures);
+    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
+    if (!notes || minor <= newest) return;
+    const std::string major = std::to_string(table_format_major) + ".";
+    notes->push_back("format " + major + std::to_string(minor) + " is newer than " + major +
+                     std::to_string(newest) +
+                     ", which this program knows: what is new in it is not used");
+}
+
 void take_metadata(const Metadata& metadata, Table& table) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));

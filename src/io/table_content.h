@@ -87,6 +87,10 @@ Metadata metadata_of(const Table& table);
 /// nothing else.
 void check_format(const Metadata& metadata);
 
+/// Adds a note, without the file's name, where metadata is of a newer minor version than this
+/// program writes.
+void note_version(const Metadata& metadata, std::vector<std::string>* notes);
+
 /// Fills all that `metadata_of` told.
 void take_metadata(const Metadata& metadata, Table& table);
 
@@ -150,8 +154,10 @@ void check_table(const Table& table);
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 Bytes encode_hdf5(const Table& table, const Metadata& metadata);
-Table decode_hdf5(const Bytes& bytes, MemoryLimit limit = MemoryLimit());
+Table decode_hdf5(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
+                  std::vector<std::string>* notes = nullptr);
 Bytes encode_exr(const Table& table, const Metadata& metadata);
-Table decode_exr(const Bytes& bytes, MemoryLimit limit = MemoryLimit());
+Table decode_exr(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
+                 std::vector<std::string>* notes = nullptr);
 
 }  // namespace stratus::io

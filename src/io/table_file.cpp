@@ -31,19 +31,32 @@ void write_directly(const Table& table, const std::filesystem::path& path, Forma
     io::naming(path, [&] { io::write_bytes(path, encode(table, format)); });
 }
 
+/// Calls `read`, and names the path in its errors and in the notes that it adds.
+template <class Read>
+Table naming_notes(const std::filesystem::path& path, std::vector<std::string>* notes,
+                   const Read& read) {
+    const std::size_t before = notes ? notes->size() : 0;
+    Table table = io::naming(path, read);
+    for (std::size_t n = before; notes && n < notes->size(); ++n)
+        (*notes)[n] = path.string() + ": " + (*notes)[n];
+    return table;
+}
+
 }  // namespace
 
 Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return io::naming(path, [&] {
+    return naming_notes(path, options.notes, [&] {
         io::MemoryLimit limit(options.max_memory);
-        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5", limit), limit);
+        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5", limit), limit,
+                               options.notes);
     });
 }
 
 Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return io::naming(path, [&] {
+    return naming_notes(path, options.notes, [&] {
         io::MemoryLimit limit(options.max_memory);
-        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR", limit), limit);
+        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR", limit), limit,
+                              options.notes);
     });
 }
 

@@ -36,4 +36,16 @@ inline cairo_status_t append_to_file(void* file, const unsigned char* bytes, uns
     throw std::runtime_error(path.string() + ": " + cairo_status_to_string(status));
 }
 
+/// Writes a picture as PNG.
+inline void write_surface(cairo_surface_t* surface, const std::filesystem::path& png) {
+    errno = 0;
+    if (const cairo_status_t status = cairo_surface_status(surface); status != CAIRO_STATUS_SUCCESS)
+        fail(png, status);
+    std::ofstream file(png, std::ios::binary);
+    if (!file) fail(png, CAIRO_STATUS_WRITE_ERROR);
+    const cairo_status_t status = cairo_surface_write_to_png_stream(surface, append_to_file, &file);
+    file.close();
+    if (status != CAIRO_STATUS_SUCCESS || !file) fail(png, status);
+}
+
 }  // namespace stratus

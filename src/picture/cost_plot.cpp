@@ -2,10 +2,7 @@
 
 #include <stratus/runtime/argument.h>
 
-#include "cairo_output.h"
-
-#include <cairo-svg.h>
-#include <cairo.h>
+#include "page.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -28,12 +25,6 @@ constexpr double title_height = 17, legend_row = 12, plot_height = 196, axis_hei
 constexpr double panel_gap = 10;
 constexpr double title_size = 9.5, text_size = 8, label_size = 7, exponent_size = 7;
 constexpr double mark_radius = 2.3, chosen_radius = 3.6;
-
-struct Colour {
-    double red, green, blue;
-};
-
-constexpr Colour black{0, 0, 0}, white{1, 1, 1}, grid{0.87, 0.87, 0.87}, quiet{0.35, 0.35, 0.35};
 
 enum class Shape { circle, square, triangle, cross, plus, diamond };
 
@@ -89,40 +80,9 @@ struct Frame {
 
 // ---- The page
 
-class Page {
+class PlotPage : public Page {
   public:
-    explicit Page(cairo_t* cairo) : cairo_(cairo) {
-        cairo_select_font_face(cairo_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                               CAIRO_FONT_WEIGHT_NORMAL);
-        cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
-    }
-
-    cairo_t* cairo() const { return cairo_; }
-
-    void colour(const Colour& c) const { cairo_set_source_rgb(cairo_, c.red, c.green, c.blue); }
-
-    double width(const std::string& text, double size) const {
-        cairo_text_extents_t extents;
-        cairo_set_font_size(cairo_, size);
-        cairo_text_extents(cairo_, text.c_str(), &extents);
-        return extents.x_advance;
-    }
-
-    /// On a base line; `share` of the text stands left of x.
-    void text(double x, double y, const std::string& text, double size, const Colour& c,
-              double share = 0) const {
-        colour(c);
-        cairo_move_to(cairo_, x - share * width(text, size), y);
-        cairo_show_text(cairo_, text.c_str());
-    }
-
-    void line(double x0, double y0, double x1, double y1, double thickness, const Colour& c) const {
-        colour(c);
-        cairo_set_line_width(cairo_, thickness);
-        cairo_move_to(cairo_, x0, y0);
-        cairo_line_to(cairo_, x1, y1);
-        cairo_stroke(cairo_);
-    }
+    using Page::Page;
 
     /// 10 with its exponent; the same `share` as for text.
     void power_of_ten(double x, double y, int exponent, double share) const {
@@ -181,8 +141,6 @@ class Page {
         cairo_move_to(cairo_, x - dy, y + dx);
         cairo_line_to(cairo_, x + dy, y - dx);
     }
-
-    cairo_t* cairo_;
 };
 
 // ---- Series
@@ -198,7 +156,7 @@ std::vector<const Style*> styles_of(const PlotPanel& panel) {
     return chosen;
 }
 
-void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) {
+void draw_steps(const PlotPage& page, const Frame& frame, const PlotSeries& series) {
     cairo_t* const cairo = page.cairo();
     cairo_new_path(cairo);
     double y = 0;
@@ -212,7 +170,7 @@ void draw_steps(const Page& page, const Frame& frame, const PlotSeries& series) 
     cairo_stroke(cairo);
 }
 
-void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
+void draw_series(const PlotPage& page, const Frame& frame, const PlotPanel& panel) {
     const std::vector<const Style*> drawn_with = styles_of(panel);
     using Role = PlotSeries::Role;
     for (const Role role : {Role::measured, Role::frontier, Role::chosen})
@@ -237,7 +195,7 @@ void draw_series(const Page& page, const Frame& frame, const PlotPanel& panel) {
 
 class Labels {
   public:
-    Labels(const Page& page, const Frame& frame, const PlotPanel& panel)
+    Labels(const PlotPage& page, const Frame& frame, const PlotPanel& panel)
         : page_(page), frame_(frame) {
         for (const PlotSeries& series : panel.series) {
             const double r =
@@ -312,12 +270,12 @@ class Labels {
         return best;
     }
 
-    const Page& page_;
+    const PlotPage& page_;
     const Frame& frame_;
     std::vector<Box> marks_, lines_, labels_;
 };
 
-void draw_labels(const Page& page, const Frame& frame, const PlotPanel& panel) {
+void draw_labels(const PlotPage& page, const Frame& frame, const PlotPanel& panel) {
     Labels labels(page, frame, panel);
     using Role = PlotSeries::Role;
     for (const Role role : {Role::chosen, Role::frontier, Role::measured})
@@ -327,7 +285,7 @@ void draw_labels(const Page& page, const Frame& frame, const PlotPanel& panel) {
 
 // ---- Frame and legend
 
-void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
+void draw_axes(const PlotPage& page, const Frame& frame, const PlotPanel& panel) {
     const Box& box = frame.box;
     const auto every = [](const Decades& decades, double length, double least) {
         return std::max(1, static_cast<int>(std::ceil(least * decades.count() / length)));
@@ -373,7 +331,7 @@ struct Legend {
 
 constexpr double key_width = 16, entry_gap = 12;
 
-Legend make_legend(const Page& page, const PlotPanel& panel) {
+Legend make_legend(const PlotPage& page, const PlotPanel& panel) {
     Legend legend;
     double x = 0;
     for (const PlotSeries& series : panel.series) {
@@ -389,7 +347,7 @@ Legend make_legend(const Page& page, const PlotPanel& panel) {
     return legend;
 }
 
-void draw_legend(const Page& page, const Legend& legend, const PlotPanel& panel, double top) {
+void draw_legend(const PlotPage& page, const Legend& legend, const PlotPanel& panel, double top) {
     const std::vector<const Style*> drawn_with = styles_of(panel);
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
         const PlotSeries& series = panel.series[s];
@@ -425,7 +383,7 @@ void check(const std::vector<PlotPanel>& panels) {
 
 double height_above(const Legend& legend) { return title_height + legend_row * legend.rows + 4; }
 
-void draw_panel(const Page& page, const PlotPanel& panel, const Legend& legend, double top) {
+void draw_panel(const PlotPage& page, const PlotPanel& panel, const Legend& legend, double top) {
     Frame frame{{left, top + height_above(legend), page_width - right, 0}, {}, {}};
     frame.box.y1 = frame.box.y0 + plot_height;
     for (const PlotSeries& series : panel.series)
@@ -454,30 +412,18 @@ void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem:
     std::vector<Legend> legends;
     double height = 2 * margin + panel_gap * static_cast<double>(panels.size() - 1);
     for (const PlotPanel& panel : panels) {
-        legends.push_back(make_legend(Page(measuring.get()), panel));
+        legends.push_back(make_legend(PlotPage(measuring.get()), panel));
         height += height_above(legends.back()) + plot_height + axis_height;
     }
 
-    errno = 0;
-    std::ofstream file(svg, std::ios::binary);
-    if (!file) fail(svg, CAIRO_STATUS_WRITE_ERROR);
-    const Surface surface(
-        cairo_svg_surface_create_for_stream(append_to_file, &file, page_width, height));
-    {
-        const Context context(cairo_create(surface.get()));
-        const Page page(context.get());
-        page.colour(white);
-        cairo_paint(context.get());
+    write_svg(svg, page_width, height, [&](cairo_t* cairo) {
+        const PlotPage page(cairo);
         double top = margin;
         for (std::size_t p = 0; p < panels.size(); ++p) {
             draw_panel(page, panels[p], legends[p], top);
             top += height_above(legends[p]) + plot_height + axis_height + panel_gap;
         }
-    }
-    cairo_surface_finish(surface.get());
-    const cairo_status_t status = cairo_surface_status(surface.get());
-    file.close();
-    if (status != CAIRO_STATUS_SUCCESS || !file) fail(svg, status);
+    });
 }
 
 }  // namespace stratus

@@ -666,21 +666,9 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
                 15, quiet, Align::left, widest);
 }
 
-// ---- The whole
-
-void write_png(const Canvas& canvas, const std::filesystem::path& png) {
-    errno = 0;
-    if (const cairo_status_t status = cairo_status(canvas.cairo()); status != CAIRO_STATUS_SUCCESS)
-        fail(png, status);
-    std::ofstream file(png, std::ios::binary);
-    if (!file) fail(png, CAIRO_STATUS_WRITE_ERROR);
-    const cairo_status_t status =
-        cairo_surface_write_to_png_stream(canvas.surface(), append_to_file, &file);
-    file.close();
-    if (status != CAIRO_STATUS_SUCCESS || !file) fail(png, status);
-}
-
 }  // namespace
+
+// ---- The whole
 
 PictureSize portrait_size(const Table& table) {
     const TableView view = table.view();
@@ -714,7 +702,7 @@ void draw_portrait(const Table& table, const std::filesystem::path& png) {
         cairo_restore(cairo);
     }
     draw_legend(canvas, layout, table, albedos, white);
-    write_png(canvas, png);
+    write_surface(canvas.surface(), png);
 }
 
 }  // namespace stratus

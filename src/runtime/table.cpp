@@ -243,4 +243,30 @@ void prepare(Table& table) {
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 
+Table table_of_mixture(const Table& table, int sample) {
+    if (!table.has_mixture()) return table;
+    const auto at = static_cast<std::size_t>(sample);
+    const double share = table.mixture.values[at];
+    Table one = table;
+    one.mixture.values.clear();
+    one.phase_function = table.view().at_mixture(share).mixed_phase_function();
+    one.second_phase_function = {};
+    one.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
+                                                          table.second_extrapolation_length, share);
+    one.second_extrapolation_length = 1;
+    const auto keep = [&](auto& numbers) {
+        const auto size = static_cast<std::ptrdiff_t>(numbers.size() / table.mixture_count());
+        const auto first = numbers.begin() + sample * size;
+        numbers = {first, first + size};
+    };
+    keep(one.reflection_multiple);
+    keep(one.transmission_multiple);
+    keep(one.plane_albedo);
+    keep(one.diffuse_transmittance);
+    keep(one.spherical_albedo);
+    keep(one.diffusion_exponent);
+    prepare(one);
+    return one;
+}
+
 }  // namespace stratus

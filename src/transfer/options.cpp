@@ -26,6 +26,8 @@ const LaneMethods& methods_of(const SolverOptions& options) {
     return options.instruction_set ? *lane_methods(options.instruction_set) : lane_methods();
 }
 
+const char* widest_instruction_set() { return lane_methods().instruction_set; }
+
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool sharply) {
     const int L = 2 * options.nodes;
@@ -53,8 +55,8 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
     if (layer.reflection.allFinite() && layer.transmission.allFinite()) return;
     throw std::runtime_error("solve: nodes must be more for this phase function: its series of " +
                              std::to_string(2 * directions.nodes) +
-                             " moments is too negative in mode " + std::to_string(mode) +
-                             ", got " + std::to_string(directions.nodes));
+                             " moments is too negative in mode " + std::to_string(mode) + ", got " +
+                             std::to_string(directions.nodes));
 }
 
 SolvedValue put_together(double single, double corrected, double orders) {

@@ -208,6 +208,7 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
         {"optical_depth_samples_per_octave", {"0", "65"}},
         {"deepest_optical_depth", {"0.0009", "1.1e9", "inf", "nan"}},
         {"albedo_samples", {"0", "513"}},
+        {"mixture_samples", {"1", "65"}},
     };
     for (const auto& row : rows)
         for (const char* value : row.values)
@@ -277,9 +278,50 @@ TEST(Recipe, RefusesGroundOutOfRange) {
                           {"recipe: below", "lambert_albedo alone", "both"});
 }
 
+TEST(Recipe, MayMixTwoPhaseFunctions) {
+    EXPECT_FALSE(parse_recipe(recipe_with("")).mixture);
+    const Recipe all = parse_recipe(recipe_with("second_phase_function = 'isotropic'\n"));
+    ASSERT_TRUE(all.mixture);
+    EXPECT_EQ(all.mixture->min, 0);
+    EXPECT_EQ(all.mixture->max, 1);
+    EXPECT_EQ(all.second_phase_function.text(), "isotropic");
+    const Recipe some = parse_recipe(
+        recipe_with("second_phase_function = 'isotropic'\nmixture = { min = 0.25, max = 0.5 }\n"
+                    "[discretisation]\nmixture_samples = 4\n"));
+    EXPECT_EQ(some.mixture->min, 0.25);
+    EXPECT_EQ(some.mixture->max, 0.5);
+    EXPECT_EQ(some.discretisation.mixture_samples, 4);
+    EXPECT_NEAR(at_mixture(some, 0.25).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
+}
+
+TEST(Recipe, RefusesMixturesOutOfRange) {
+    const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
+    expect_recipe_refusal(recipe_with(second + "{ min = -0.1, max = 1 }\n"),
+                          {"recipe: mixture.min", "[0, 1]", "-0.1"});
+    expect_recipe_refusal(recipe_with(second + "{ min = 0, max = 1.1 }\n"),
+                          {"recipe: mixture.max", "[0, 1]", "1.1"});
+    expect_recipe_refusal(recipe_with(second + "{ min = 0.5, max = 0.5 }\n"),
+                          {"recipe: mixture.max", "above min", "sum", "0.5"});
+    expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), {"mie"});
+}
+
+TEST(Recipe, RefusesAMixtureOfOnePhaseFunction) {
+    expect_recipe_refusal(recipe_with("mixture = { min = 0, max = 1 }\n"),
+                          {"recipe: mixture", "no second_phase_function", "given"});
+    expect_recipe_refusal(recipe_with("[discretisation]\nmixture_samples = 5\n"),
+                          {"recipe: discretisation.mixture_samples", "no second_phase_function"});
+}
+
 void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.title, b.title);
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+    EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
+    ASSERT_EQ(a.mixture.has_value(), b.mixture.has_value());
+    if (a.mixture) {
+        EXPECT_EQ(a.mixture->min, b.mixture->min);
+        EXPECT_EQ(a.mixture->max, b.mixture->max);
+    }
+    EXPECT_EQ(a.discretisation.mixture_samples, b.discretisation.mixture_samples);
     EXPECT_EQ(a.tolerance, b.tolerance);
     EXPECT_EQ(a.optical_depth.min, b.optical_depth.min);
     EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
@@ -341,6 +383,11 @@ TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
     recipe.below = Below::surface(1.0 / 7);
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
     recipe.below = Below::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.mixture = {1.0 / 7, 1};
+    recipe.second_phase_function = PhaseFunction::henyey_greenstein(-1.0 / 3);
+    recipe.discretisation.mixture_samples = 5;
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number

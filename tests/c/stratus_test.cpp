@@ -20,6 +20,7 @@
 
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
+#include "../runtime/small_table.h"
 
 namespace {
 
@@ -379,6 +380,17 @@ TEST_F(C, RefusesLookupsOfNull) {
     EXPECT_EQ(stratus_table_reflection(handle_, 0, nullptr, nullptr), STRATUS_OK);
     EXPECT_EQ(stratus_slice_reflection_many(slice.get(), 0, nullptr, nullptr, nullptr, nullptr),
               STRATUS_OK);
+}
+
+TEST(CErrors, RefuseTablesThatMix) {
+    const stratus::Table one = stratus::test::make_synthetic_table();
+    const stratus::test::TemporaryFolder folder;
+    const std::string path = (folder.path() / "mixed.h5").string();
+    stratus::write_table(stratus::mixed(one, one), path);
+    stratus_table* table = nullptr;
+    expect_refused(stratus_table_open(path.c_str(), &table), STRATUS_INVALID_ARGUMENT,
+                   "mixed.h5: mixture must be no axis of the table");
+    EXPECT_EQ(table, nullptr);
 }
 
 TEST(CErrors, StayOnTheirThread) {

@@ -39,12 +39,14 @@ expect_says "$err" "note: " curve.csv "weights summed to 4" "nodes " "modes " "m
 [ "$(find . -name '*.h5' -o -name '*.exr' -o -name '.*.*' | wc -l)" -eq 2 ] || fail "only the two tables may be made"
 
 # the same bytes on any number of threads; quiet is silent; an older file is replaced
-echo older >again.h5
-expect_ok bake recipes/narrow.toml -o again.h5 --exr again.exr --threads 2 --quiet
-expect_silent "$out"
-expect_silent "$err"
-expect_same narrow.h5 again.h5
-expect_same narrow.exr again.exr
+for threads in 2 7; do
+    echo older >again.h5
+    expect_ok bake recipes/narrow.toml -o again.h5 --exr again.exr --threads $threads --quiet
+    expect_silent "$out"
+    expect_silent "$err"
+    expect_same narrow.h5 again.h5
+    expect_same narrow.exr again.exr
+done
 rm again.*
 
 # both files hold the same values, near those of the solver, and become one another without loss
@@ -100,22 +102,86 @@ expect_says "$out" "below                 nothing"
 printf 'sides = ["transmission"]\n' | cat - recipes/ground.toml >recipes/bad.toml
 expect_refused 2 sides "[below]" "got transmission" -- bake recipes/bad.toml -o new.h5
 
+# two kinds of scattering in any mixture
+cat >recipes/mixed.toml <<'EOT'
+phase_function = "henyey_greenstein:g=-0.3"
+second_phase_function = "isotropic"
+tolerance = 5e-2
+optical_depth = { min = 1.0, max = 1.0 }
+albedo = { min = 0.9, max = 0.9 }
+sides = ["reflection"]
+EOT
+expect_ok bake recipes/mixed.toml -o mixed.h5 --exr mixed.exr
+expect_says "$err" "mixture 0.5:" "mixture_samples"
+expect_ok convert mixed.exr back.h5
+expect_same mixed.h5 back.h5
+expect_ok info mixed.h5
+expect_says "$out" "second                isotropic" "the share of the first" 'second_phase_function = "isotropic"'
+for flag in --seed=2 --bound; do
+    expect_ok verify mixed.h5 --samples 200 $flag
+    expect_says "$out" "mixture" "tolerance 0.05: 100.00 %"
+done
+sed '/^second/d; /^sides/a mixture = { min = 0, max = 1 }' recipes/mixed.toml >recipes/bad.toml
+expect_refused 2 mixture "no second_phase_function" -- bake recipes/bad.toml -o new.h5
+rm back.h5
+
 expect_ok bake recipes/chosen.toml -o chosen.h5
 expect_says "$err" "checked at 2000 random points"
 expect_ok info chosen.h5
 expect_says "$out" "6 samples" "5 samples" "2 samples" 'scheme = "classic"'
 grep -q '^sides *reflection$' "$out" || fail "only the side asked for"
 
-# --- interruptions: no half file, nothing left over
+# --- interruptions: no half file, what is finished is kept
 
-sed 's/1e-2/1e-5/; s/phase_function.*/phase_function = "henyey_greenstein:g=0.9"/' recipes/narrow.toml >recipes/long.toml
+sed 's/1e-2/1e-5/; s/phase_function.*/phase_function = "henyey_greenstein:g=0.6"/' recipes/narrow.toml >recipes/long.toml
+printf '[discretisation]\nnodes = 16\n' >>recipes/long.toml
 echo older >older.h5
-for signal in INT TERM; do
-    before=$(snapshot)
-    timeout -s $signal 0.4 "$stratus" bake recipes/long.toml -o older.h5 --exr new.exr >"$out" 2>"$err"
-    [ $? -eq 124 ] || fail "the bake must be interrupted by SIG$signal"
-    [ "$before" = "$(snapshot)" ] || fail "files differ after SIG$signal"
+checkpoint=older.h5.checkpoint
+start_long_bake() { # start_long_bake ARGS...: in the background, as $child, until it has made a choice
+    env --default-signal=INT "$stratus" bake recipes/long.toml -o older.h5 --exr new.exr "$@" >"$out" 2>"$err" &  # which bash ignores
+    child=$!
+    for _ in $(seq 600); do
+        grep -q -e '^  modes ' -e '_samples [0-9]' "$err" && break
+        sleep 0.05
+    done
+}
+for end in "INT 130" "TERM 143" "HUP 129"; do
+    before=$(snapshot | grep -v ./kept)
+    start_long_bake
+    kill -s "${end% *}" $child
+    wait $child
+    code=$?
+    [ $code -eq "${end#* }" ] || fail "exit code $code after SIG$end"
+    [ "$(tail -n 1 "$err")" = "stratus: interrupted; what is finished is kept in $checkpoint: the same command with --resume goes on" ] ||
+        fail "the last line must say how to go on"
+    mv $checkpoint kept || fail "no checkpoint after SIG$end"
+    [ "$before" = "$(snapshot | grep -v ./kept)" ] || fail "files differ after SIG$end"
 done
+
+# what is finished is not lost by accident, nor taken for what it is not
+mv kept $checkpoint
+expect_refused 1 $checkpoint --resume removing -- bake recipes/long.toml -o older.h5 --quiet
+expect_refused 1 $checkpoint "another recipe" "Narrow and coarse" remove -- \
+    bake recipes/chosen.toml -o older.h5 --resume --quiet
+# nor made twice at a time
+start_long_bake --resume
+expect_says "$err" "going on with $checkpoint"
+kill -s STOP $child
+expect_refused 1 $checkpoint "another bake of this table is at work" -- bake recipes/long.toml -o older.h5 --resume --quiet
+kill -s CONT $child
+kill -s TERM $child
+wait $child
+rm $checkpoint
+echo older >$checkpoint
+expect_refused 1 $checkpoint "is no checkpoint" -- bake recipes/long.toml -o older.h5 --resume --quiet
+rm $checkpoint
+
+# with nothing to go on with, it begins
+expect_ok bake recipes/chosen.toml -o resumed.h5 --resume
+expect_says "$err" "nothing to go on with"
+expect_ok bake recipes/chosen.toml -o begun.h5
+expect_same resumed.h5 begun.h5
+rm resumed.h5 begun.h5
 # in the short time in which a file is written it waits
 for wait in 0.005 0.01 0.015 0.02 0.03 0.05; do
     timeout -s INT $wait "$stratus" convert narrow.exr new.h5 >"$out" 2>"$err"
@@ -209,6 +275,19 @@ if [ -n "$small_disk" ]; then
         through "$small_disk" expect_refused 1 disk/$file "No space left" -- bake recipes/chosen.toml --quiet -o disk/$file
         through "$small_disk" expect_refused 1 disk/$file "No space left" -- convert narrow.exr disk/$file
     done
+    # a bake that cannot be written is not lost
+    # shellcheck disable=SC2317  # `through` calls it
+    fail_to_write() {
+        "$stratus" bake recipes/narrow.toml -o kept.h5 --exr disk/new.exr --quiet >"$out" 2>"$err"
+        [ $? -eq 1 ] || fail "the picture cannot be written"
+        expect_says "$err" \
+            "disk/new.exr: No space left on device; what is baked is kept in kept.h5.checkpoint for --resume"
+    }
+    through "$small_disk" fail_to_write
+    expect_ok bake recipes/narrow.toml -o kept.h5 --exr kept.exr --resume --quiet
+    expect_same kept.h5 narrow.h5
+    expect_same kept.exr narrow.exr
+    [ ! -e kept.h5.checkpoint ] || fail "the checkpoint must be removed"
 else
     echo "skipped: a full disk, which this machine does not let us make"
 fi

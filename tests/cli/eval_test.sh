@@ -5,6 +5,7 @@ source "$(dirname "$0")/expect.sh"
 
 "$make_fixture" full full.h5 || exit 1
 "$make_fixture" endless endless.h5 || exit 1
+"$make_fixture" mixed mixed.h5 || exit 1
 
 every=mu_in,mu_out,azimuth_deg,optical_depth,albedo
 sum='f["reflection"] == f["reflection_single"] + f["reflection_multiple"]'
@@ -102,6 +103,27 @@ expect_ok convert full.h5 full.exr
 expect_ok eval full.h5 --query query.csv -o h5.csv
 expect_ok eval full.exr --query query.csv -o exr.csv
 expect_same h5.csv exr.csv
+
+# a table that mixes: at mixture 1 it is that of the first phase function
+query $every 0.5,0.8,60,1.5,0.9
+expect_ok eval full.h5 --query query.csv --effects reflection,background
+plain=$(tail -n 1 "$out" | cut -d , -f 6)
+query $every,mixture 0.5,0.8,60,1.5,0.9,1 0.5,0.8,60,1.5,0.9,0.5 0.5,0.8,60,1.5,0.9,0
+expect_ok eval mixed.h5 --query query.csv --effects reflection,background
+expect_header $every,mixture,reflection,reflection_single,reflection_multiple,background
+expect_near "$(sed -n 2p "$out" | cut -d , -f 7)" "$plain" 1e-6  # floats
+awk -F, 'NR > 1 { R[NR] = $8 } END { off = R[3] - (R[2] + R[4]) / 2; exit off > 1e-12 || off < -1e-12 }' "$out" ||
+    fail "half of each must scatter once as the mean of both"
+expect_ok convert mixed.h5 mixed.exr
+expect_ok eval mixed.h5 --query query.csv -o h5.csv
+expect_ok eval mixed.exr --query query.csv -o exr.csv
+expect_same h5.csv exr.csv
+query $every 0.5,0.8,60,1.5,0.9
+expect_refused 2 query.csv mixture -- eval mixed.h5 --query query.csv
+query $every,mixture 0.5,0.8,60,1.5,0.9,0.5 0.5,0.8,60,1.5,0.9,1.5
+expect_refused 2 "query.csv, line 3" mixture "[0, 1]" "got 1.5" -- eval mixed.h5 --query query.csv
+query $every,mixture 0.5,0.8,60,1.5,0.9,0.5
+expect_refused 2 query.csv "got mixture" -- eval full.h5 --query query.csv
 
 # outside the axes: one warning with the rows counted for each axis
 query $every 0.005,0.8,60,1.5,0.9 0.005,0.001,60,0.005,0.9 0.5,0.8,60,100,0.9

@@ -5,6 +5,7 @@ source "$(dirname "$0")/expect.sh"
 
 "$make_fixture" full full.h5 || exit 1
 "$make_fixture" endless endless.h5 || exit 1
+"$make_fixture" mixed mixed.h5 || exit 1
 
 expect_ok info full.h5
 expect_silent "$err"
@@ -14,8 +15,11 @@ expect_says "$out" title "Saturn's rings" "phase function" henyey_greenstein "as
 expect_ok info endless.h5
 expect_says "$out" isotropic "1 sample at 0.9" "1 sample at inf"
 
+expect_ok info mixed.h5
+expect_says "$out" "second                isotropic" "2 samples at 0 to 1, identity, the share of the first"
+
 is_png() { [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ]; }
-for table in full endless; do
+for table in full endless mixed; do
     expect_ok info $table.h5 --picture $table.png
     expect_says "$out" $table.png
     is_png $table.png || fail "$table.png is not a PNG file"

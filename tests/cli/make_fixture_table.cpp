@@ -1,9 +1,10 @@
 // Writes the table that the tests of the command line work on: made-up samples, no solver needed.
 //
-//     make_fixture_table full|endless TABLE.h5
+//     make_fixture_table full|endless|mixed TABLE.h5
 //
 // `full` has both sides and every axis; `endless` reflection only, at one albedo and infinite
-// depth.
+// depth; `mixed` is `full` at mixture 1 and the same samples with isotropic scattering at 0.
+#include "small_table.h"
 #include "synthetic_table.h"
 
 #include <stratus/io/table_file.h>
@@ -15,9 +16,11 @@
 
 namespace {
 
+using stratus::test::make_synthetic_table;
+
 stratus::test::SyntheticOptions options_of(const std::string& kind) {
     stratus::test::SyntheticOptions options;
-    if (kind == "full") {
+    if (kind == "full" || kind == "mixed") {
         options.and_infinity = true;
     } else if (kind == "endless") {
         options.phase_function = "isotropic";
@@ -27,9 +30,17 @@ stratus::test::SyntheticOptions options_of(const std::string& kind) {
         options.and_infinity = true;
         options.transmission = false;
     } else {
-        throw std::invalid_argument("kind must be full or endless, got " + kind);
+        throw std::invalid_argument("kind must be full, endless or mixed, got " + kind);
     }
     return options;
+}
+
+stratus::Table table_of(const std::string& kind) {
+    stratus::test::SyntheticOptions options = options_of(kind);
+    const stratus::Table table = make_synthetic_table(options);
+    if (kind != "mixed") return table;
+    options.phase_function = "isotropic";
+    return stratus::mixed(table, make_synthetic_table(options));
 }
 
 }  // namespace
@@ -37,7 +48,7 @@ stratus::test::SyntheticOptions options_of(const std::string& kind) {
 int main(int argc, char** argv) {
     try {
         if (argc != 3) throw std::invalid_argument("two arguments are needed: KIND TABLE");
-        stratus::write_table(stratus::test::make_synthetic_table(options_of(argv[1])), argv[2]);
+        stratus::write_table(table_of(argv[1]), argv[2]);
         return 0;
     } catch (const std::exception& error) {
         std::cerr << "make_fixture_table: " << error.what() << '\n';

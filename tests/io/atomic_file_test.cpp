@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
@@ -121,6 +123,60 @@ TEST(AtomicFile, KeepsASymbolicLinkAndReplacesWhatItLeadsTo) {
     write_atomically(folder / "link.txt", write_new);
     EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
     EXPECT_EQ(content(folder / "elsewhere" / "a.txt"), "new");
+}
+
+/// The path of the hidden file of a writer that is killed in the midst of writing to `path`.
+fs::path abandoned_by_a_killed_writer(const fs::path& path) {
+    const pid_t child = ::fork();
+    if (child == 0)
+        write_atomically(path, [](const fs::path& temporary) {
+            set_content(temporary, "half");
+            ::raise(SIGKILL);
+        });
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    for (const auto& entry : fs::directory_iterator(path.parent_path()))
+        if (entry.path().filename().string().starts_with('.' + path.stem().string() + '.'))
+            return entry.path();
+    ADD_FAILURE() << "nothing was left behind";
+    return {};
+}
+
+TEST(AtomicFile, RemovesWhatKilledWritersOfTheSamePathLeft) {
+    const TemporaryFolder folder;
+    set_content(folder / "a.txt", "old");
+    const fs::path first = abandoned_by_a_killed_writer(folder / "a.txt");
+    abandoned_by_a_killed_writer(folder / "a.txt");
+    EXPECT_FALSE(fs::exists(first));
+    const fs::path of_another = abandoned_by_a_killed_writer(folder / "b.txt");
+    ASSERT_EQ(folder.size(), 3U);
+    EXPECT_EQ(content(folder / "a.txt"), "old");
+    write_atomically(folder / "a.txt", write_new);
+    EXPECT_EQ(content(folder / "a.txt"), "new");
+    EXPECT_TRUE(fs::exists(of_another));
+    EXPECT_EQ(folder.size(), 2U);
+}
+
+TEST(AtomicFile, LeavesTheHiddenFilesOfWritersThatLive) {
+    const TemporaryFolder folder;
+    write_atomically(folder / "a.txt", [&](const fs::path& temporary) {
+        write_atomically(folder / "a.txt",
+                         [](const fs::path& other) { set_content(other, "first"); });
+        EXPECT_EQ(content(folder / "a.txt"), "first");
+        set_content(temporary, "second");
+    });
+    EXPECT_EQ(content(folder / "a.txt"), "second");
+    EXPECT_EQ(folder.size(), 1U);
+}
+
+TEST(AtomicFile, LeavesFilesThatOnlyLookLikeItsOwn) {
+    const TemporaryFolder folder;
+    set_content(folder / ".a.txt", "");
+    set_content(folder / ".a.mine.partial.txt", "");
+    set_content(folder / ".a.12-0-ff.partial.csv", "");
+    write_atomically(folder / "a.txt", write_new);
+    EXPECT_EQ(folder.size(), 4U);
 }
 
 TEST(AtomicFile, TakesAPathWithoutAFolder) {

@@ -72,6 +72,19 @@ def check_with_xarray(path):
         assert numpy.isfinite(table.reflection_multiple).all()
 
 
+def check_mixtures(path):
+    with h5py.File(path) as file:
+        assert (file.attrs["format_major"], file.attrs["format_minor"]) == (1, 1)
+        assert file.attrs["second_phase_function"].startswith(b"henyey_greenstein:g=0.33")
+    with xarray.open_dataset(path, engine="h5netcdf") as table:
+        assert list(table.sizes) == ["mixture"] + AXES, list(table.sizes)
+        for name, rank in RANKS.items():
+            assert list(table[name].dims) == ["mixture"] + AXES[:rank], name
+        assert numpy.allclose(table.mixture, [0.125, 0.5625, 1], rtol=1e-14)
+        assert table.mixture.attrs["scale"] == "identity" and table.mixture.attrs["long_name"]
+        assert table.reflection_multiple.sel(mixture=1).dims == tuple(AXES)
+
+
 def check_with_h5dump(path):
     if not shutil.which("h5dump"):
         return
@@ -87,3 +100,5 @@ with tempfile.TemporaryDirectory() as folder:
     check_with_h5py(table_path)
     check_with_xarray(table_path)
     check_with_h5dump(table_path)
+    subprocess.run([sys.argv[1], table_path, "3"], check=True)
+    check_mixtures(table_path)

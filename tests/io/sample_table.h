@@ -23,6 +23,7 @@ struct Shape {
     int azimuths = 5;
     bool reflection = true;
     bool transmission = true;
+    int mixtures = 0;
 };
 
 inline constexpr double pi = 3.14159265358979323846;
@@ -43,6 +44,11 @@ inline Table sample_table(const Shape& shape = {}) {
     sample_axis(table.mu_in, 0.03, 1, shape.cosines_in);
     sample_axis(table.mu_out, 0.03, 1, shape.cosines_out);
     sample_axis(table.azimuth, 0, pi, shape.azimuths);
+    if (shape.mixtures > 0) {
+        sample_axis(table.mixture, 0.125, 1, shape.mixtures);
+        table.second_phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
+        table.second_extrapolation_length = 0.7 + 0.1;
+    }
 
     std::mt19937 random(1982);
     std::uniform_real_distribution<float> sample(-1e-3F, 2.0F);
@@ -50,14 +56,15 @@ inline Table sample_table(const Shape& shape = {}) {
         values.resize(count);
         for (auto& value : values) value = sample(random);
     };
-    const std::size_t layers = table.albedo.values.size() * table.optical_depth.values.size();
+    const std::size_t albedos = table.mixture_count() * table.albedo.values.size();
+    const std::size_t layers = albedos * table.optical_depth.values.size();
     const std::size_t lit = layers * table.mu_in.values.size();
     if (shape.reflection) fill(table.reflection_multiple, table.sample_count());
     if (shape.transmission) fill(table.transmission_multiple, table.sample_count());
     if (shape.transmission) fill(table.diffuse_transmittance, lit);
     fill(table.plane_albedo, lit);
     fill(table.spherical_albedo, layers);
-    for (std::size_t i = 0; i < table.albedo.values.size(); ++i)
+    for (std::size_t i = 0; i < albedos; ++i)
         table.diffusion_exponent.push_back(1.0 / static_cast<double>(3 + i));
     table.extrapolation_length = 0.1 + 0.2;
     table.tolerance = 1e-3;

@@ -142,13 +142,69 @@ TEST_P(BothFormats, RefuseOrIgnoreBytesCutOutAndAdded) {
 
 // --- Metadata ---
 
+Table mixed_table() {
+    Shape shape;
+    shape.mixtures = 3;
+    return sample_table(shape);
+}
+
 /// Writes a table whose metadata was changed, with the checksum that belongs to the changed one.
-void write_changed(const fs::path& path, const std::function<void(io::Metadata&)>& change) {
-    const Table table = sample_table();
+void write_changed(const fs::path& path, const std::function<void(io::Metadata&)>& change,
+                   const Table& table = sample_table()) {
     io::Metadata metadata = io::metadata_of(table);
     change(metadata);
     const auto encode = path.extension() == ".h5" ? io::encode_hdf5 : io::encode_exr;
     io::write_bytes(path, encode(table, metadata));
+}
+
+TEST_P(BothFormats, NameTheVersionThatKnowsMixtures) {
+    EXPECT_EQ(io::metadata_of(sample_table()).at("format_minor"), "0");
+    EXPECT_EQ(io::metadata_of(mixed_table()).at("format_minor"), "1");
+}
+
+TEST_P(BothFormats, RefuseMixturesOfOnePhaseFunction) {
+    const auto refusal_without = [&](std::initializer_list<const char*> attributes) {
+        write_changed(
+            path,
+            [&](io::Metadata& metadata) {
+                for (const char* attribute : attributes) metadata.erase(attribute);
+            },
+            mixed_table());
+        return refusal_of_reading(path);
+    };
+    const std::string missing = path.string() + ": attribute second_phase_function is missing";
+    EXPECT_EQ(refusal_without({"second_phase_function"}), missing);
+    EXPECT_EQ(refusal_without({"second_phase_function", "second_extrapolation_length"}), missing);
+    EXPECT_EQ(refusal_without({"second_extrapolation_length"}),
+              path.string() + ": attribute second_extrapolation_length is missing");
+}
+
+TEST_P(BothFormats, RefuseMixturesThatNoTableCanHave) {
+    const auto refusal_of = [&](std::vector<double> mixtures) {
+        Table table = mixed_table();
+        table.mixture.values = std::move(mixtures);
+        write_changed(
+            path, [](io::Metadata&) {}, table);
+        return refusal_of_reading(path);
+    };
+    EXPECT_EQ(refusal_of({0, 0.75, 1.5}),
+              path.string() + ": prepare: mixture must be within [0, 1], got 1.5");
+    EXPECT_EQ(refusal_of({0, 1, 0.5}),
+              path.string() + ": check_axis: mixture must be ascending, got 0.5");
+    EXPECT_EQ(refusal_of({0, 0.5, std::nan("")}),
+              path.string() + ": check_axis: mixture must be finite, got nan");
+}
+
+TEST_P(BothFormats, RefuseOrIgnoreDamageToMixtures) {
+    const Table table = mixed_table();
+    write_table(table, path);
+    const std::string whole = content(path);
+    for (std::size_t at = 0; at < whole.size(); at += 97) {
+        SCOPED_TRACE(at);
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+        expect_refused_or_same(path, damaged, table);
+    }
 }
 
 TEST_P(BothFormats, ReadANewerMinorVersion) {
@@ -192,6 +248,8 @@ const std::vector<Change> changes{
     {"GroundOfNoKind", "below", "swamp",
      "attribute below must be \"lambert surface\" or \"semi-infinite layer\", got \"swamp\""},
     {"GroundWithoutAlbedo", "below", "lambert surface", "attribute below_albedo is missing"},
+    {"SecondPhaseFunctionAlone", "second_phase_function", "rayleigh",
+     "attribute second_extrapolation_length is missing"},
     {"NoSide", "datasets", "plane_albedo",
      "prepare: table must be given reflection_multiple or transmission_multiple, got neither"},
 };

@@ -67,6 +67,19 @@ std::string long_text(std::size_t length) {
     return text;
 }
 
+Shape mixtures() {
+    Shape shape;
+    shape.mixtures = 3;
+    return shape;
+}
+
+Shape one_sided_mixtures() {
+    Shape shape = several_chunks();
+    shape.mixtures = 2;
+    shape.transmission = false;
+    return shape;
+}
+
 Shape finite_depths() {
     Shape shape;
     shape.infinite_depth = false;
@@ -132,6 +145,8 @@ const std::vector<Case> cases{
     {"TabulatedPhaseFunction", {}, use_tabulated_phase_function},
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
+    {"Mixtures", mixtures()},
+    {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},
 };
 
 class RoundTrip : public testing::TestWithParam<Case> {

@@ -1,5 +1,7 @@
-// Writes the tests' sample table to the path given, for the programs of others to open.
+// Writes the tests' sample table to the path given, for the programs of others to open: with so
+// many mixtures as are asked for.
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 
 #include <stratus/io/table_file.h>
@@ -7,9 +9,11 @@
 #include "sample_table.h"
 
 int main(int count, char** arguments) {
-    if (count != 2) return 2;
+    if (count != 2 && count != 3) return 2;
     try {
-        stratus::write_table(stratus::test::sample_table(), arguments[1]);
+        stratus::test::Shape shape;
+        if (count == 3) shape.mixtures = std::atoi(arguments[2]);
+        stratus::write_table(stratus::test::sample_table(shape), arguments[1]);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 1;

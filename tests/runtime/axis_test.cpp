@@ -144,7 +144,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Range{"CosineFromZero", AxisScale::arcsine_of_fourth_root, 0, 1},
                     Range{"OpticalDepth", AxisScale::logarithmic, 1.0 / 64, 96},
                     Range{"Albedo", AxisScale::square_root_of_complement, 0, 1},
-                    Range{"AlbedoNearlyOne", AxisScale::square_root_of_complement, 0.999999, 1}),
+                    Range{"AlbedoNearlyOne", AxisScale::square_root_of_complement, 0.999999, 1},
+                    Range{"Mixture", AxisScale::identity, 0.25, 1}),
     [](const auto& row) { return row.param.name; });
 
 TEST(Azimuth, IsMirroredAtBothEnds) {
@@ -249,6 +250,7 @@ TEST(Axis, SamplesOctavesExactly) {
 
 TEST(AxisScale, HasTheNameThatFilesUse) {
     EXPECT_STREQ(axis_scale_name(AxisScale::linear), "linear");
+    EXPECT_STREQ(axis_scale_name(AxisScale::identity), "identity");
     EXPECT_STREQ(axis_scale_name(AxisScale::arcsine_of_fourth_root), "arcsine_of_fourth_root");
     EXPECT_STREQ(axis_scale_name(AxisScale::logarithmic), "logarithmic");
     EXPECT_STREQ(axis_scale_name(AxisScale::square_root_of_complement),

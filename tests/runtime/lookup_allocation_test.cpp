@@ -42,7 +42,8 @@ TEST(Lookup, AllocatesNothing) {
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
     const HalfTable half = halved(table);
-    const TableView views[] = {table.view(), half.view()};
+    const Table both = mixed(table, table);
+    const TableView views[] = {table.view(), half.view(), both.view()};
     const TexturedTable textured(table.view());
     const std::vector<float> some(20, 0.6f);
     std::vector<float> total(20);
@@ -51,8 +52,9 @@ TEST(Lookup, AllocatesNothing) {
     const long before = allocations;
     for (const TableView& view : views)
         for (const double optical_depth : {0.1, 2.0, 100.0, HUGE_VAL}) {
-            sum += reflection(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
-            sum += transmission(view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
+            const TableView mixed_view = view.at_mixture(0.3);
+            sum += reflection(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
+            sum += transmission(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
         }
     sum += textured.reflection(0.7, 2, {0.4, 0.6, 1}).total();
     textured.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},

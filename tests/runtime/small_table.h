@@ -70,6 +70,28 @@ inline std::vector<float> samples_of(const Table& table,
     return samples;
 }
 
+/// The table of two alike but for samples and phase function, in any mixture; the first of them at
+/// mixture 1.
+inline Table mixed(const Table& first, const Table& second) {
+    Table table = second;
+    table.phase_function = first.phase_function;
+    table.second_phase_function = second.phase_function;
+    table.extrapolation_length = first.extrapolation_length;
+    table.second_extrapolation_length = second.extrapolation_length;
+    table.mixture = make_axis(AxisScale::identity, 0, 1, 2);
+    const auto append = [](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin(), from.end());
+    };
+    append(table.reflection_multiple, first.reflection_multiple);
+    append(table.transmission_multiple, first.transmission_multiple);
+    append(table.plane_albedo, first.plane_albedo);
+    append(table.diffuse_transmittance, first.diffuse_transmittance);
+    append(table.spherical_albedo, first.spherical_albedo);
+    append(table.diffusion_exponent, first.diffusion_exponent);
+    prepare(table);
+    return table;
+}
+
 /// What a lookup divides samples by along albedo and both cosines.
 inline double small_table_incidence(const Point& p) {
     return p.albedo * intercepted_share(p.optical_depth, p.mu_in) *

@@ -28,9 +28,11 @@ inline void expect_same(const Axis& a, const Axis& b, const std::string& name) {
 /// Axes and every number that was solved for, to the last bit.
 inline void expect_same_bits(const Table& a, const Table& b) {
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
+    EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
     EXPECT_EQ(a.below.kind, b.below.kind);
     EXPECT_EQ(a.below.albedo, b.below.albedo);
     EXPECT_EQ(a.below.phase_function.text(), b.below.phase_function.text());
+    expect_same(a.mixture, b.mixture, "mixture");
     expect_same(a.albedo, b.albedo, "albedo");
     expect_same(a.optical_depth, b.optical_depth, "optical_depth");
     expect_same(a.mu_in, b.mu_in, "mu_in");
@@ -43,6 +45,7 @@ inline void expect_same_bits(const Table& a, const Table& b) {
     expect_same_bits(a.spherical_albedo, b.spherical_albedo, "spherical_albedo");
     expect_same_bits(a.diffusion_exponent, b.diffusion_exponent, "diffusion_exponent");
     EXPECT_EQ(a.extrapolation_length, b.extrapolation_length);
+    EXPECT_EQ(a.second_extrapolation_length, b.second_extrapolation_length);
     EXPECT_EQ(a.measured_error, b.measured_error);
 }
 

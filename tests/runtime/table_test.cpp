@@ -158,6 +158,34 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& row) { return row.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
+    Mixtures, PrepareRefuses,
+    testing::Values(Refusal{"AboveOne",
+                            [](Table& t) { t.mixture = make_axis(AxisScale::identity, 0, 1.5, 2); },
+                            {"mixture", "[0, 1]", "got 1.5"}},
+                    Refusal{
+                        "BelowZero",
+                        [](Table& t) { t.mixture = make_axis(AxisScale::identity, -0.5, 1, 2); },
+                        {"mixture", "[0, 1]", "got -0.5"}},
+                    Refusal{"Descending",
+                            [](Table& t) {
+                                t.mixture.values = {0.5, 0.25};
+                            },
+                            {"mixture", "ascending", "got 0.25"}},
+                    Refusal{"InAnotherScale",
+                            [](Table& t) { t.mixture = make_axis(AxisScale::linear, 0, 1, 2); },
+                            {"scale of axis mixture", "identity", "linear"}},
+                    Refusal{"Alone",
+                            [](Table& t) { t.mixture.values = {0.5}; },
+                            {"mixture", "two samples", "got 1"}},
+                    Refusal{"WithoutSamplesOfTheirOwn",
+                            [](Table& t) { t.mixture = make_axis(AxisScale::identity, 0, 1, 2); },
+                            {"length of reflection_multiple", "1800", "got 900"}},
+                    Refusal{"WithoutASecondLength",
+                            [](Table& t) { t.second_extrapolation_length = 0; },
+                            {"second_extrapolation_length", "(0, inf)", "got 0"}}),
+    [](const auto& row) { return row.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(
     Datasets, PrepareRefuses,
     testing::Values(Refusal{"NoSide",
                             [](Table& t) {

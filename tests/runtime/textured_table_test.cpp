@@ -268,6 +268,13 @@ TEST(TexturedTable, RefusesCosinesThatDiffer) {
                                           {"TexturedTable", "mu_out", "15"});
 }
 
+TEST(TexturedTable, RefusesMixtures) {
+    const Table one = filled(usual, to_eight);
+    const Table table = mixed(one, one);
+    expect_refusal<std::invalid_argument>([&] { TexturedTable{table.view().at_mixture(0.5)}; },
+                                          {"TexturedTable", "mixture", "2"});
+}
+
 TEST(TexturedTable, RefusesAnUnknownInstructionSet) {
     const Table table = filled(usual, to_eight);
     expect_refusal<std::invalid_argument>([&] { TexturedTable(table.view(), "abacus"); },

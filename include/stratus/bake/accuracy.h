@@ -9,6 +9,7 @@
 #include <functional>
 #include <vector>
 
+#include <stratus/bake/work_log.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
 #include <stratus/transfer/solve.h>
@@ -45,6 +46,8 @@ struct VerifyOptions {
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
+    WorkLog log;                            // pieces: eight points each
+    const char* instruction_set = nullptr;  // null: the widest there is; for tests
 };
 
 struct Verification {

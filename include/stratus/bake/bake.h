@@ -5,6 +5,7 @@
 #include <string>
 
 #include <stratus/bake/recipe.h>
+#include <stratus/bake/work_log.h>
 #include <stratus/runtime/table.h>
 
 namespace stratus {
@@ -15,7 +16,13 @@ struct BakeOptions {
     std::function<void(const std::string& line)> note;
     /// Share of the bake done, called from one thread at a time.
     std::function<void(double done, const std::string& stage)> progress;
+    WorkLog log;                            // what an interrupted bake has finished already
+    const char* instruction_set = nullptr;  // null: the widest there is; for tests
 };
+
+/// Names a program whose tables may differ from those of others in their last bits: its version,
+/// what compiled it and the instruction set that it solves with.
+std::string baking_program();
 
 /// Fills in what the recipe's discretisation left open, by measuring: solver nodes and modes
 /// against finer ones, then each axis against the solver between its samples, until the tolerance
@@ -32,6 +39,8 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options = {});
 /// the check misses the tolerance and the recipe left the sampling open, it is made finer and baked
 /// again, twice at most.
 ///
+/// Pieces   of the log: every choice that is made, eight albedos of all octaves of depth, eight
+///          points of the check; each of them in every attempt.
 /// Threads  the same bits on any number of them.
 Table bake(const Recipe& recipe, const BakeOptions& options = {});
 

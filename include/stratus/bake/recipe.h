@@ -63,8 +63,8 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
 /// The recipe of one mixture alone: its phase function is the sum of both.
 Recipe at_mixture(const Recipe& recipe, double share_of_first);
 
-/// TOML text of a recipe with every choice spelled out, so that the same table can be baked again
-/// from it alone.
+/// TOML text of a recipe. Of a resolved one every choice is spelled out, so that the same table can
+/// be baked again from it alone; what is left open is left out.
 std::string resolved_text(const Recipe& recipe);
 
 }  // namespace stratus

@@ -11,7 +11,8 @@ namespace stratus {
 /// renames it to `path`.
 ///
 /// If `write` throws, or anything fails, the temporary file is removed, an older file at `path` is
-/// left as it was, and the error goes on to the caller. A symbolic link at `path` stays; the file
+/// left as it was, and the error goes on to the caller. A writer that was killed leaves its hidden
+/// file; the next one at the same path removes it. A symbolic link at `path` stays; the file
 /// that it leads to is replaced.
 ///
 /// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, a directory

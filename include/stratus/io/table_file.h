@@ -9,6 +9,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include <stratus/runtime/table.h>
 
@@ -23,6 +25,9 @@ struct ReadOptions {
     /// Bytes that the file, its samples and what they are inflated in may take; 0: half of the
     /// machine's memory.
     std::uintmax_t max_memory = 0;
+    /// Where notes for the user go, each naming the file: that it is of a newer minor version, of
+    /// which what is new is not used.
+    std::vector<std::string>* notes = nullptr;
 };
 
 /// Reads a table by its file name's ending, .h5 or .exr.

@@ -18,6 +18,10 @@
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
 // limit), the neighbour of higher albedo, which decays more slowly, speaks for it.
 //
+// A table with a mixture axis is looked up through a view of one mixture, `view.at_mixture(f)`. The
+// up to four samples around it are each looked up as a table of their own and joined by a cubic;
+// what is transmitted is divided by how it falls with depth before.
+//
 // No lookup allocates, throws, or takes a lock; any number of threads may share a table.
 #pragma once
 

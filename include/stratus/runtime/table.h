@@ -162,4 +162,9 @@ struct Table {
 /// Errors   std::invalid_argument naming the dataset, what is required and what was met.
 void prepare(Table& table);
 
+/// A sample of the mixture axis as a table of its own, its phase function the sum of both.
+///
+/// Range    sample in [0, mixture_count()).
+Table table_of_mixture(const Table& table, int sample);
+
 }  // namespace stratus

@@ -172,4 +172,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});
 
+/// What solves unless options say otherwise: "avx512", "avx2" or "generic".
+const char* widest_instruction_set();
+
 }  // namespace stratus

@@ -1,11 +1,15 @@
-// `--max-memory`, which every command that reads a table has.
+// Tables that the commands read: how much memory that may take, and what is to be said of a file on
+// stderr.
 #pragma once
 
 #include "allowed.h"
 
 #include <stratus/io/table_file.h>
 
+#include <filesystem>
+#include <iostream>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -19,6 +23,14 @@ inline void add_max_memory(CLI::App& command, ReadOptions& options) {
             },
             "MiB that reading the table may take. Default: half of the machine's")
         ->check(whole_number(1, 1LL << 40));
+}
+
+inline Table read_noted_table(const std::filesystem::path& path, ReadOptions options) {
+    std::vector<std::string> notes;
+    options.notes = &notes;
+    Table table = read_table(path, options);
+    for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
+    return table;
 }
 
 }  // namespace stratus

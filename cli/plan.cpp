@@ -1,0 +1,185 @@
+// `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe that
+// follows from it.
+#include "allowed.h"
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+#include "signals_held.h"
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/scene/plan.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct PlanCommand {
+    std::string scene, recipe;
+    double tolerance = 0;
+    int threads = 0;
+    bool quiet = false;
+};
+
+template <class... Arguments>
+std::string text(const char* format, Arguments... arguments) {
+    char line[256];
+    std::snprintf(line, sizeof line, format, arguments...);
+    return line;
+}
+
+std::string short_text(const std::string& whole) {
+    constexpr std::size_t most = 60;
+    return whole.size() <= most ? whole : whole.substr(0, most - 3) + "...";
+}
+
+std::string range_text(const Range& range, const char* unit = "") {
+    if (range.min > range.max) return "none";
+    return range.min == range.max ? text("%.3g%s", range.min, unit)
+                                  : text("%.3g to %.3g%s", range.min, range.max, unit);
+}
+
+/// Costs as columns.
+std::string cost_text(const SceneCost& cost) {
+    return text("%9.2f %9.2f %9.0f", cost.bake_seconds, cost.bytes * 1e-6, cost.ray_ns);
+}
+
+SceneCost operator-(const SceneCost& all, const SceneCost& some) {
+    return {all.bake_seconds - some.bake_seconds, all.bytes - some.bytes, all.ray_ns - some.ray_ns};
+}
+
+void print_range(const Scene& scene) {
+    const AskedRange asked = measure_range(scene);
+    std::cout << "layer: " << short_text(scene.layer.components[0].text());
+    for (std::size_t k = 1; k < scene.layer.components.size(); ++k)
+        std::cout << " mixed with " << short_text(scene.layer.components[k].text());
+    const char* const sides = asked.lit_side ? (asked.far_side ? "both" : "the lit one")
+                                             : (asked.far_side ? "the far one" : "none");
+    std::cout << "\nseen: sides " << sides << "; optical depth " << range_text(asked.optical_depth)
+              << ", albedo " << range_text(asked.albedo) << "\n      mu_in "
+              << range_text(asked.mu_in) << ", mu_out " << range_text(asked.mu_out) << ", azimuth "
+              << range_text(asked.azimuth, " deg") << "\n\n";
+}
+
+void print_plan(const Plan& plan) {
+    const PlanCosts& costs = *plan.costs;
+    std::cout << "effect            mean   largest  needed    bake s        MB  ns a ray\n";
+    std::string traceless;
+    for (std::size_t e = 0; e < plan.shares.size(); ++e) {
+        const EffectShare& share = plan.shares[e];
+        if (share.largest == 0 && costs.without[e].bytes == costs.all.bytes) {
+            traceless += (traceless.empty() ? "" : ", ") + share.name;
+            continue;
+        }
+        std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean,
+                          share.largest, share.needed ? "yes" : "no")
+                  << cost_text(costs.all - costs.without[e]) << '\n';
+    }
+    std::cout << "everything                               " << cost_text(costs.all)
+              << "\nthe plan                                 " << cost_text(costs.planned)
+              << text("\nIt changes no pixel of %d by more than %.2g; asked for: %.2g.\n",
+                      plan.pixels, plan.change, plan.tolerance);
+    if (!traceless.empty()) std::cout << "Without a trace in this picture: " << traceless << ".\n";
+}
+
+/// The one recipe that all panels can share.
+std::optional<Recipe> planned_recipe(const SceneFile& file, const std::vector<Plan>& plans) {
+    std::optional<Recipe> all;
+    for (std::size_t k = 0; k < plans.size(); ++k) {
+        Scene scene = file.panels[k];
+        scene.effects = plans[k].effects;
+        const std::optional<Recipe> one = needed_recipe(scene);
+        if (!one) continue;
+        const std::optional<Recipe> both = all ? common_recipe(*all, *one) : one;
+        if (!both)
+            throw std::invalid_argument(
+                "plan: SCENE must be one whose panels can share a recipe; '" + scene.title +
+                "' needs its own");
+        all = both;
+    }
+    return all;
+}
+
+void write_recipe(const std::string& recipe, const std::string& path) {
+    const SignalsHeld held;
+    write_atomically(path, [&](const std::filesystem::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out << recipe;
+        out.close();
+        if (!out) throw std::runtime_error(path + ": cannot be written");
+    });
+}
+
+void run_plan(const PlanCommand& command) {
+    if (!command.recipe.empty()) {
+        require_writable("plan", "--write", command.recipe);
+        require_different_files("plan", command.scene, command.recipe);
+    }
+    Progress progress(command.quiet);
+    std::vector<std::string> notes;
+    SceneFile file = read_scene(command.scene, &notes);
+    for (const std::string& note : notes) progress.note("note: " + note);
+    if (file.figure)
+        throw std::invalid_argument("plan: SCENE must be a picture's, got a figure's: " +
+                                    command.scene);
+    if (command.tolerance > 0)
+        for (Scene& scene : file.panels) scene.tolerance = command.tolerance;
+    BakeOptions options;
+    options.threads = command.threads;
+    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    const std::vector<Plan> plans = plan_scenes(file.panels, {options, true});
+    for (std::size_t k = 0; k < plans.size(); ++k) {
+        if (file.panels.size() > 1)
+            std::cout << (k > 0 ? "\n" : "") << "== " << file.panels[k].title << "\n";
+        print_range(file.panels[k]);
+        print_plan(plans[k]);
+    }
+    std::optional<Recipe> recipe = planned_recipe(file, plans);
+    if (!recipe) {
+        std::cout << "\nNo table is needed: light scattered once is in closed form.\n";
+        if (!command.recipe.empty())
+            throw std::runtime_error("plan: --write has nothing to write, no table is needed");
+        return;
+    }
+    recipe->title = file.title;
+    const std::string words = "# What " + std::filesystem::path(command.scene).filename().string() +
+                              " needs.\n" + resolved_text(*recipe);
+    std::cout << "\n" << words;
+    if (!command.recipe.empty()) write_recipe(words, command.recipe);
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app) {
+    auto command = std::make_shared<PlanCommand>();
+    CLI::App* plan = app.add_subcommand("plan", "Which effects a scene needs, and what they cost");
+    plan->add_option("SCENE", command->scene, "Scene, .toml")->required();
+    plan->add_option("--tolerance", command->tolerance,
+                     "Relative change of a pixel that does not matter, instead of the scene's own")
+        ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
+    plan->add_option("--write", command->recipe, "Recipe to write, .toml")->check(file_name());
+    plan->add_option("--threads", command->threads, "Threads; 0: one for each processor")
+        ->capture_default_str()
+        ->check(whole_number(0, 1024));
+    plan->add_flag("--quiet", command->quiet, "No progress, no notes");
+    plan->footer(
+        "Every effect is left out once and the picture looked at, on some 16000 of its pixels: "
+        "the\n"
+        "mean and the largest relative change (to not less than 1 % of the brightest pixel). What\n"
+        "changes no pixel by more than half the tolerance is not needed. Costs are those that go\n"
+        "with an effect: seconds to bake, MB of tables, ns of a ray on one thread.\n"
+        "`stratus render` follows the plan unless --effects says otherwise.\n"
+        "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
+    plan->callback([command] { run_plan(*command); });
+}
+
+}  // namespace stratus

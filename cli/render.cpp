@@ -1,0 +1,241 @@
+// `stratus render`: a scene in, a picture out.
+#include "allowed.h"
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+#include "signals_held.h"
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/table_file.h>
+#include <stratus/picture/png.h>
+#include <stratus/scene/plan.h>
+#include <stratus/scene/render.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct RenderCommand {
+    std::string scene, table;
+    std::vector<std::string> outputs;
+    std::string effects;
+    int width = 0, threads = 0;
+    bool quiet = false;
+};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<std::string> split(const std::string& list) {
+    std::vector<std::string> names;
+    std::istringstream text(list);
+    for (std::string name; std::getline(text, name, ',');) names.push_back(name);
+    return names;
+}
+
+void check_outputs(const RenderCommand& command) {
+    for (const std::string& output : command.outputs) {
+        const std::string ending = std::filesystem::path(output).extension().string();
+        if (ending != ".png" && ending != ".exr" && ending != ".svg")
+            throw std::invalid_argument("render: --output must end in .png, .exr or .svg, got " +
+                                        output);
+        require_writable("render", "--output", output);
+        require_different_files("render", command.scene, output);
+        if (!command.table.empty()) require_different_files("render", command.table, output);
+    }
+}
+
+void require_ending(const std::string& output, bool svg) {
+    if ((std::filesystem::path(output).extension() == ".svg") == svg) return;
+    throw std::invalid_argument(std::string("render: --output must end in ") +
+                                (svg ? ".svg for figures" : ".png or .exr for pictures") +
+                                ", got " + output);
+}
+
+std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& command,
+                                                           const std::vector<Scene>& scenes,
+                                                           Progress& progress) {
+    if (!command.table.empty())
+        return {scenes.size(), adopt_table(scenes, read_table(command.table))};
+    BakeOptions options;
+    options.threads = command.threads;
+    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    return bake_for(scenes, options);
+}
+
+/// Titles of panels, each in its lower left corner.
+std::vector<Label> labels_of(const SceneFile& file) {
+    std::vector<Label> labels;
+    if (file.panels.size() < 2) return labels;
+    for (std::size_t k = 0; k < file.panels.size(); ++k) {
+        const Scene& panel = file.panels[k];
+        const int column = static_cast<int>(k) % file.columns,
+                  row = static_cast<int>(k) / file.columns;
+        labels.push_back(
+            {column * panel.width + 10.0, (row + 1) * panel.height - 12.0, panel.title});
+    }
+    return labels;
+}
+
+void write_picture(const SceneFile& file, const std::string& effects, const Image& image,
+                   const std::string& output) {
+    const bool png = std::filesystem::path(output).extension() == ".png";
+    const SignalsHeld held;
+    write_atomically(output, [&](const std::filesystem::path& temporary) {
+        if (png)
+            write_png(image, file.panels[0].white, labels_of(file), temporary);
+        else
+            write_exr_image(image,
+                            {{"title", file.title},
+                             {"scene", file.text},
+                             {"effects", effects.empty() ? "as in the scene" : effects},
+                             {"radiance", "relative to a white Lambert surface facing the sun"},
+                             {"program_version", STRATUS_VERSION}},
+                            temporary);
+    });
+}
+
+/// Leaves out of every panel what its plan says that nobody will see.
+void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progress) {
+    PlanOptions options;
+    options.bake.threads = command.threads;
+    const std::vector<Plan> plans = plan_scenes(file.panels, options);
+    for (std::size_t k = 0; k < plans.size(); ++k) {
+        std::string left_out;
+        for (const EffectShare& share : plans[k].shares)
+            if (!share.needed && share.largest > 0)
+                left_out += (left_out.empty() ? "" : ", ") + share.name;
+        file.panels[k].effects = plans[k].effects;
+        if (!left_out.empty())
+            progress.note("plan: " + file.panels[k].title + ": without " + left_out);
+    }
+}
+
+void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progress) {
+    for (Scene& scene : file.panels) {
+        if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
+        if (command.width == 0) continue;
+        scene.height = std::max(1, static_cast<int>(std::lround(static_cast<double>(scene.height) *
+                                                                command.width / scene.width)));
+        scene.width = command.width;
+    }
+    const auto started = Clock::now();
+    if (command.effects.empty() && command.table.empty()) follow_plans(command, file, progress);
+    const auto tables = tables_for(command, file.panels, progress);
+    const double baked = seconds_since(started);
+    std::vector<Image> pictures;
+    for (std::size_t k = 0; k < file.panels.size(); ++k) {
+        const LayerLight light(file.panels[k], tables[k].get());
+        RenderOptions options;
+        options.threads = command.threads;
+        options.progress = [&](double done, const std::string& stage) {
+            progress.show((static_cast<double>(k) + done) / static_cast<double>(file.panels.size()),
+                          stage);
+        };
+        pictures.push_back(render(file.panels[k], light, options));
+    }
+    const Image image = side_by_side(pictures, file.columns);
+    for (const std::string& output : command.outputs)
+        write_picture(file, command.effects, image, output);
+    char line[160];
+    std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
+                  image.height, baked, seconds_since(started));
+    progress.note(line);
+}
+
+void run_figure(const RenderCommand& command, const SceneFile& file, Progress& progress) {
+    for (const auto& [option, given] : {std::pair("--table", !command.table.empty()),
+                                        std::pair("--effects", !command.effects.empty()),
+                                        std::pair("--width", command.width != 0)})
+        if (given)
+            throw std::invalid_argument(std::string("render: ") + option +
+                                        " must be left out for figures, got one");
+    const auto started = Clock::now();
+    auto write = [&](const auto& draw) {
+        for (const std::string& output : command.outputs) {
+            const SignalsHeld held;
+            write_atomically(output, draw);
+        }
+    };
+    if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {
+        const LobePlot plot = plot_lobes(*lobes);
+        write([&](const std::filesystem::path& svg) { draw_lobe_plot(plot, svg); });
+    } else {
+        const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
+        write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
+        std::printf(
+            "largest deviation from Lambert's law, cosines from 0.2 on: %.3g at mu_in = %.3g, mu = "
+            "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
+            made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
+    }
+    char line[80];
+    std::snprintf(line, sizeof line, "%.2f s", seconds_since(started));
+    progress.note(line);
+}
+
+void run_render(const RenderCommand& command) {
+    check_outputs(command);
+    std::vector<std::string> notes;
+    SceneFile file = read_scene(command.scene, &notes);
+    for (const std::string& output : command.outputs)
+        require_ending(output, file.figure.has_value());
+    Progress progress(command.quiet);
+    for (const std::string& note : notes) progress.note("note: " + note);
+    if (file.figure)
+        run_figure(command, file, progress);
+    else
+        run_pictures(command, file, progress);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+    auto command = std::make_shared<RenderCommand>();
+    CLI::App* render =
+        app.add_subcommand("render", "Render a scene: rings, a planet, clouds, or a figure");
+    render->add_option("SCENE", command->scene, "Scene, .toml")->required();
+    render
+        ->add_option("-o,--output", command->outputs,
+                     "Picture to write, .png or .exr, or one of each; of figures, .svg")
+        ->required()
+        ->allow_extra_args(false)
+        ->check(file_name());
+    render->add_option("--table", command->table, "Table to look up instead of baking, .h5 or .exr")
+        ->check(file_name());
+    std::string names;
+    for (const auto& effect : scene_effects()) names += std::string(", ") + effect.first;
+    render
+        ->add_option(
+            "--effects", command->effects,
+            "What counts instead of the scene's own: all" + names + "; -NAME takes one away")
+        ->check(file_name());
+    render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
+        ->capture_default_str()
+        ->check(whole_number(0, 16384));
+    render->add_option("--threads", command->threads, "Threads; 0: one for each processor")
+        ->capture_default_str()
+        ->check(whole_number(0, 1024));
+    render->add_flag("--quiet", command->quiet, "No progress, no notes");
+    render->footer(
+        "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
+        "to that of a white Lambert surface facing the sun.\n"
+        "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
+        "--width 512");
+    render->callback([command] { run_render(*command); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,58 @@
+// Ctrl-C ends long work in order: what is at work is finished and kept first.
+#pragma once
+
+#include <atomic>
+#include <csignal>
+#include <stdexcept>
+#include <string>
+
+namespace stratus {
+
+/// Takes note of SIGINT, SIGTERM and SIGHUP during its scope instead of ending the program; the
+/// second one does end it. Signals that were ignored stay so.
+///
+/// Threads  one at a time in a program.
+class StopOnSignal {
+  public:
+    StopOnSignal() {
+        met() = 0;
+        struct sigaction stop = {};
+        stop.sa_handler = [](int signal) { met() = signal; };
+        stop.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+        for (int n = 0; n < count; ++n) {
+            sigaction(signals[n], nullptr, &before_[n]);
+            if (before_[n].sa_handler != SIG_IGN) sigaction(signals[n], &stop, nullptr);
+        }
+    }
+    ~StopOnSignal() {
+        for (int n = 0; n < count; ++n) sigaction(signals[n], &before_[n], nullptr);
+    }
+    StopOnSignal(const StopOnSignal&) = delete;
+    StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+    /// The signal that came; 0: none.
+    int signal() const { return met(); }
+
+  private:
+    static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    static constexpr int count = 3;
+
+    static std::atomic<int>& met() {
+        static std::atomic<int> signal{0};
+        static_assert(std::atomic<int>::is_always_lock_free);
+        return signal;
+    }
+
+    struct sigaction before_[count];
+};
+
+/// Ends the program as a signal would have: exit code 128 + signal.
+class EndedBySignal : public std::runtime_error {
+  public:
+    EndedBySignal(int signal, const std::string& message)
+        : std::runtime_error(message), exit_code(128 + signal) {}
+
+    const int exit_code;
+};
+
+}  // namespace stratus

@@ -1,0 +1,28 @@
+// Lines over linear axes, both from 0, 16 cm wide, as SVG.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+
+struct Line {
+    std::string name;
+    bool dashed = false;
+    std::vector<std::pair<double, double>> points;  // x and y, both from 0 up
+};
+
+struct LinePlot {
+    std::string title, x_title, y_title;
+    double x_end = 1, y_end = 1;  // of the axes; what lies beyond is not drawn
+    std::vector<Line> lines;
+};
+
+/// Draws to `svg` itself; callers who need it whole or not at all wrap it.
+///
+/// Errors   std::runtime_error naming the path and the reason.
+void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg);
+
+}  // namespace stratus

@@ -1,0 +1,40 @@
+// Polar plots of what a layer scatters, as figure 8 of [Blinn82]: panels in rows and columns, the
+// layer a box seen from its side, the ray coming from the right, lobes on both of its sides.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+/// Radii at even angles from one horizon (-90 degrees, where the light comes from) to the other, 90
+/// degrees, on the layer's upper side and on its lower one.
+struct LobeCurve {
+    std::vector<double> above, below;
+};
+
+struct LobePanel {
+    double incident;                // radians from the upper normal
+    std::vector<LobeCurve> curves;  // one a name
+};
+
+/// Columns under one heading; each row has a scale, told by the radius of a circle.
+struct LobeBlock {
+    std::string title;
+    std::vector<std::vector<LobePanel>> rows;
+};
+
+struct LobePlot {
+    std::string title;
+    std::vector<std::string> names;       // of curves
+    std::vector<std::string> row_titles;  // as many as rows
+    std::vector<LobeBlock> blocks;        // side by side
+};
+
+/// Draws to `svg` itself; callers who need it whole or not at all wrap it.
+///
+/// Errors   std::runtime_error naming the path and the reason.
+void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg);
+
+}  // namespace stratus

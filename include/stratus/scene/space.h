@@ -1,0 +1,52 @@
+// Points and directions of a scene. z is up; directions are of unit length; a planet's equator lies
+// in z = 0.
+#pragma once
+
+#include <cmath>
+
+#include <stratus/runtime/single_scattering.h>
+
+namespace stratus {
+
+struct Vector3 {
+    double x, y, z;
+
+    friend Vector3 operator+(const Vector3& a, const Vector3& b) noexcept {
+        return {a.x + b.x, a.y + b.y, a.z + b.z};
+    }
+    friend Vector3 operator-(const Vector3& a, const Vector3& b) noexcept {
+        return {a.x - b.x, a.y - b.y, a.z - b.z};
+    }
+    friend Vector3 operator-(const Vector3& a) noexcept { return {-a.x, -a.y, -a.z}; }
+    friend Vector3 operator*(double factor, const Vector3& a) noexcept {
+        return {factor * a.x, factor * a.y, factor * a.z};
+    }
+};
+
+inline double dot(const Vector3& a, const Vector3& b) noexcept {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline double length(const Vector3& a) noexcept { return std::sqrt(dot(a, a)); }
+inline Vector3 normalised(const Vector3& a) noexcept { return (1 / length(a)) * a; }
+
+/// From the x axis by `azimuth` towards y, then up by `elevation`; radians.
+inline Vector3 direction_at(double elevation, double azimuth) noexcept {
+    return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+            std::sin(elevation)};
+}
+
+struct Ray {
+    Vector3 origin, direction;
+
+    Vector3 at(double distance) const noexcept { return origin + distance * direction; }
+};
+
+/// Cosines and azimuth of one scattering by a layer, both sides alike: a side is told by the signs
+/// of dot(normal, to_sun) and dot(normal, to_eye). Cosines are at least 1e-6.
+Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun,
+                             const Vector3& to_eye) noexcept;
+
+}  // namespace stratus

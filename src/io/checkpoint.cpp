@@ -1,0 +1,240 @@
+#include <stratus/io/checkpoint.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <initializer_list>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <unordered_map>
+
+#include <fcntl.h>
+#include <libdeflate.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "file_bytes.h"
+
+namespace stratus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view magic = "stratus-checkpoint 1\n";
+constexpr std::string_view magic_of_any_version = "stratus-checkpoint ";
+constexpr std::size_t longest_name = 4096;  // far more than any piece's
+constexpr int most_tries = 20;              // to open what another process may still hold
+constexpr std::chrono::milliseconds between_tries{50};
+
+/// What stands before the name of a record. The checksum is of all that comes after it.
+struct RecordHead {
+    std::uint32_t checksum;
+    std::uint32_t name_size;
+    std::uint64_t size;
+};
+static_assert(sizeof(RecordHead) == 16);
+
+std::uint32_t checksum_of(const RecordHead& head, std::string_view name,
+                          std::span<const char> bytes) {
+    const char* const covered = reinterpret_cast<const char*>(&head) + sizeof head.checksum;
+    std::uint32_t sum = libdeflate_crc32(0, covered, sizeof head - sizeof head.checksum);
+    sum = libdeflate_crc32(sum, name.data(), name.size());
+    if (bytes.empty()) return sum;  // whose place may be null, which stands for a new sum
+    return libdeflate_crc32(sum, bytes.data(), bytes.size());
+}
+
+std::string shown_line(const std::string& line) {
+    constexpr std::size_t longest = 100;
+    return '"' + (line.size() > longest ? line.substr(0, longest) + "..." : line) + '"';
+}
+
+/// Refuses a checkpoint whose owner is another, by the first line in which they differ.
+void check_same(const char* what, const std::string& kept, const std::string& wanted) {
+    if (kept == wanted) return;
+    std::istringstream of_kept(kept), of_wanted(wanted);
+    std::string there, here;
+    do {
+        if (!std::getline(of_kept, there)) there.clear();
+        if (!std::getline(of_wanted, here)) here.clear();
+    } while (there == here && (of_kept || of_wanted));
+    throw std::runtime_error(std::string("is of another ") + what + ", with " + shown_line(there) +
+                             " where this one has " + shown_line(here) +
+                             "; remove it to start over");
+}
+
+}  // namespace
+
+struct Checkpoint::File {
+    struct Place {
+        std::uint64_t offset, size;
+    };
+
+    File(const fs::path& at, const CheckpointOwner& owner) : path(at), descriptor(open_alone(at)) {
+        if (!has_work()) {
+            begin(owner);
+            return;
+        }
+        check_same("program", text("program"), owner.program);
+        check_same("recipe", text("recipe"), owner.recipe);
+        places.erase("program");
+        places.erase("recipe");
+        cut_off(end);
+    }
+
+    /// The file at `path`, which no other process has open as a checkpoint. One that was killed
+    /// holds it until the system has taken back its memory, so it is tried a few times.
+    static io::Descriptor open_alone(const fs::path& path) {
+        for (int tries = 0; tries < most_tries; ++tries) {
+            io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
+            // Before it was locked, another may have finished and removed it.
+            if (opened.lock() && opened.is_still_at(path)) return opened;
+            std::this_thread::sleep_for(between_tries);
+        }
+        throw std::runtime_error("another bake of this table is at work");
+    }
+
+    /// Finds all whole records; false where there are none but those of the owner.
+    bool has_work() {
+        struct stat status;
+        if (::fstat(descriptor.number(), &status) != 0 || !S_ISREG(status.st_mode))
+            throw std::runtime_error("is not a regular file");
+        const auto size = static_cast<std::uint64_t>(status.st_size);
+        std::string start(std::min<std::uint64_t>(size, magic.size()), '\0');
+        read(0, start);
+        if (start != magic.substr(0, start.size())) {
+            const bool other_version = start.starts_with(magic_of_any_version);
+            throw std::runtime_error(other_version ? "is a checkpoint of another version"
+                                                   : "is no checkpoint");
+        }
+        if (size < magic.size()) return false;
+        end = magic.size();
+        while (find_record(size)) continue;
+        finished = places.size();
+        for (const char* of_owner : {"program", "recipe"}) finished -= places.count(of_owner);
+        return finished > 0;
+    }
+
+    /// Takes note of the record at `end`; false where no whole one is there.
+    bool find_record(std::uint64_t size) {
+        RecordHead head;
+        if (size - end < sizeof head) return false;
+        read(end, {reinterpret_cast<char*>(&head), sizeof head});
+        const std::uint64_t rest = size - end - sizeof head;
+        if (head.name_size > longest_name || head.name_size > rest ||
+            head.size > rest - head.name_size)
+            return false;
+        std::string name(head.name_size, '\0');
+        read(end + sizeof head, name);
+        const std::uint64_t offset = end + sizeof head + name.size();
+        std::vector<char> bytes(head.size);
+        read(offset, bytes);
+        if (checksum_of(head, name, bytes) != head.checksum) return false;
+        places[name] = {offset, head.size};
+        end = offset + head.size;
+        return true;
+    }
+
+    void begin(const CheckpointOwner& owner) {
+        places.clear();
+        cut_off(0);
+        put({magic});
+        append("program", owner.program);
+        append("recipe", owner.recipe);
+        finished = 0;
+    }
+
+    void append(const std::string& name, std::span<const char> bytes) {
+        RecordHead head{0, static_cast<std::uint32_t>(name.size()), bytes.size()};
+        head.checksum = checksum_of(head, name, bytes);
+        put({{reinterpret_cast<const char*>(&head), sizeof head}, name, bytes});
+    }
+
+    /// Writes all parts at the end. Where the system refuses, all that is kept gives way: a full
+    /// disk must take the finished table rather than this.
+    void put(std::initializer_list<std::span<const char>> parts) {
+        const std::lock_guard alone(mutex);
+        if (!trouble.empty()) return;
+        std::uint64_t at = end;
+        try {
+            for (const std::span<const char> part : parts) {
+                descriptor.write_at(at, part);
+                at += part.size();
+            }
+            end = at;
+            ++finished;
+        } catch (const std::system_error& error) {
+            trouble = path.string() + ": " + error.code().message();
+            places.clear();
+            finished = 0;
+            cut_off(0);
+        }
+    }
+
+    /// What is left behind where this fails is dropped on opening.
+    void cut_off(std::uint64_t at) {
+        end = at;
+        [[maybe_unused]] const int failure =
+            ::ftruncate(descriptor.number(), static_cast<off_t>(end));
+    }
+
+    void read(std::uint64_t offset, std::span<char> bytes) const {
+        descriptor.read_at(offset, bytes);
+    }
+
+    std::string text(const std::string& name) const {
+        const auto found = places.find(name);
+        if (found == places.end()) return "";
+        std::string bytes(found->second.size, '\0');
+        read(found->second.offset, bytes);
+        return bytes;
+    }
+
+    const fs::path path;
+    io::Descriptor descriptor;
+    std::unordered_map<std::string, Place> places;  // of what was found on opening
+    std::uint64_t end = 0;                          // of the last whole record
+    std::size_t finished = 0;
+    std::string trouble;
+    mutable std::mutex mutex;
+};
+
+Checkpoint::Checkpoint(const fs::path& path, const CheckpointOwner& owner)
+    : file_(io::naming(path, [&] { return std::make_unique<File>(path, owner); })) {}
+
+Checkpoint::~Checkpoint() {
+    if (pieces() == 0) remove();
+}
+
+std::size_t Checkpoint::pieces() const {
+    const std::lock_guard alone(file_->mutex);
+    return file_->finished;
+}
+
+std::optional<std::vector<char>> Checkpoint::find(const std::string& piece) const {
+    const std::lock_guard alone(file_->mutex);
+    const auto found = file_->places.find(piece);
+    if (found == file_->places.end()) return std::nullopt;
+    std::vector<char> result(found->second.size);
+    io::naming(file_->path, [&] { file_->read(found->second.offset, result); });
+    return result;
+}
+
+void Checkpoint::keep(const std::string& piece, std::span<const char> result) {
+    file_->append(piece, result);
+}
+
+std::string Checkpoint::trouble() const {
+    const std::lock_guard alone(file_->mutex);
+    return file_->trouble;
+}
+
+void Checkpoint::remove() {
+    std::error_code ignored;
+    if (file_->descriptor.is_still_at(file_->path)) fs::remove(file_->path, ignored);
+}
+
+}  // namespace stratus

@@ -1,0 +1,82 @@
+#include <stratus/io/image.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include "file_bytes.h"
+#include "memory_stream.h"
+#include "table_content.h"
+
+namespace stratus {
+namespace {
+
+constexpr const char* channels[] = {"R", "G", "B"};
+
+/// 2^14 on a side are 3 GB of floats.
+constexpr int longest_side = 1 << 14;
+
+Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
+    return Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c, origin, image.width, image.height,
+                            3 * sizeof(float),
+                            3 * sizeof(float) * static_cast<std::size_t>(image.width));
+}
+
+}  // namespace
+
+void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
+                     const std::filesystem::path& path) {
+    Imf::Header header(image.width, image.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Image copy = image;  // OpenEXR asks for memory that it may change
+    Imf::FrameBuffer buffer;
+    for (int c = 0; c < 3; ++c) {
+        header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
+        buffer.insert(channels[c], channel(copy, c, {0, 0}));
+    }
+    for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
+    io::Bytes bytes;
+    io::MemoryOutput stream(bytes, "picture");
+    {
+        Imf::OutputFile file(stream, header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(image.height);
+    }  // only its end completes the file
+    io::write_bytes(path, bytes);
+}
+
+Image read_exr_image(const std::filesystem::path& path) {
+    return io::naming(path, [&] {
+        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR");
+        io::MemoryInput stream(bytes, "picture");
+        Imf::InputFile file(stream);
+        const Imath::Box2i window = file.header().dataWindow();
+        const Imath::V2i size = window.max - window.min + Imath::V2i(1, 1);
+        if (size.x < 1 || size.y < 1 || size.x > longest_side || size.y > longest_side)
+            throw std::runtime_error("a picture must have sides in [1, 16384]");
+        const Imf::ChannelList& has = file.header().channels();
+        const bool grey = has.findChannel("Y") != nullptr;
+        Image image(size.x, size.y);
+        Imf::FrameBuffer buffer;
+        for (int c = 0; c < (grey ? 1 : 3); ++c) {
+            const char* const name = grey ? "Y" : channels[c];
+            if (!has.findChannel(name))
+                throw std::runtime_error("a picture must have channels R, G, B or Y");
+            buffer.insert(name, channel(image, c, window.min));
+        }
+        file.setFrameBuffer(buffer);
+        file.readPixels(window.min.y, window.max.y);
+        if (grey)
+            for (std::size_t k = 0; k < image.rgb.size(); k += 3)
+                image.rgb[k + 1] = image.rgb[k + 2] = image.rgb[k];
+        return image;
+    });
+}
+
+}  // namespace stratus

@@ -1,0 +1,51 @@
+// OpenEXR's files, in memory: on the disk only the system can fail, and it says why.
+#pragma once
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <OpenEXR/ImfIO.h>
+
+#include "file_bytes.h"
+
+namespace stratus::io {
+
+class MemoryInput : public Imf::IStream {
+  public:
+    MemoryInput(const Bytes& bytes, const char* name) : Imf::IStream(name), bytes_(bytes) {}
+
+    bool read(char to[], int count) override {
+        const auto wanted = static_cast<std::size_t>(count);
+        if (count < 0 || position_ > bytes_.size() || wanted > bytes_.size() - position_)
+            throw std::runtime_error("file is truncated or damaged");
+        std::copy_n(bytes_.data() + position_, wanted, to);
+        position_ += wanted;
+        return position_ < bytes_.size();
+    }
+    uint64_t tellg() override { return position_; }
+    void seekg(uint64_t position) override { position_ = position; }
+
+  private:
+    const Bytes& bytes_;
+    std::size_t position_ = 0;
+};
+
+class MemoryOutput : public Imf::OStream {
+  public:
+    MemoryOutput(Bytes& bytes, const char* name) : Imf::OStream(name), bytes_(bytes) {}
+
+    void write(const char from[], int count) override {
+        const auto size = static_cast<std::size_t>(count);
+        bytes_.resize(std::max(bytes_.size(), position_ + size));
+        std::copy_n(from, size, bytes_.data() + position_);
+        position_ += size;
+    }
+    uint64_t tellp() override { return position_; }
+    void seekp(uint64_t position) override { position_ = position; }
+
+  private:
+    Bytes& bytes_;
+    std::size_t position_ = 0;
+};
+
+}  // namespace stratus::io

@@ -1,0 +1,120 @@
+#include <stratus/picture/png.h>
+
+#include "cairo_output.h"
+
+#include <cairo.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+
+namespace stratus {
+namespace {
+
+constexpr double label_size = 15;
+
+cairo_status_t take_from_file(void* file, unsigned char* bytes, unsigned int count) {
+    auto& stream = *static_cast<std::ifstream*>(file);
+    stream.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
+    return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
+}
+
+std::uint32_t eight_bits(double light) {
+    return static_cast<std::uint32_t>(std::lround(255 * srgb_encoded(light)));
+}
+
+void draw_labels(cairo_surface_t* surface, const std::vector<Label>& labels) {
+    const Context context(cairo_create(surface));
+    cairo_t* const cairo = context.get();
+    cairo_select_font_face(cairo, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(cairo, label_size);
+    for (const Label& label : labels) {
+        cairo_move_to(cairo, label.x, label.y);
+        cairo_text_path(cairo, label.text.c_str());
+        cairo_set_source_rgba(cairo, 0, 0, 0, 0.6);
+        cairo_set_line_width(cairo, 3);
+        cairo_stroke_preserve(cairo);
+        cairo_set_source_rgb(cairo, 0.85, 0.85, 0.85);
+        cairo_fill(cairo);
+    }
+}
+
+}  // namespace
+
+double srgb_encoded(double light) noexcept {
+    if (!(light > 0)) return 0;  // NaN too
+    light = std::min(light, 1.0);
+    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
+double srgb_decoded(double number) noexcept {
+    return number <= 0.04045 ? number / 12.92 : std::pow((number + 0.055) / 1.055, 2.4);
+}
+
+void write_png(const Image& image, double white, const std::vector<Label>& labels,
+               const std::filesystem::path& path) {
+    errno = 0;
+    const Surface surface(
+        cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+    if (const cairo_status_t status = cairo_surface_status(surface.get());
+        status != CAIRO_STATUS_SUCCESS)
+        fail(path, status);
+    unsigned char* const bytes = cairo_image_surface_get_data(surface.get());
+    const int stride = cairo_image_surface_get_stride(surface.get());
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const float* const light = image.pixel(x, y);
+            const std::uint32_t pixel = eight_bits(light[0] / white) << 16 |
+                                        eight_bits(light[1] / white) << 8 |
+                                        eight_bits(light[2] / white);
+            std::memcpy(bytes + static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x,
+                        &pixel, sizeof pixel);
+        }
+    cairo_surface_mark_dirty(surface.get());
+    draw_labels(surface.get(), labels);
+    write_surface(surface.get(), path);
+}
+
+Image read_png(const std::filesystem::path& path) {
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
+    const Surface read(cairo_image_surface_create_from_png_stream(take_from_file, &file));
+    if (const cairo_status_t status = cairo_surface_status(read.get());
+        status != CAIRO_STATUS_SUCCESS) {
+        errno = 0;  // what Cairo says of the bytes is the news
+        fail(path, status);
+    }
+    // Whatever it was: 32 bits a pixel, over black.
+    Image image(cairo_image_surface_get_width(read.get()),
+                cairo_image_surface_get_height(read.get()));
+    const Surface plain(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+    {
+        const Context context(cairo_create(plain.get()));
+        cairo_set_source_surface(context.get(), read.get(), 0, 0);
+        cairo_paint(context.get());
+    }
+    cairo_surface_flush(plain.get());
+    if (const cairo_status_t status = cairo_surface_status(plain.get());
+        status != CAIRO_STATUS_SUCCESS)
+        fail(path, status);
+    double light[256];
+    for (int n = 0; n < 256; ++n) light[n] = srgb_decoded(n / 255.0);
+    const unsigned char* const bytes = cairo_image_surface_get_data(plain.get());
+    const int stride = cairo_image_surface_get_stride(plain.get());
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            std::uint32_t pixel;
+            std::memcpy(&pixel,
+                        bytes + static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x,
+                        sizeof pixel);
+            for (int c = 0; c < 3; ++c)
+                image.pixel(x, y)[c] = static_cast<float>(light[pixel >> (16 - 8 * c) & 255]);
+        }
+    return image;
+}
+
+}  // namespace stratus

@@ -1,0 +1,36 @@
+#include <stratus/scene/camera.h>
+
+#include <algorithm>
+
+namespace stratus {
+
+Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun,
+                             const Vector3& to_eye) noexcept {
+    constexpr double least = 1e-6;  // below it a layer neither receives nor sends light that counts
+    const double in = dot(normal, to_sun), out = dot(normal, to_eye);
+    const Vector3 travelling_in = in * normal - to_sun, travelling_out = to_eye - out * normal;
+    return {std::clamp(std::abs(in), least, 1.0), std::clamp(std::abs(out), least, 1.0),
+            std::atan2(length(cross(travelling_in, travelling_out)),
+                       dot(travelling_in, travelling_out))};
+}
+
+Vector3 Camera::forward() const noexcept { return normalised(look_at - position); }
+
+Vector3 Camera::right() const noexcept {
+    const Vector3 ahead = forward();
+    const bool along_z = std::abs(ahead.z) > 1 - 1e-12;
+    return normalised(cross(ahead, along_z ? Vector3{0, 1, 0} : Vector3{0, 0, 1}));
+}
+
+Vector3 Camera::up() const noexcept { return cross(right(), forward()); }
+
+Ray camera_ray(const Camera& camera, int width, int height, double x, double y) noexcept {
+    const double half = camera.orthographic ? camera.width / 2 : std::tan(camera.width / 2);
+    const double across = (2 * x / width - 1) * half;
+    const double along = (height - 2 * y) / width * half;
+    const Vector3 offset = across * camera.right() + along * camera.up();
+    if (camera.orthographic) return {camera.position + offset, camera.forward()};
+    return {camera.position, normalised(camera.forward() + offset)};
+}
+
+}  // namespace stratus

@@ -1,0 +1,203 @@
+#include <stratus/scene/layer_light.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/single_scattering.h>
+
+namespace stratus {
+namespace {
+
+Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, double{value.b}}; }
+
+/// `of(c)` for each channel; worked out once where all have the same albedo.
+template <class Of>
+Rgb3 each_channel(const std::array<double, 3>& albedo, const Of& of) {
+    Rgb3 value;
+    for (std::size_t c = 0; c < 3; ++c)
+        value[c] = c > 0 && albedo[c] == albedo[c - 1] ? value[c - 1] : of(c);
+    return value;
+}
+
+Opposition opposition_of(const Scene& scene) {
+    const bool on = scene.effects.opposition && scene.effects.single;
+    return on ? scene.layer.opposition : Opposition{};
+}
+
+}  // namespace
+
+void AskedRange::add(const Matter& matter, const Geometry& geometry, bool reflected) noexcept {
+    widen(mu_in, geometry.mu_in);
+    widen(mu_out, geometry.mu_out);
+    widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
+    widen(optical_depth, matter.optical_depth);
+    for (const double each : matter.albedo) widen(albedo, each);
+    (reflected ? lit_side : far_side) = true;
+}
+
+LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
+    : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
+    const bool needed = needed_recipe(scene).has_value();
+    require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
+            "none");
+    if (!needed) tables_ = nullptr;
+    const std::optional<Matter> matter = uniform_matter(scene);
+    if (!matter || matter->optical_depth == 0) return;
+    const double depth = seen_depth(scene, matter->optical_depth);
+    const Medium<3> medium{{depth, depth, depth},
+                           {matter->albedo[0], matter->albedo[1], matter->albedo[2]}};
+    Effects effects;
+    effects.single = scene.effects.single;
+    effects.multiple = tables_ != nullptr;
+    effects.reflection = scene.effects.reflection;
+    effects.transmission = scene.effects.transmission;
+    effects.opposition = opposition_;
+    if (tables_)
+        slice_.emplace(tables_->tables[0].view(), medium, effects);
+    else
+        slice_.emplace(scene.layer.components[0], medium, effects);
+}
+
+Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
+                      bool reflected) const noexcept {
+    const double depth = seen_depth(scene_, matter.optical_depth);
+    const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
+                                    : cos_scattering_angle_transmitted(geometry);
+    const auto& components = scene_.layer.components;
+    double once = 0;  // of albedo 1
+    if (scene_.effects.single) {
+        double phase = components[0](cosine);
+        if (components.size() > 1)
+            phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
+        once = reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                               opposition_factor(opposition_, cosine, depth, geometry.mu_in,
+                                                 geometry.mu_out)
+                         : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
+    }
+    Stencil mixture{0, {1, 0, 0, 0}};
+    if (tables_ && !tables_->mixture.values.empty())
+        mixture = tables_->mixture.view().stencil(matter.mixture);
+    return each_channel(matter.albedo, [&](std::size_t c) {
+        double value = matter.albedo[c] * once;
+        for (int k = 0; tables_ && k < window; ++k) {
+            const double share = double{mixture.weight[k]};
+            if (share == 0) continue;
+            const TexturedTable& table =
+                tables_->textured[static_cast<std::size_t>(mixture.first + k)];
+            value += share * (reflected ? table.reflection(matter.albedo[c], depth, geometry)
+                                        : table.transmission(matter.albedo[c], depth, geometry))
+                                 .multiple;
+        }
+        return value;
+    });
+}
+
+Rgb3 LayerLight::reflection(const Matter& matter, const Geometry& geometry) const noexcept {
+    if (!scene_.effects.reflection || matter.optical_depth == 0) return {};
+    if (asked_) asked_->add(matter, geometry, true);
+    if (slice_)
+        return widened(slice_->reflection(static_cast<float>(geometry.mu_in),
+                                          static_cast<float>(geometry.mu_out),
+                                          static_cast<float>(geometry.azimuth)));
+    return side(matter, geometry, true);
+}
+
+Rgb3 LayerLight::transmission(const Matter& matter, const Geometry& geometry) const noexcept {
+    if (!scene_.effects.transmission || matter.optical_depth == 0) return {};
+    if (asked_) asked_->add(matter, geometry, false);
+    if (slice_)
+        return widened(slice_->transmission(static_cast<float>(geometry.mu_in),
+                                            static_cast<float>(geometry.mu_out),
+                                            static_cast<float>(geometry.azimuth)));
+    return side(matter, geometry, false);
+}
+
+double LayerLight::beam(const Matter& matter, double mu) const noexcept {
+    return matter.optical_depth == 0
+               ? 1
+               : direct_transmittance(seen_depth(scene_, matter.optical_depth), mu);
+}
+
+double LayerLight::flux(const std::vector<float>& flux, double albedo, double optical_depth,
+                        const Stencil* mu) const noexcept {
+    const Table& table = tables_->tables[0];
+    const AxisView albedos = table.albedo.view(), depths = table.optical_depth.view();
+    const std::size_t mus = mu ? table.mu_in.values.size() : 1;
+    const auto depth_count = static_cast<std::size_t>(depths.size());
+    auto at = [&](int a, int d) {
+        const std::size_t row =
+            (static_cast<std::size_t>(std::min(a, albedos.count - 1)) * depth_count +
+             static_cast<std::size_t>(d)) *
+            mus;
+        if (!mu) return double{flux[row]};
+        double sum = 0;
+        for (int i = 0; i < window; ++i)
+            if (mu->weight[i] != 0)
+                sum += double{mu->weight[i]} *
+                       double{flux[row + static_cast<std::size_t>(mu->first + i)]};
+        return sum;
+    };
+    const Stencil in_albedo = albedos.stencil(albedo);
+    double sum = 0;
+    for (int a = 0; a < window; ++a) {
+        if (in_albedo.weight[a] == 0) continue;
+        const double share = double{in_albedo.weight[a]};
+        if (depths.count == 0 || std::isinf(optical_depth)) {
+            sum += share * at(in_albedo.first + a, depths.size() - 1);
+            continue;
+        }
+        const Stencil in_depth = depths.stencil(optical_depth);
+        for (int d = 0; d < window; ++d)
+            if (in_depth.weight[d] != 0)
+                sum += share * double{in_depth.weight[d]} *
+                       at(in_albedo.first + a, in_depth.first + d);
+    }
+    // Thinner than the table: in proportion to the depth.
+    if (depths.count > 0 && optical_depth < depths.lowest) sum *= optical_depth / depths.lowest;
+    return sum;
+}
+
+double LayerLight::transmittance(double albedo, double optical_depth, double mu) const noexcept {
+    const double beam = direct_transmittance(optical_depth, mu);
+    if (!tables_ || !scene_.effects.transmission) return beam;
+    const Table& table = tables_->tables[0];
+    if (table.diffuse_transmittance.empty()) return beam;
+    const Stencil stencil = table.mu_in.view().stencil(mu);
+    return beam + flux(table.diffuse_transmittance, albedo, optical_depth, &stencil);
+}
+
+double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
+    return tables_ ? flux(tables_->tables[0].spherical_albedo, albedo, optical_depth, nullptr) : 0;
+}
+
+Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,
+                        const Rgb& ground_albedo) const noexcept {
+    if (!scene_.effects.background) return {};
+    const double lit_depth = seen_depth(scene_, lit.optical_depth),
+                 seen_through = seen_depth(scene_, seen.optical_depth);
+    struct Between {
+        double share, spherical;
+    };
+    std::array<Between, 3> between;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (c > 0 && lit.albedo[c] == lit.albedo[c - 1]) {
+            between[c] = between[c - 1];
+            continue;
+        }
+        auto passing = [&](double depth, double mu) {
+            return depth == 0 ? 1 : transmittance(lit.albedo[c], depth, mu);
+        };
+        between[c] = {passing(lit_depth, mu_in) * passing(seen_through, mu_out),
+                      lit_depth == 0 ? 0 : spherical_albedo(lit.albedo[c], lit_depth)};
+    }
+    const double albedo[] = {double{ground_albedo.r}, double{ground_albedo.g},
+                             double{ground_albedo.b}};
+    Rgb3 value;
+    for (std::size_t c = 0; c < 3; ++c)
+        value[c] = albedo[c] * between[c].share / (1 - albedo[c] * between[c].spherical);
+    return value;
+}
+
+}  // namespace stratus

@@ -1,0 +1,229 @@
+#include <stratus/scene/layer_tables.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+
+namespace stratus {
+namespace {
+
+constexpr const char* door = "scene";
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
+constexpr double thinnest = 0.02;
+
+/// What recipes allow.
+constexpr double thinnest_of_tables = 1e-6, deepest_of_tables = 1e9;
+
+/// One value where two differ by rounding alone.
+Range merged(const Range& range) {
+    return range.max - range.min < 1e-9 ? Range{range.max, range.max} : range;
+}
+
+std::string shortest(double value) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+constexpr double least_mixture_range = 1e-6;  // below, one mixture is enough
+
+/// Ranges of what the layer is made of, with the effect of density.
+struct MatterRange {
+    Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
+};
+
+MatterRange matter_range(const Scene& scene) {
+    MatterRange range;
+    auto add = [&](const Matter& matter) {
+        if (matter.optical_depth == 0) return;
+        widen(range.optical_depth, seen_depth(scene, matter.optical_depth));
+        for (const double albedo : matter.albedo) widen(range.albedo, albedo);
+        widen(range.mixture, matter.mixture);
+    };
+    if (const Rings* const rings = std::get_if<Rings>(&scene.subject)) {
+        for (const double radius : rings->profile.radius)
+            add(rings->profile.at(radius, scene.layer.albedo));
+        return range;
+    }
+    add({scene.layer.optical_depth.most, scene.layer.albedo, 1});
+    if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
+        widen(range.optical_depth, std::min(thinnest, range.optical_depth.max));
+    return range;
+}
+
+bool has_ground(const Scene& scene) {
+    if (!scene.effects.background) return false;
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+        return !planet->surface.is_black();
+    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    return slab && slab->surface;
+}
+
+/// Refuses a table that a scene cannot do with.
+void check_table(const Scene& scene, const Table& table) {
+    require(!table.below.is_something(), door, "table.below", "nothing", "something");
+    const std::optional<Recipe> needed = needed_recipe(scene);
+    if (!needed) return;
+    const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
+        require(met.text() == own.text(), door, name, own.text(), met.text());
+    };
+    same("table.phase_function", needed->phase_function, table.phase_function);
+    require(table.has_mixture() == needed->mixture.has_value(), door, "table",
+            needed->mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
+    if (needed->mixture)
+        same("table.second_phase_function", needed->second_phase_function,
+             table.second_phase_function);
+    auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
+        require(axis.lowest <= range.min, door, name + ".min",
+                "at most the scene's, " + shortest(range.min), axis.lowest);
+        require(axis.highest >= range.max || axis.ends_at_infinity, door, name + ".max",
+                "at least the scene's, " + shortest(range.max), axis.highest);
+    };
+    covers("table.albedo", table.albedo.view(), needed->albedo);
+    if (needed->mixture) covers("table.mixture", table.mixture.view(), *needed->mixture);
+    const AxisView depths = table.optical_depth.view();
+    if (std::isinf(needed->optical_depth.max))
+        require(depths.ends_at_infinity, door, "table.optical_depth.max", "inf", depths.highest);
+    if (!std::isinf(needed->optical_depth.min))
+        covers("table.optical_depth", depths, needed->optical_depth);
+    require(!needed->reflection || !table.reflection_multiple.empty(), door, "table",
+            "one with reflection", "none");
+    require(!needed->transmission || !table.transmission_multiple.empty(), door, "table",
+            "one with transmission", "none");
+}
+
+}  // namespace
+
+void widen(Range& range, double value) noexcept {
+    range = {std::min(range.min, value), std::max(range.max, value)};
+}
+
+std::optional<Matter> uniform_matter(const Scene& scene) {
+    if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
+        return std::nullopt;
+    return Matter{scene.layer.optical_depth.most, scene.layer.albedo, 1};
+}
+
+std::optional<Recipe> needed_recipe(const Scene& scene) {
+    const MatterRange range = matter_range(scene);
+    if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0)
+        return std::nullopt;
+    Recipe recipe;
+    recipe.title = scene.title;
+    recipe.phase_function = scene.layer.components[0];
+    if (scene.layer.components.size() > 1) {
+        if (range.mixture.max - range.mixture.min < least_mixture_range) {
+            const double share = (range.mixture.min + range.mixture.max) / 2;
+            recipe.phase_function = PhaseFunction::sum(
+                {{share, scene.layer.components[0]}, {1 - share, scene.layer.components[1]}});
+        } else {
+            recipe.second_phase_function = scene.layer.components[1];
+            recipe.mixture = range.mixture;
+        }
+    }
+    recipe.phase_text = recipe.phase_function.text();
+    recipe.tolerance = scene.tolerance;
+    // Thinner or deeper than a table may be, lookups follow their laws beyond its ends (lookup.h).
+    auto tabulated = [](double depth) {
+        return std::isinf(depth) ? depth : std::clamp(depth, thinnest_of_tables, deepest_of_tables);
+    };
+    recipe.optical_depth = merged({std::max(tabulated(range.optical_depth.min),
+                                            std::min(thinnest, tabulated(range.optical_depth.max))),
+                                   tabulated(range.optical_depth.max)});
+    recipe.albedo = merged(range.albedo);
+    const bool through = !std::holds_alternative<Planet>(scene.subject) || has_ground(scene);
+    recipe.transmission =
+        scene.effects.transmission && through && range.optical_depth.min < infinity;
+    recipe.reflection = scene.effects.reflection || !recipe.transmission;
+    if (!scene.effects.azimuth)
+        recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
+    return recipe;
+}
+
+std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
+    const bool one_is_endless = std::isinf(one.optical_depth.min),
+               other_is_endless = std::isinf(other.optical_depth.min);
+    if (one.phase_text != other.phase_text || one_is_endless != other_is_endless ||
+        one.discretisation.modes != other.discretisation.modes ||
+        one.mixture.has_value() != other.mixture.has_value() ||
+        (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))
+        return std::nullopt;
+    Recipe both = one;
+    both.tolerance = std::min(one.tolerance, other.tolerance);
+    widen(both.optical_depth, other.optical_depth.min);
+    widen(both.optical_depth, other.optical_depth.max);
+    widen(both.albedo, other.albedo.min);
+    widen(both.albedo, other.albedo.max);
+    if (both.mixture) {
+        widen(*both.mixture, other.mixture->min);
+        widen(*both.mixture, other.mixture->max);
+    }
+    both.reflection = one.reflection || other.reflection;
+    both.transmission = one.transmission || other.transmission;
+    return both;
+}
+
+std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform) {
+    auto made = std::make_unique<LayerTables>();
+    made->mixture = table.mixture;
+    if (table.has_mixture())
+        for (int m = 0; m < static_cast<int>(table.mixture_count()); ++m)
+            made->tables.push_back(table_of_mixture(table, m));
+    else
+        made->tables.push_back(std::move(table));
+    if (!is_uniform)
+        for (const Table& each : made->tables) made->textured.emplace_back(each.view());
+    return made;
+}
+
+std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
+                                               const BakeOptions& options) {
+    recipe.text = resolved_text(recipe);
+    return make_layer_tables(bake(recipe, options), uniform_matter(scene).has_value());
+}
+
+std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table) {
+    for (const Scene& scene : scenes) check_table(scene, table);
+    return make_layer_tables(std::move(table), std::ranges::all_of(scenes, [](const Scene& scene) {
+                                 return uniform_matter(scene).has_value();
+                             }));
+}
+
+std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
+                                                         const BakeOptions& options) {
+    struct Group {
+        Recipe recipe;
+        bool uniform;
+        std::vector<std::size_t> scenes;
+    };
+    std::vector<Group> groups;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        const std::optional<Recipe> needed = needed_recipe(scenes[s]);
+        if (!needed) continue;
+        const bool uniform = uniform_matter(scenes[s]).has_value();
+        bool found = false;
+        for (Group& group : groups) {
+            const std::optional<Recipe> both = common_recipe(group.recipe, *needed);
+            if (!both || group.uniform != uniform) continue;
+            group.recipe = *both;
+            group.scenes.push_back(s);
+            found = true;
+            break;
+        }
+        if (!found) groups.push_back({*needed, uniform, {s}});
+    }
+    std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
+    for (const Group& group : groups) {
+        const std::shared_ptr<const LayerTables> made =
+            bake_layer_tables(scenes[group.scenes[0]], group.recipe, options);
+        for (const std::size_t s : group.scenes) tables[s] = made;
+    }
+    return tables;
+}
+
+}  // namespace stratus

@@ -1,0 +1,74 @@
+#include <cmath>
+#include <cstdio>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/scene/figure.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus {
+namespace {
+
+constexpr int solver_nodes = 48;
+constexpr int angles = 61;  // three degrees each, horizon to horizon
+
+std::string number(double value) {
+    char text[24];
+    std::snprintf(text, sizeof text, "%.4g", value);
+    return text;
+}
+
+/// One cosine for each angle within the horizons, then those of the incident rays.
+std::vector<double> cosines(const LobeFigure& figure) {
+    std::vector<double> mu;
+    for (int k = 1; k < angles - 1; ++k) mu.push_back(std::cos(radians(3 * k - 90.0)));
+    for (const double angle : figure.incident) mu.push_back(std::abs(std::cos(angle)));
+    return mu;
+}
+
+LobeCurve lobe_of(const LayerSolution& layer, int incident_place, bool from_above, bool once) {
+    LobeCurve curve{std::vector<double>(angles), std::vector<double>(angles)};
+    for (int k = 1; k < angles - 1; ++k) {
+        const int out = k - 1;
+        const double azimuth = k < angles / 2 ? pi : 0;
+        const SolvedValue reflected = layer.reflection(incident_place, out, azimuth),
+                          transmitted = layer.transmission(incident_place, out, azimuth);
+        const double factor = 4 * layer.mu(incident_place) * layer.mu(out);
+        const auto at = static_cast<std::size_t>(k);
+        (from_above ? curve.above : curve.below)[at] =
+            factor * (once ? reflected.single : reflected.total);
+        (from_above ? curve.below : curve.above)[at] =
+            factor * (once ? transmitted.single : transmitted.total);
+    }
+    return curve;
+}
+
+}  // namespace
+
+LobePlot plot_lobes(const LobeFigure& figure) {
+    LobePlot plot;
+    plot.title = "What a layer scatters, by optical depth and incident angle";
+    plot.blocks = {{"scattered once", {}}, {"all orders", {}}};
+    for (const double albedo : figure.albedos) plot.names.push_back("w = " + number(albedo));
+    SolverOptions options;
+    options.nodes = solver_nodes;
+    const std::vector<double> mu = cosines(figure);
+    for (const double depth : figure.optical_depths) {
+        plot.row_titles.push_back("\u03c4 = " + number(depth));
+        std::vector<LayerSolution> layers;
+        for (const double albedo : figure.albedos)
+            layers.push_back(solve_layer(figure.phase_function, albedo, depth, mu, options));
+        for (const bool once : {true, false}) {
+            std::vector<LobePanel> row;
+            for (std::size_t i = 0; i < figure.incident.size(); ++i) {
+                row.push_back({figure.incident[i], {}});
+                for (const LayerSolution& layer : layers)
+                    row.back().curves.push_back(lobe_of(layer, angles - 2 + static_cast<int>(i),
+                                                        figure.incident[i] < pi / 2, once));
+            }
+            plot.blocks[once ? 0 : 1].rows.push_back(std::move(row));
+        }
+    }
+    return plot;
+}
+
+}  // namespace stratus

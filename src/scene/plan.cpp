@@ -1,0 +1,317 @@
+#include <stratus/scene/plan.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <stratus/scene/render.h>
+
+namespace stratus {
+namespace {
+
+constexpr double coarse_tolerance = 1e-2;  // of tables that contributions are looked up in
+constexpr double most_pixels = 16384;      // looked at
+constexpr double darkest_share =
+    0.01;  // of the brightest pixel, least that changes are relative to
+constexpr double sparse_share =
+    0.5;  // of the tolerance, for what sparse pixels may change by; the rest is for others
+
+/// What saves most comes first: a table, a side of one, its azimuths, fifteen suns of sixteen.
+constexpr const char* dearest_first[] = {"multiple",   "transmission", "reflection", "azimuth",
+                                         "sun_size",   "opposition",   "density",    "shadows",
+                                         "background", "single"};
+
+bool SceneEffects::*effect_named(const char* name) {
+    for (const auto& [known, member] : scene_effects())
+        if (std::string(known) == name) return member;
+    return nullptr;
+}
+
+Scene with_effects(Scene scene, const SceneEffects& effects) {
+    scene.effects = effects;
+    return scene;
+}
+
+SceneEffects without(SceneEffects effects, bool SceneEffects::*effect) {
+    effects.*effect = false;
+    return effects;
+}
+
+Scene without(const Scene& scene, bool SceneEffects::*effect) {
+    return with_effects(scene, without(scene.effects, effect));
+}
+
+/// The same picture of at most so many pixels, one ray each through the middle of what they stand
+/// for.
+Scene sparse(Scene scene, double most_pixels) {
+    const double pixels = static_cast<double>(scene.width) * scene.height;
+    const double step = std::max(1.0, std::sqrt(pixels / most_pixels));
+    scene.width = std::max(1, static_cast<int>(scene.width / step));
+    scene.height = std::max(1, static_cast<int>(scene.height / step));
+    scene.samples = 1;
+    return scene;
+}
+
+double brightest_channel(const float* pixel) {
+    return double{std::max({pixel[0], pixel[1], pixel[2]})};
+}
+
+struct Change {
+    double mean = 0, largest = 0;
+};
+
+Change change_between(const Image& all, const Image& some) {
+    double brightest = 0, light = 0, sum = 0;
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            brightest = std::max(brightest, brightest_channel(all.pixel(x, y)));
+            light += brightest_channel(all.pixel(x, y));
+        }
+    Change change;
+    if (brightest == 0) return change;
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            const float *const one = all.pixel(x, y), *const other = some.pixel(x, y);
+            double difference = 0;
+            for (int c = 0; c < 3; ++c)
+                difference = std::max(difference, std::abs(double{one[c]} - double{other[c]}));
+            sum += difference;
+            change.largest =
+                std::max(change.largest,
+                         difference / std::max(brightest_channel(one), darkest_share * brightest));
+        }
+    change.mean = sum / light;
+    return change;
+}
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// What scenes bake, in seconds and bytes. Choices made for one serve for all that differ from it
+/// in effects.
+class BakeCosts {
+  public:
+    explicit BakeCosts(const BakeOptions& options) : options_(options) {}
+
+    SceneCost of(const Scene& scene) {
+        std::optional<Recipe> recipe = needed_recipe(scene);
+        if (!recipe) return {};
+        const std::string text = resolved_text(*recipe);
+        const auto known = known_.find(text);
+        return known != known_.end() ? known->second : known_[text] = measured(*recipe);
+    }
+
+  private:
+    SceneCost measured(Recipe recipe) {
+        if (!resolved_) {
+            const auto started = Clock::now();
+            resolved_ = resolve(recipe, options_);
+            resolve_seconds_ = seconds_since(started);
+        }
+        const Discretisation own = recipe.discretisation;
+        recipe.discretisation = resolved_->discretisation;
+        if (own.modes > 0) recipe.discretisation.modes = own.modes;
+        if (own.azimuth_samples > 0) recipe.discretisation.azimuth_samples = own.azimuth_samples;
+        const double albedos = recipe.discretisation.albedo_samples;
+        recipe.albedo.min = recipe.albedo.max;
+        recipe.discretisation.albedo_samples = 1;
+        const auto started = Clock::now();
+        const Table one = solve_table(recipe, options_);
+        const double sides = (recipe.reflection ? 1 : 0) + (recipe.transmission ? 1 : 0);
+        return {resolve_seconds_ + albedos * seconds_since(started),
+                albedos * sides * static_cast<double>(one.sample_count() * sizeof(float)), 0};
+    }
+
+    const BakeOptions& options_;
+    std::optional<Recipe> resolved_;
+    double resolve_seconds_ = 0;
+    std::map<std::string, SceneCost> known_;  // by recipe
+};
+
+double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
+    const Scene few = sparse(scene, most_pixels / 8);
+    const LayerLight light(scene, tables);
+    RenderOptions options;
+    options.threads = 1;
+    double least = 0;
+    for (int round = 0; round < 5; ++round) {
+        const auto started = Clock::now();
+        render(few, light, options);
+        const double now = seconds_since(started) / (few.width * few.height);
+        if (round == 0 || now < least) least = now;
+    }
+    return 1e9 * least;
+}
+
+/// The mean of a table over azimuth.
+Table azimuth_mean(const Table& table) {
+    Table mean = table;
+    mean.azimuth.values = {0};
+    const std::size_t azimuths = table.azimuth.values.size();
+    if (azimuths > 1)
+        for (std::vector<float>* side : {&mean.reflection_multiple, &mean.transmission_multiple}) {
+            for (std::size_t row = 0; row < side->size() / azimuths; ++row) {
+                const float* const around = side->data() + row * azimuths;
+                double sum = -(double{around[0]} + double{around[azimuths - 1]}) / 2;
+                for (std::size_t k = 0; k < azimuths; ++k) sum += double{around[k]};
+                (*side)[row] = static_cast<float>(sum / static_cast<double>(azimuths - 1));
+            }
+            side->resize(side->size() / azimuths);
+        }
+    prepare(mean);
+    return mean;
+}
+
+std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables* tables) {
+    if (tables == nullptr) return nullptr;
+    auto mean = std::make_shared<LayerTables>();
+    mean->mixture = tables->mixture;
+    for (const Table& table : tables->tables) mean->tables.push_back(azimuth_mean(table));
+    if (!tables->textured.empty())
+        for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());
+    return mean;
+}
+
+/// One scene with some of its effects, looked up in coarse tables.
+class Coarse {
+  public:
+    Coarse(const Scene& scene, const BakeOptions& options) : all_(scene), options_(options) {
+        all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
+    }
+
+    /// The scenes that one table is to be baked for.
+    std::vector<Scene> to_bake() const {
+        std::vector<Scene> scenes{all_};
+        if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
+        return scenes;
+    }
+    void take(std::shared_ptr<const LayerTables> tables) {
+        with_azimuth_ = std::move(tables);
+        without_azimuth_ = azimuth_mean(with_azimuth_.get());
+    }
+
+    Image picture(const SceneEffects& effects) const {
+        const Scene scene = with_effects(all_, effects);
+        const LayerLight light(scene, tables(effects));
+        RenderOptions options;
+        options.threads = options_.threads;
+        return render(sparse(scene, most_pixels), light, options);
+    }
+
+    double ray_ns(const SceneEffects& effects) const {
+        return ray_nanoseconds(with_effects(all_, effects), tables(effects));
+    }
+
+  private:
+    const LayerTables* tables(const SceneEffects& effects) const {
+        return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
+    }
+
+    Scene all_;
+    const BakeOptions& options_;
+    std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+};
+
+/// The size of the sun is looked at by itself, and all else under a sun that is a point: the rays
+/// are then so many fewer.
+Plan plan_scene(const Scene& scene, const Coarse& coarse) {
+    const auto sun_size = &SceneEffects::sun_size;
+    SceneEffects now = without(scene.effects, sun_size);  // what is still there
+    const Image all = coarse.picture(now);
+    Plan plan;
+    plan.tolerance = scene.tolerance;
+    plan.pixels = all.width * all.height;
+    for (const auto& [name, effect] : scene_effects()) {
+        if (!(scene.effects.*effect)) continue;
+        Change change;
+        if (effect != sun_size)
+            change = change_between(all, coarse.picture(without(now, effect)));
+        else if (scene.sun_diameter > 0)
+            change = change_between(coarse.picture(scene.effects), all);
+        plan.shares.push_back({name, change.mean, change.largest, true});
+    }
+    const double limit = sparse_share * plan.tolerance;
+    double sun_change = 0;
+    bool keeps_sun_size = false;
+    for (const char* const name : dearest_first) {
+        const auto share = std::find_if(plan.shares.begin(), plan.shares.end(),
+                                        [&](const EffectShare& each) { return each.name == name; });
+        if (share == plan.shares.end()) continue;
+        const auto effect = effect_named(name);
+        if (effect == sun_size) {
+            keeps_sun_size = share->largest > limit / 2;
+            if (!keeps_sun_size) sun_change = share->largest;
+            share->needed = keeps_sun_size;
+            continue;
+        }
+        if (share->largest > limit) continue;
+        const SceneEffects less = without(now, effect);
+        const Change change = change_between(all, coarse.picture(less));
+        if (change.largest > limit) continue;
+        share->needed = false;
+        now = less;
+        plan.change = change.largest;
+    }
+    plan.effects = now;
+    plan.effects.sun_size = keeps_sun_size;
+    plan.change += sun_change;
+    return plan;
+}
+
+PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
+                   BakeCosts& bake_costs) {
+    const auto cost = [&](const SceneEffects& effects) {
+        SceneCost all = bake_costs.of(with_effects(scene, effects));
+        all.ray_ns = coarse.ray_ns(effects);
+        return all;
+    };
+    PlanCosts costs{cost(scene.effects), cost(plan.effects), {}};
+    for (const EffectShare& share : plan.shares)
+        costs.without.push_back(cost(without(scene.effects, effect_named(share.name.c_str()))));
+    return costs;
+}
+
+}  // namespace
+
+std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options) {
+    std::vector<Coarse> coarse;
+    std::vector<Scene> to_bake;
+    std::vector<std::size_t> first;  // of each scene's
+    for (const Scene& scene : scenes) {
+        coarse.emplace_back(scene, options.bake);
+        first.push_back(to_bake.size());
+        for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
+    }
+    const auto tables = bake_for(to_bake, options.bake);
+    std::vector<Plan> plans;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        coarse[s].take(tables[first[s]]);
+        plans.push_back(plan_scene(scenes[s], coarse[s]));
+        if (!options.costs) continue;
+        BakeCosts bake_costs(options.bake);
+        plans.back().costs = costs_of(scenes[s], coarse[s], plans.back(), bake_costs);
+    }
+    return plans;
+}
+
+AskedRange measure_range(const Scene& scene) {
+    Scene once = scene;
+    once.effects.multiple = false;
+    LayerLight light(once, nullptr);
+    AskedRange asked;
+    light.watch(&asked);
+    RenderOptions options;
+    options.threads = 1;
+    render(sparse(once, most_pixels), light, options);
+    return asked;
+}
+
+}  // namespace stratus

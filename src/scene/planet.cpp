@@ -1,0 +1,39 @@
+#include <algorithm>
+#include <cmath>
+
+#include "subjects.h"
+
+namespace stratus {
+
+double distance_to_globe(const Ray& ray, double flattening) noexcept {
+    const double stretch = 1 / (1 - flattening);
+    const Vector3 o{ray.origin.x, ray.origin.y, ray.origin.z * stretch};
+    const Vector3 d{ray.direction.x, ray.direction.y, ray.direction.z * stretch};
+    const double a = dot(d, d), b = dot(o, d);
+    // The nearest point of the ray, rather than b^2 - a c, which cancels far from the globe.
+    const Vector3 nearest = o - (b / a) * d;
+    const double under = (1 - dot(nearest, nearest)) / a;
+    if (!(under > 0)) return -1;
+    return -b / a - std::sqrt(under);
+}
+
+Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
+    const double stretch = 1 / (1 - flattening);
+    return normalised({point.x, point.y, point.z * stretch * stretch});
+}
+
+Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
+    const double distance = distance_to_globe(view.ray, 0);
+    if (distance < 0) return background_along(view.scene, view.ray.direction);
+    const Vector3 normal = normalised(view.ray.at(distance));
+    if (dot(normal, view.to_sun) <= 0) return {};
+    const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
+    const Place place = place_on_sphere(normal);
+    const SceneLayer& layer = view.scene.layer;
+    const Matter matter{layer.optical_depth.at(place), layer.albedo, 1};
+    return geometry.mu_in * (view.light.reflection(matter, geometry) +
+                             view.light.ground(matter, geometry.mu_in, matter, geometry.mu_out,
+                                               planet.surface.at(place)));
+}
+
+}  // namespace stratus

@@ -1,0 +1,109 @@
+#include <stratus/scene/render.h>
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/angle.h>
+
+#include "subjects.h"
+
+namespace stratus {
+namespace {
+
+constexpr int least_suns = 9;  // of a sun that is a disk, in each pixel
+
+Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
+             int y) {
+    Rgb3 sum{};
+    const int n = scene.samples, count = n * n;
+    for (int k = 0; k < count; ++k) {
+        // A grid turned a little: no two samples in one row, column or diagonal, so that an edge
+        // along any of these moves through them one by one.
+        const int i = k % n, j = k / n;
+        const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
+        const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
+        for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
+             s += static_cast<std::size_t>(count))
+            sum = sum + radiance_along(scene, light, ray, suns[s]);
+    }
+    const double share = 1.0 / std::max(count, static_cast<int>(suns.size()));
+    return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
+            static_cast<float>(share * sum[2])};
+}
+
+}  // namespace
+
+Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
+    const Rgb colour = scene.background.at(place_on_sphere(direction));
+    return {double{colour.r}, double{colour.g}, double{colour.b}};
+}
+
+std::vector<Vector3> sun_directions(const Scene& scene) {
+    if (scene.sun_diameter == 0 || !scene.effects.sun_size) return {scene.to_sun};
+    const int samples = scene.samples * scene.samples;
+    const int count = (least_suns + samples - 1) / samples * samples;
+    const bool upright = std::abs(scene.to_sun.z) > 0.9;
+    const Vector3 across =
+        normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));
+    const Vector3 along = cross(scene.to_sun, across);
+    // Vogel's spiral: as many points in any part of the disk as belong there.
+    const double golden_angle = pi * (3 - std::sqrt(5.0));
+    std::vector<Vector3> directions;
+    for (int k = 0; k < count; ++k) {
+        const double radius = std::tan(scene.sun_diameter / 2) * std::sqrt((k + 0.5) / count);
+        directions.push_back(normalised(scene.to_sun +
+                                        radius * std::cos(k * golden_angle) * across +
+                                        radius * std::sin(k * golden_angle) * along));
+    }
+    return directions;
+}
+
+Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
+                    const Vector3& to_sun) {
+    const View view{scene, light, ray, to_sun};
+    return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
+                      scene.subject);
+}
+
+Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
+    return radiance(scene, light, sun_directions(scene), x, y);
+}
+
+Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options) {
+    Image image(scene.width, scene.height);
+    const std::vector<Vector3> suns = sun_directions(scene);
+    constexpr int tile = 8;  // rows
+    const int tiles = (scene.height + tile - 1) / tile;
+    parallel_for(
+        tiles, options.threads,
+        [&](int t) {
+            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y)
+                for (int x = 0; x < scene.width; ++x) {
+                    const Rgb value = radiance(scene, light, suns, x, y);
+                    float* const pixel = image.pixel(x, y);
+                    pixel[0] = value.r;
+                    pixel[1] = value.g;
+                    pixel[2] = value.b;
+                }
+        },
+        [&](int done) {
+            if (options.progress) options.progress(static_cast<double>(done) / tiles, "rendering");
+        });
+    return image;
+}
+
+Image side_by_side(const std::vector<Image>& pictures, int columns) {
+    const int count = static_cast<int>(pictures.size());
+    const int across = std::min(columns, count), rows = (count + across - 1) / across;
+    const int width = pictures[0].width, height = pictures[0].height;
+    Image all(across * width, rows * height);
+    for (int k = 0; k < count; ++k)
+        for (int y = 0; y < height; ++y)
+            std::copy_n(pictures[static_cast<std::size_t>(k)].pixel(0, y), 3 * width,
+                        all.pixel(k % across * width, k / across * height + y));
+    return all;
+}
+
+}  // namespace stratus

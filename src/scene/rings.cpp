@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "subjects.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A ray's way to the plane of the rings, and the radius at which it gets there; infinity: never.
+struct Crossing {
+    double distance = infinity, radius = infinity;
+};
+
+Crossing ring_crossing(const Ray& ray) noexcept {
+    const double distance = -ray.origin.z / ray.direction.z;
+    if (!(distance > 0) || std::isinf(distance)) return {};
+    const Vector3 point = ray.at(distance);
+    return {distance, std::hypot(point.x, point.y)};
+}
+
+bool is_ring(const Rings& rings, double radius) noexcept {
+    return radius >= rings.profile.inner() && radius <= rings.profile.outer();
+}
+
+/// Lambert's law in the light that comes through the rings; what they scatter onto the planet is
+/// left out.
+Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
+    const Vector3 point = view.ray.at(distance);
+    const Vector3 normal = globe_normal(point, rings.flattening);
+    double mu_in = dot(normal, view.to_sun);
+    if (mu_in <= 0) return {};
+    if (view.scene.effects.shadows) {
+        const Crossing crossing = ring_crossing({point, view.to_sun});
+        if (is_ring(rings, crossing.radius))
+            mu_in *= view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
+                                     std::max(std::abs(view.to_sun.z), 1e-6));
+    }
+    const Rgb albedo = rings.surface.at(place_on_sphere(normal));
+    return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
+}
+
+Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
+                double distance) noexcept {
+    const Vector3 point = view.ray.at(distance);
+    if (view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0)
+        return {};
+    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
+    const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
+    return geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
+                                 : view.light.transmission(matter, geometry));
+}
+
+}  // namespace
+
+Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
+    const double to_planet = distance_to_globe(view.ray, rings.flattening);
+    const Crossing crossing = ring_crossing(view.ray);
+    auto behind = [&] {
+        return to_planet > 0 ? planet_light(rings, view, to_planet)
+                             : background_along(view.scene, view.ray.direction);
+    };
+    if (!is_ring(rings, crossing.radius) || (to_planet > 0 && to_planet < crossing.distance))
+        return behind();
+    const Matter matter = rings.profile.at(crossing.radius, view.scene.layer.albedo);
+    const Rgb3 light = ring_light(rings, matter, view, crossing.distance);
+    if (!view.scene.effects.background) return light;
+    const double mu = std::max(std::abs(view.ray.direction.z), 1e-6);
+    return light + view.light.beam(matter, mu) * behind();
+}
+
+}  // namespace stratus

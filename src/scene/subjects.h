@@ -1,0 +1,37 @@
+// What a ray meets in scenes of each kind: one file a kind.
+#pragma once
+
+#include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+
+namespace stratus {
+
+/// One ray, the sun in one direction.
+struct View {
+    const Scene& scene;
+    const LayerLight& light;
+    const Ray& ray;
+    const Vector3& to_sun;
+};
+
+Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;
+Rgb3 radiance_of(const Planet& planet, const View& view) noexcept;
+Rgb3 radiance_of(const Slab& slab, const View& view) noexcept;
+
+/// What lies behind everything in a direction.
+Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept;
+
+/// Distance at which a ray first enters the unit sphere, flattened along z; negative: never.
+double distance_to_globe(const Ray& ray, double flattening) noexcept;
+
+/// Upright on that globe at one of its points.
+Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
+
+inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
+    return {factor * light[0], factor * light[1], factor * light[2]};
+}
+inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+}  // namespace stratus

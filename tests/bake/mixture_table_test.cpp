@@ -1,0 +1,155 @@
+// Tables of two kinds of scattering in any mixture, against those of one mixture and the solver.
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/slice.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "small_recipe.h"
+
+namespace stratus {
+namespace {
+
+/// Every choice spelled out.
+Recipe small_recipe() {
+    return parse_recipe(
+        "phase_function = 'henyey_greenstein:g=-0.4'\n"
+        "second_phase_function = 'henyey_greenstein:g=0.3'\n"
+        "tolerance = 1e-2\n"
+        "optical_depth = { min = 0.5, max = inf }\n"
+        "albedo = { min = 0.5, max = 1.0 }\n"
+        "[discretisation]\n"
+        "nodes = 9\n"
+        "modes = 7\n"
+        "mu_samples = 9\n"
+        "azimuth_samples = 6\n"
+        "optical_depth_samples_per_octave = 2\n"
+        "deepest_optical_depth = 8\n"
+        "albedo_samples = 5\n"
+        "mixture_samples = 3\n");
+}
+
+template <class Number>
+std::vector<Number> part(const std::vector<Number>& all, std::size_t number, std::size_t parts) {
+    const auto size = static_cast<std::ptrdiff_t>(all.size() / parts);
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(number) * size;
+    return {first, first + size};
+}
+
+/// All that was solved, at each sample of the mixture, is what the table of that one holds.
+void expect_tables_of_mixtures(const Recipe& recipe) {
+    const Table table = solve_table(recipe);
+    ASSERT_EQ(table.mixture.values, (std::vector<double>{0, 0.5, 1}));
+    for (std::size_t m = 0; m < 3; ++m) {
+        SCOPED_TRACE(table.mixture.values[m]);
+        const Table alone = solve_table(at_mixture(recipe, table.mixture.values[m]));
+        const auto expect_part = [&](const auto& all, const auto& one, const char* name) {
+            test::expect_same_bits(part(all, m, 3), one, name);
+        };
+        expect_part(table.reflection_multiple, alone.reflection_multiple, "reflection");
+        expect_part(table.transmission_multiple, alone.transmission_multiple, "transmission");
+        expect_part(table.plane_albedo, alone.plane_albedo, "plane_albedo");
+        expect_part(table.diffuse_transmittance, alone.diffuse_transmittance, "transmittance");
+        expect_part(table.spherical_albedo, alone.spherical_albedo, "spherical_albedo");
+        expect_part(table.diffusion_exponent, alone.diffusion_exponent, "diffusion_exponent");
+        // between the samples of all other axes and beyond the last depth, too
+        const TableView view = table.view().at_mixture(table.mixture.values[m]);
+        for (const double albedo : {0.5, 0.83, 1.0})
+            for (const double depth : {0.1, 1.3, 7.0, 30.0})
+                for (const Geometry& at : {Geometry{0.3, 0.8, 0.4}, Geometry{0.05, 0.9, 3}})
+                    for (const auto look_up : {reflection, transmission}) {
+                        const double expected = look_up(alone.view(), albedo, depth, at).total();
+                        constexpr double rounding = 1e-6;  // floats
+                        EXPECT_NEAR(look_up(view, albedo, depth, at).total(), expected,
+                                    rounding * expected);
+                    }
+    }
+}
+
+TEST(MixtureTable, HoldsTheTablesOfItsMixtures) { expect_tables_of_mixtures(small_recipe()); }
+
+TEST(MixtureTable, HoldsTheTablesOfItsMixturesOverGround) {
+    Recipe recipe = small_recipe();
+    recipe.below = Below::surface(0.3);
+    recipe.transmission = false;
+    expect_tables_of_mixtures(recipe);
+}
+
+TEST(MixtureTable, OfTheFirstAloneIsTheTableOfAPlainRecipe) {
+    const Table table = solve_table(small_recipe());
+    Recipe plain = small_recipe();
+    plain.mixture.reset();
+    plain.discretisation.mixture_samples = 0;
+    const Table alone = solve_table(plain);
+    EXPECT_FALSE(alone.has_mixture());
+    const Slice found = table.view().at_mixture(1).bind(2, 0.9);
+    const Slice expected = alone.view().bind(2, 0.9);
+    for (const float azimuth : {0.0f, 1.0f, 3.0f})
+        EXPECT_NEAR(found.reflection(0.4f, 0.7f, azimuth), expected.reflection(0.4f, 0.7f, azimuth),
+                    1e-6);
+}
+
+/// Nothing chosen, rings in small.
+Recipe open_recipe(double tolerance, const std::string& depths) {
+    return parse_recipe(
+        "phase_function = 'henyey_greenstein:g=-0.5'\n"
+        "second_phase_function = 'henyey_greenstein:g=0.5'\n"
+        "tolerance = " +
+        std::to_string(tolerance) + "\noptical_depth = " + depths +
+        "\nalbedo = { min = 0.8, max = 1.0 }\n");
+}
+
+TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
+    for (const char* depths : {"{ min = 0.5, max = 1 }", "{ min = 4, max = inf }"}) {
+        SCOPED_TRACE(depths);
+        const Recipe recipe = open_recipe(2e-2, depths);
+        const Table table = bake(recipe);
+        VerifyOptions options;
+        options.seed = 77;
+        options.samples = 400;
+        const Verification verification = verify(table, options);
+        EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
+        EXPECT_LE(verification.energy_defect, 1e-6);
+        EXPECT_LE(verification.furnace_defect, recipe.tolerance);
+        EXPECT_LE(verification.reciprocity_defect, 1e-4);
+        const auto [least, most] =
+            std::ranges::minmax(verification.samples, {}, &ErrorSample::mixture);
+        EXPECT_LT(least.mixture, 0.1);  // all of them were looked at
+        EXPECT_GT(most.mixture, 0.9);
+        options.samples = 32;
+        options.bound = true;
+        EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));
+    }
+}
+
+TEST(MixtureTable, ThatIsCoarseAlongTheMixtureIsFoundOut) {
+    Recipe recipe = resolve(open_recipe(2e-2, "{ min = 1, max = 1 }"));
+    const auto is_met = [&](int mixture_samples) {
+        recipe.discretisation.mixture_samples = mixture_samples;
+        VerifyOptions options;
+        options.samples = 500;
+        Table table = solve_table(recipe);
+        table.attributes["nodes"] = std::to_string(recipe.discretisation.nodes);
+        return verify(table, options).meets(recipe.tolerance);
+    };
+    EXPECT_TRUE(is_met(recipe.discretisation.mixture_samples));
+    EXPECT_FALSE(is_met(2));
+}
+
+TEST(Resolve, TakesMoreMixturesForASmallerTolerance) {
+    const auto samples = [](double tolerance) {
+        return resolve(open_recipe(tolerance, "{ min = 1, max = 1 }"))
+            .discretisation.mixture_samples;
+    };
+    const int few = samples(5e-2), many = samples(2e-3);
+    EXPECT_GE(few, 2);
+    EXPECT_LT(few, many);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,182 @@
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <stratus/bake/bake.h>
+
+#include "small_recipe.h"
+
+namespace stratus::test {
+namespace {
+
+/// Finished pieces in memory; after `most` of them it asks the work to stop.
+struct MemoryLog {
+    std::map<std::string, std::vector<char>> pieces;
+    std::size_t most = 1000000;
+    std::atomic<int> kept{0};
+    std::mutex mutex;
+
+    BakeOptions options(int threads) {
+        BakeOptions options;
+        options.threads = threads;
+        options.log.find = [this](const std::string& piece) -> std::optional<std::vector<char>> {
+            const std::lock_guard lock(mutex);
+            const auto at = pieces.find(piece);
+            if (at == pieces.end()) return std::nullopt;
+            return at->second;
+        };
+        options.log.keep = [this](const std::string& piece, std::span<const char> result) {
+            const std::lock_guard lock(mutex);
+            const bool is_new = pieces.try_emplace(piece, result.begin(), result.end()).second;
+            EXPECT_TRUE(is_new) << piece << " is done twice, or the name of two pieces";
+            ++kept;
+        };
+        options.log.stop = [this] {
+            const std::lock_guard lock(mutex);
+            return pieces.size() >= most;
+        };
+        return options;
+    }
+};
+
+/// Too few mu_samples for its tolerance: the first attempt misses, the second chooses anew.
+Recipe recipe_of_attempts() {
+    Recipe recipe = rayleigh_recipe();
+    recipe.tolerance = 3e-2;
+    recipe.discretisation.mu_samples = 6;
+    return recipe;
+}
+
+Recipe recipe_over_ground() {
+    Recipe recipe = explicit_recipe();
+    recipe.below = Below::surface(0.3);
+    recipe.transmission = false;
+    recipe.discretisation.albedo_samples = 11;
+    return recipe;
+}
+
+Recipe recipe_of_mixtures() {
+    return parse_recipe(
+        "phase_function = 'rayleigh'\n"
+        "second_phase_function = 'isotropic'\n"
+        "mixture = { min = 0.0, max = 1.0 }\n"
+        "tolerance = 0.1\n"
+        "optical_depth = { min = 0.5, max = inf }\n"
+        "albedo = { min = 0.8, max = 0.9 }\n");
+}
+
+struct Case {
+    const char* name;
+    Recipe (*recipe)();
+};
+
+std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream << row.name; }
+
+class Resume : public testing::TestWithParam<Case> {};
+
+TEST_P(Resume, EndsWithTheBitsOfABakeThatWasNeverStopped) {
+    const Recipe recipe = GetParam().recipe();
+    MemoryLog undisturbed;
+    const Table whole = bake(recipe, undisturbed.options(2));
+    const std::size_t all = undisturbed.pieces.size();
+    ASSERT_GT(all, 10U);
+
+    MemoryLog log;
+    int stops = 0;
+    for (log.most = all / 3;; log.most += all / 3) {
+        const int threads = stops % 3 + 1;
+        log.kept = 0;
+        const std::size_t before = log.pieces.size();
+        try {
+            const Table table = bake(recipe, log.options(threads));
+            expect_same_bits(table, whole);
+            EXPECT_EQ(table.mixture.values, whole.mixture.values);
+            EXPECT_EQ(table.attributes, whole.attributes);
+            break;
+        } catch (const WorkStopped&) {
+            ++stops;
+            // pieces at work are finished first
+            EXPECT_GE(log.pieces.size(), log.most);
+            EXPECT_LE(log.pieces.size(), log.most + static_cast<std::size_t>(threads));
+            EXPECT_EQ(log.pieces.size(), before + static_cast<std::size_t>(log.kept));
+        }
+    }
+    EXPECT_GE(stops, 2);
+    EXPECT_EQ(log.pieces, undisturbed.pieces);
+}
+
+INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
+                         testing::Values(Case{"Attempts", recipe_of_attempts},
+                                         Case{"OverGround", recipe_over_ground},
+                                         Case{"Mixtures", recipe_of_mixtures}),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(ResumeRefusal, NamesAPieceOfAnotherSize) {
+    MemoryLog log;
+    bake(explicit_recipe(), log.options(1));
+    log.pieces["attempt 0, depths from 0, albedos from 0"].push_back('x');
+    try {
+        bake(explicit_recipe(), log.options(1));
+        FAIL() << "must be refused";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("depths from 0, albedos from 0 must hold"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+/// Largest difference of two lists, relative to the largest number in them.
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+    EXPECT_EQ(a.size(), b.size());
+    double largest = 0, off = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        largest = std::max(largest, std::abs(double{a[i]}));
+        off = std::max(off, std::abs(double{a[i]} - double{b[i]}));
+    }
+    return largest > 0 ? off / largest : 0;
+}
+
+class InstructionSets : public testing::TestWithParam<const char*> {};
+
+TEST_P(InstructionSets, ChangeATableByNoMoreThanItsRounding) {
+    Recipe recipe = explicit_recipe();
+    recipe.tolerance = 1e-4;  // below which samples keep all bits of a float
+    BakeOptions options;
+    const Table widest = solve_table(recipe, options);
+    options.instruction_set = GetParam();
+    Table table;
+    try {
+        table = solve_table(recipe, options);
+    } catch (const std::invalid_argument&) {
+        GTEST_SKIP() << "this processor has no " << GetParam();
+    }
+    constexpr double last_bit = 1.2e-7;
+    EXPECT_LE(difference(table.reflection_multiple, widest.reflection_multiple), last_bit);
+    EXPECT_LE(difference(table.transmission_multiple, widest.transmission_multiple), last_bit);
+    EXPECT_LE(difference(table.plane_albedo, widest.plane_albedo), last_bit);
+    EXPECT_LE(difference(table.diffuse_transmittance, widest.diffuse_transmittance), last_bit);
+    EXPECT_LE(difference(table.spherical_albedo, widest.spherical_albedo), last_bit);
+    for (std::size_t a = 0; a < table.diffusion_exponent.size(); ++a)
+        EXPECT_NEAR(table.diffusion_exponent[a], widest.diffusion_exponent[a], 1e-12);
+}
+
+TEST_P(InstructionSets, ComeToTheSameChoices) {
+    BakeOptions options;
+    const std::string chosen = resolved_text(resolve(rayleigh_recipe(), options));
+    options.instruction_set = GetParam();
+    try {
+        EXPECT_EQ(resolved_text(resolve(rayleigh_recipe(), options)), chosen);
+    } catch (const std::invalid_argument&) {
+        GTEST_SKIP() << "this processor has no " << GetParam();
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Named, InstructionSets, testing::Values("generic", "avx2", "avx512"),
+                         [](const auto& row) { return std::string(row.param); });
+
+}  // namespace
+}  // namespace stratus::test

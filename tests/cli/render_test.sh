@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# stratus render: pictures and figures from scene files, the same bytes on any number of threads; effects; a table that is
+# there already; every refusal.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+cat >slab.toml <<'SCENE'
+title = "A slab"
+tolerance = 0.05
+[picture]
+width = 12
+height = 6
+[camera]
+position = [0.0, -4.0, 4.0]
+field_of_view_deg = 60.0
+[sun]
+elevation_deg = 40.0
+[background]
+colour = [0.25, 0.5, 1.0]
+[layer]
+phase_function = "rayleigh"
+albedo = 0.9
+optical_depth = 1.0
+[slab]
+size = 4.0
+SCENE
+cat >lambert.toml <<'SCENE'
+[lambert]
+phase_function = "isotropic"
+albedo = 1.0
+optical_depth = inf
+mu_in = [1.0]
+SCENE
+
+# --- answers
+
+expect_ok render slab.toml -o one.exr -o one.png --threads 1
+expect_silent "$out"
+expect_says "$err" "12 x 6 pixels" "tables" "all"
+[ "$(head -c 4 one.png | tail -c 3)" = PNG ] || fail "one.png must be a PNG file"
+[ "$(head -c 4 one.exr | od -An -tx1 | tr -d ' ')" = 762f3101 ] || fail "one.exr must be an EXR file"
+expect_says one.exr 'title = "A slab"' "relative to a white Lambert surface"
+expect_ok render slab.toml -o two.exr -o two.png --threads 3 --quiet
+expect_silent "$err"
+expect_same one.exr two.exr
+expect_same one.png two.png
+
+# effects change the picture; without higher orders nothing is baked; a table is looked up as it is
+expect_ok render slab.toml -o once.exr --effects all,-multiple --quiet
+expect_says once.exr "all,-multiple"
+cmp -s once.exr one.exr && fail "orders n >= 2 must count"
+expect_ok render slab.toml -o nothing.exr --effects background --quiet
+cmp -s nothing.exr once.exr && fail "single scattering must count"
+sed 's/^tolerance/effects = ["-multiple"]\n&/' slab.toml >once.toml
+expect_ok render once.toml -o named.png --quiet
+expect_ok render slab.toml -o once.png --effects=-multiple --quiet
+expect_same named.png once.png
+cat >rayleigh.toml <<'RECIPE'
+phase_function = "rayleigh"
+tolerance = 0.05
+optical_depth = { min = 0.5, max = 2.0 }
+albedo = { min = 0.8, max = 1.0 }
+RECIPE
+expect_ok bake rayleigh.toml -o rayleigh.h5 --quiet
+expect_ok render slab.toml -o table.png --table rayleigh.h5 --quiet
+
+# another width keeps the shape; panels stand side by side
+expect_ok render slab.toml -o wide.png --width 24
+expect_says "$err" "24 x 12 pixels"
+{ printf 'columns = 2\n'; cat slab.toml; printf '[[panels]]\ntitle = "%s"\n' first second third; } >panels.toml
+expect_ok render panels.toml -o panels.png
+expect_says "$err" "24 x 12 pixels"
+
+expect_ok render lambert.toml -o lambert.svg
+expect_says "$out" "largest deviation from Lambert's law" "mu_in = 1"
+expect_says lambert.svg "<svg"
+printf '[lobes]\nphase_function = "isotropic"\nincident_deg = [36.0]\noptical_depths = [2.0]\nalbedos = [1.0]\n' >lobes.toml
+expect_ok render lobes.toml -o lobes.svg --quiet
+expect_silent "$out"
+expect_says lobes.svg "<svg"
+
+# --- refusals
+
+expect_refused 2 SCENE required -- render
+expect_refused 2 --output required -- render slab.toml
+expect_ok render -o first.png slab.toml --quiet
+expect_same first.png one.png
+expect_refused 2 --output ".png, .exr or .svg" "got a.jpg" -- render slab.toml -o a.jpg
+expect_refused 2 --output ".png or .exr for pictures" "got a.svg" -- render slab.toml -o a.svg
+expect_refused 2 --output ".svg for figures" "got a.png" -- render lambert.toml -o a.png
+expect_refused 2 --width figures -- render lambert.toml -o a.svg --width 5
+expect_refused 1 absent/a.png "no folder absent" -- render slab.toml -o absent/a.png
+expect_refused 1 absent.toml -- render absent.toml -o a.png
+cp slab.toml scene.png
+expect_refused 2 scene.png another -- render scene.png -o scene.png
+for value in -1 16385 x ''; do
+    expect_refused 2 --width "in [0, 16384]" "got ${value:-nothing}" -- render slab.toml -o a.png --width "$value"
+done
+expect_refused 2 --threads "in [0, 1024]" -- render slab.toml -o a.png --threads 1025
+expect_refused 2 "unknown effect 'shadow'" "'shadows'" -- render slab.toml -o a.png --effects shadow
+expect_refused 1 absent.h5 -- render slab.toml -o a.png --table absent.h5
+sed 's/rayleigh/isotropic/' slab.toml >other.toml
+expect_refused 2 table.phase_function "must be isotropic" "got rayleigh" -- render other.toml -o a.png --table rayleigh.h5
+sed 's/= 1.0$/= 4.0/' slab.toml >other.toml
+expect_refused 2 table.optical_depth.max "at least the scene's, 4" "got 2" -- render other.toml -o a.png --table rayleigh.h5
+sed 's/^white/whit/; s/^width/widht/' slab.toml >other.toml
+expect_refused 2 "unknown key 'picture.widht'" "line 4" "'picture.width'" -- render other.toml -o a.png
+head -c 3000 /bin/sh >other.toml
+expect_refused 2 scene "line 1" -- render other.toml -o a.png
+through "$size_limited" expect_refused 1 wide.exr -- render slab.toml -o wide.exr --quiet --width 200
+if [ -n "$user_refused" ]; then
+    through "$user_refused" expect_refused 1 shut/new.png "cannot be written" -- render slab.toml -o shut/new.png
+else
+    echo "skipped: a folder that must not be written to"
+fi
+finish

@@ -1,0 +1,80 @@
+// Rings as they would be observed: made by the solver, which knows nothing of tables.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include <stratus/bake/bake.h>
+#include <stratus/fit/fit.h>
+#include <stratus/transfer/solve.h>
+
+namespace stratus::test {
+
+/// What a layer is made of.
+struct Ring {
+    double w1, w2, optical_depth;
+};
+
+inline Recipe ring_recipe() {
+    return parse_recipe(
+        "phase_function = 'lambert_sphere'\n"
+        "second_phase_function = 'henyey_greenstein:g=0.5'\n"
+        "tolerance = 2e-3\n"
+        "optical_depth = { min = 0.05, max = 8 }\n"
+        "albedo = { min = 0.1, max = 1.0 }\n"
+        "[discretisation]\n"
+        "nodes = 16\n"
+        "modes = 10\n"
+        "mu_samples = 22\n"
+        "azimuth_samples = 9\n"
+        "optical_depth_samples_per_octave = 2\n"
+        "albedo_samples = 15\n"
+        "mixture_samples = 7\n");
+}
+
+inline const Table& ring_table() {
+    static const Table table = solve_table(ring_recipe());
+    return table;
+}
+
+/// Light from one direction, seen from many: both sides, or the lit one alone.
+inline std::vector<Observation> views(bool both_sides) {
+    std::vector<Observation> views;
+    for (const double mu_in : {0.12, 0.4})
+        for (const double mu_out : {0.1, 0.35, 0.8})
+            for (const double azimuth : {0.2, 1.4, 2.2, 3.0})
+                for (int side = 0; side < (both_sides ? 2 : 1); ++side)
+                    views.push_back({{mu_in, mu_out, azimuth}, side == 1, 0, 0});
+    return views;
+}
+
+/// Fills in what is seen of a ring, exactly, and a standard deviation of 1 % of it.
+inline void solve_views(const Ring& ring, std::vector<Observation>& views) {
+    const Recipe recipe = ring_recipe();
+    const double albedo = ring.w1 + ring.w2;
+    std::vector<double> mu;
+    for (const Observation& view : views) {
+        mu.push_back(view.geometry.mu_in);
+        mu.push_back(view.geometry.mu_out);
+    }
+    SolverOptions solver;
+    solver.nodes = 24;
+    const LayerSolution solution = solve_layer(at_mixture(recipe, ring.w1 / albedo).phase_function,
+                                               albedo, ring.optical_depth, mu, solver);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const int in = static_cast<int>(2 * i), out = in + 1;
+        const double azimuth = views[i].geometry.azimuth;
+        const SolvedValue value = views[i].transmitted ? solution.transmission(in, out, azimuth)
+                                                       : solution.reflection(in, out, azimuth);
+        views[i].brightness = views[i].geometry.mu_in * value.total;
+        views[i].sigma = 0.01 * views[i].brightness;
+    }
+}
+
+inline std::vector<Observation> with_noise(std::vector<Observation> views, std::mt19937& random) {
+    for (Observation& view : views)
+        view.brightness = std::normal_distribution(view.brightness, view.sigma)(random);
+    return views;
+}
+
+}  // namespace stratus::test

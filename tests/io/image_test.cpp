@@ -1,0 +1,42 @@
+#include <stratus/io/image.h>
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "temporary_folder.h"
+
+namespace stratus {
+namespace {
+
+Image ramp() {
+    Image image(5, 3);
+    for (std::size_t k = 0; k < image.rgb.size(); ++k)
+        image.rgb[k] = 0.1f * static_cast<float>(k) - 1;
+    return image;
+}
+
+TEST(ExrImage, ReadsBackBitForBit) {
+    const test::TemporaryFolder folder;
+    const Image image = ramp();
+    write_exr_image(image, {{"scene", "title = 'x'"}}, folder / "a.exr");
+    const Image read = read_exr_image(folder / "a.exr");
+    EXPECT_EQ(read.width, 5);
+    EXPECT_EQ(read.height, 3);
+    EXPECT_EQ(read.rgb, image.rgb);
+    EXPECT_NE(test::content(folder / "a.exr").find("title = 'x'"), std::string::npos);
+}
+
+TEST(ExrImage, NamesTheFileThatIsNone) {
+    const test::TemporaryFolder folder;
+    test::set_content(folder / "a.exr", "no picture");
+    EXPECT_NE(
+        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "a.exr"); }).find("a.exr"),
+        std::string::npos);
+    EXPECT_NE(
+        test::refusal<std::runtime_error>([&] { read_exr_image(folder / "b.exr"); }).find("b.exr"),
+        std::string::npos);
+}
+
+}  // namespace
+}  // namespace stratus

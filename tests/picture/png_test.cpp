@@ -1,0 +1,66 @@
+#include <stratus/picture/png.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "temporary_folder.h"
+
+/// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
+/// ours.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
+
+namespace stratus {
+namespace {
+
+TEST(Png, ShowsLightThroughTheCurveOfSrgb) {
+    // [IEC 61966-2-1]: a number of 188 of 255 is half the light.
+    EXPECT_NEAR(255 * srgb_encoded(0.5), 187.5, 0.1);
+    EXPECT_EQ(srgb_encoded(-1), 0);
+    EXPECT_EQ(srgb_encoded(std::numeric_limits<double>::quiet_NaN()), 0);
+    EXPECT_DOUBLE_EQ(srgb_encoded(3), 1);
+    for (const double light : {0.0, 0.001, 0.0031308, 0.02, 0.7, 1.0})
+        EXPECT_NEAR(srgb_decoded(srgb_encoded(light)), light, 1e-8);  // its two parts meet so well
+}
+
+TEST(Png, ReadsBackAsWhatWasShown) {
+    const test::TemporaryFolder folder;
+    Image image(3, 2);
+    const float light[] = {0, 0.01f, 0.2f, 0.5f, 1, 2};
+    for (int k = 0; k < 6; ++k)
+        for (int c = 0; c < 3; ++c) image.pixel(k % 3, k / 3)[c] = light[(k + c) % 6];
+    write_png(image, 0.5, {}, folder / "a.png");
+    const Image read = read_png(folder / "a.png");
+    ASSERT_EQ(read.width, 3);
+    ASSERT_EQ(read.height, 2);
+    for (int k = 0; k < 6; ++k)
+        for (int c = 0; c < 3; ++c) {
+            const double shown = std::min(1.0, 2 * double{light[(k + c) % 6]});
+            // half a step of 255, which is least where the curve is steepest
+            EXPECT_NEAR(srgb_encoded(double{read.pixel(k % 3, k / 3)[c]}), srgb_encoded(shown),
+                        0.5 / 255 + 1e-6);
+        }
+}
+
+TEST(Png, WordsAreDrawnIntoIt) {
+    const test::TemporaryFolder folder;
+    const Image image(60, 30);
+    write_png(image, 1, {{5, 20, "words"}}, folder / "a.png");
+    double sum = 0;
+    for (const float value : read_png(folder / "a.png").rgb) sum += double{value};
+    EXPECT_GT(sum, 10);
+}
+
+TEST(Png, NamesTheFileThatIsNone) {
+    const test::TemporaryFolder folder;
+    test::set_content(folder / "a.png", "no picture");
+    for (const char* const name : {"a.png", "b.png"})
+        EXPECT_NE(test::refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
+                  std::string::npos);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,123 @@
+// What layers scatter in scenes, against the solver and against closed forms.
+#include <stratus/scene/layer_light.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+#include "small_scene.h"
+
+namespace stratus {
+namespace {
+
+constexpr double tolerance = 5e-3;  // of the tables here
+
+LayerSolution solved(const PhaseFunction& phase_function, double albedo, double optical_depth,
+                     const Geometry& geometry, const Below& below = {}) {
+    return solve_layer(phase_function, albedo, optical_depth, {geometry.mu_in, geometry.mu_out}, {},
+                       below);
+}
+
+TEST(LayerLight, OfOneLayerIsWhatTheSolverSays) {
+    Scene scene = small_slab(1.5, 0.9);
+    scene.tolerance = tolerance;
+    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+    const LayerLight light(scene, tables.get());
+    const Geometry geometry{0.7, 0.4, 1.1};
+    const Matter matter = *uniform_matter(scene);
+    const LayerSolution layer = solved(scene.layer.components[0], 0.9, 1.5, geometry);
+    EXPECT_NEAR(light.reflection(matter, geometry)[1] / layer.reflection(0, 1, 1.1).total, 1,
+                tolerance);
+    EXPECT_NEAR(light.transmission(matter, geometry)[1] / layer.transmission(0, 1, 1.1).total, 1,
+                tolerance);
+}
+
+TEST(LayerLight, WithGroundOfLambertsLawIsThatOfBothTogether) {
+    Scene scene = small_planet(0, 3, 0.95);
+    auto& ground = std::get<Planet>(scene.subject).surface.colour;
+    ground = {0.2f, 0.6f, 1.0f};
+    scene.tolerance = tolerance;
+    const Geometry geometry{0.8, 0.3, 0.4};
+    for (const bool varied : {false, true}) {
+        if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+        const LayerLight light(scene, tables.get());
+        for (const double depth :
+             varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
+            const Matter matter{depth, scene.layer.albedo, 1};
+            const Rgb3 above = light.reflection(matter, geometry);
+            const Rgb3 beneath = light.ground(matter, 0.8, matter, 0.3, ground);
+            const double albedo[] = {0.2, 0.6, 1.0};
+            for (std::size_t c = 0; c < 3; ++c) {
+                const LayerSolution both = solved(scene.layer.components[0], 0.95, depth, geometry,
+                                                  Below::surface(albedo[c]));
+                EXPECT_NEAR((above[c] + beneath[c]) / both.reflection(0, 1, 0.4).total, 1,
+                            1.5 * tolerance)
+                    << "depth " << depth << " ground " << albedo[c];
+            }
+        }
+    }
+}
+
+TEST(LayerLight, ScatteredOnceIsTheClosedForm) {
+    const Scene scene = once(small_rings(1));
+    const LayerLight light(scene, nullptr);
+    const Geometry geometry{0.6, 0.5, 2.5};
+    const Matter matter{1.2, {0.8, 0.4, 0}, 0.25};
+    auto phase = [&](double cosine) {
+        return 0.25 * scene.layer.components[0](cosine) + 0.75 * scene.layer.components[1](cosine);
+    };
+    const double R = single_reflection(phase(cos_scattering_angle_reflected(geometry)), 0.8, 1.2,
+                                       0.6, 0.5),
+                 T = single_transmission(phase(cos_scattering_angle_transmitted(geometry)), 0.8,
+                                         1.2, 0.6, 0.5);
+    EXPECT_NEAR(light.reflection(matter, geometry)[0], R, 1e-15);
+    EXPECT_NEAR(light.reflection(matter, geometry)[1], R / 2, 1e-15);
+    EXPECT_EQ(light.reflection(matter, geometry)[2], 0);
+    EXPECT_NEAR(light.transmission(matter, geometry)[0], T, 1e-15);
+}
+
+TEST(LayerLight, OfAnEmptyLayerIsNothing) {
+    const Scene scene = small_slab(0, 1);
+    const LayerLight light(scene, nullptr);
+    const Matter nothing{0, {1, 1, 1}, 1};
+    EXPECT_EQ(light.reflection(nothing, {0.5, 0.5, 0})[0], 0);
+    EXPECT_EQ(light.transmission(nothing, {0.5, 0.5, 0})[0], 0);
+    EXPECT_EQ(light.beam(nothing, 0.1), 1);
+}
+
+TEST(LayerLight, FollowsEveryEffectThatIsSwitched) {
+    Scene scene = once(small_slab(1, 0.8));
+    scene.layer.density = 0.5;
+    scene.layer.opposition = Opposition::hapke(1, 0.1);
+    const Matter matter = *uniform_matter(scene);
+    const Geometry geometry{0.5, 0.5, pi};  // phase angle 0
+    auto reflection = [&] { return LayerLight(scene, nullptr).reflection(matter, geometry)[0]; };
+    const double phase = 1.5;  // Rayleigh, straight back
+    // The bump has a cusp at phase angle 0, where slices have three digits of the angle; the rest
+    // is single precision.
+    EXPECT_NEAR(reflection() / (2 * single_reflection(phase, 0.8, 2, 0.5, 0.5)), 1, 5e-3);
+    scene.effects.opposition = false;
+    EXPECT_NEAR(reflection(), single_reflection(phase, 0.8, 2, 0.5, 0.5), 1e-6);
+    scene.effects.density = false;
+    EXPECT_NEAR(reflection(), single_reflection(phase, 0.8, 1, 0.5, 0.5), 1e-6);
+    EXPECT_NEAR(LayerLight(scene, nullptr).beam(matter, 0.5), std::exp(-2), 1e-15);
+    scene.effects.reflection = false;
+    EXPECT_EQ(reflection(), 0);
+    scene.effects.reflection = true;
+    scene.effects.single = false;
+    EXPECT_EQ(reflection(), 0);
+}
+
+TEST(LayerLight, RefusesHigherOrdersWithoutATable) {
+    const Scene scene = small_slab(1, 0.8);
+    expect_refusal<std::invalid_argument>([&] { LayerLight(scene, nullptr); },
+                                          {"tables", "n >= 2"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,123 @@
+#include <stratus/scene/layer_tables.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "refusal.h"
+#include "small_scene.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+TEST(NeededRecipe, OfADustyMoonIsAnEndlessLayerSeenFromAbove) {
+    const auto recipe = needed_recipe(small_planet(0, infinity, 0.4));
+    ASSERT_TRUE(recipe);
+    EXPECT_EQ(recipe->optical_depth.min, infinity);
+    EXPECT_EQ(recipe->albedo.min, 0.4);
+    EXPECT_EQ(recipe->albedo.max, 0.4);
+    EXPECT_TRUE(recipe->reflection);
+    EXPECT_FALSE(recipe->transmission);
+    EXPECT_EQ(recipe->phase_function.text(), "rayleigh");
+}
+
+TEST(NeededRecipe, AsksForNoTableWhereNothingIsScatteredTwice) {
+    EXPECT_FALSE(needed_recipe(once(small_planet(0, 2, 0.4))));
+    EXPECT_FALSE(needed_recipe(small_planet(0, 0, 0.4)));
+    EXPECT_FALSE(needed_recipe(small_planet(0, 2, 0)));
+}
+
+TEST(NeededRecipe, HasTheSidesThatTheSceneSees) {
+    Scene planet = small_planet(0, 2, 0.4);
+    EXPECT_FALSE(needed_recipe(planet)->transmission) << "what passes is lost";
+    std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    EXPECT_TRUE(needed_recipe(planet)->transmission) << "it lights the ground";
+    Scene slab = small_slab(2, 0.4);
+    EXPECT_TRUE(needed_recipe(slab)->transmission);
+    slab.effects.transmission = false;
+    EXPECT_FALSE(needed_recipe(slab)->transmission);
+    slab.effects.transmission = true;
+    slab.effects.reflection = false;
+    EXPECT_FALSE(needed_recipe(slab)->reflection);
+}
+
+TEST(NeededRecipe, HoldsDepthsAndAlbedosOfAllThatIsThere) {
+    Scene scene = small_rings(2);
+    auto& rings = std::get<Rings>(scene.subject);
+    rings.profile.optical_depth[1] = 0.5;
+    rings.profile.w2[0] = 0.35;
+    scene.layer.albedo = {1, 0.5, 0.25};
+    const auto recipe = needed_recipe(scene);
+    EXPECT_EQ(recipe->optical_depth.min, 0.5);
+    EXPECT_EQ(recipe->optical_depth.max, 2);
+    EXPECT_DOUBLE_EQ(recipe->albedo.min, 0.15);
+    EXPECT_DOUBLE_EQ(recipe->albedo.max, 0.85);
+    scene.layer.density = 0.5;
+    EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 4);
+    scene.effects.density = false;
+    EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 2);
+}
+
+TEST(CommonRecipe, IsTheWiderOneOfTwoThatOneTableCanServe) {
+    const Recipe thin = *needed_recipe(small_slab(0.5, 0.9));
+    Recipe deep = *needed_recipe(small_slab(4, 0.6));
+    deep.transmission = false;
+    const auto both = common_recipe(thin, deep);
+    ASSERT_TRUE(both);
+    EXPECT_EQ(both->optical_depth.min, 0.5);
+    EXPECT_EQ(both->optical_depth.max, 4);
+    EXPECT_EQ(both->albedo.min, 0.6);
+    EXPECT_EQ(both->albedo.max, 0.9);
+    EXPECT_TRUE(both->transmission);
+    EXPECT_FALSE(common_recipe(thin, *needed_recipe(small_planet(0, infinity, 0.9))));
+    Scene other = small_slab(0.5, 0.9);
+    other.layer.components = {PhaseFunction::isotropic()};
+    EXPECT_FALSE(common_recipe(thin, *needed_recipe(other)));
+}
+
+TEST(NeededRecipe, OfRingsMixesTheirTwoComponents) {
+    const Recipe recipe = *needed_recipe(small_rings(1));
+    ASSERT_TRUE(recipe.mixture);
+    EXPECT_NEAR(recipe.mixture->min, 0.5, 1e-15);
+    EXPECT_NEAR(recipe.mixture->max, 0.5 / 0.6, 1e-15);
+    EXPECT_EQ(recipe.phase_function.text(), "lambert_sphere");
+    EXPECT_EQ(recipe.second_phase_function.text(), "henyey_greenstein:g=0.5");
+    Scene even = small_rings(1);
+    std::get<Rings>(even.subject).profile.w2 = {0.5, 0.3};
+    EXPECT_FALSE(needed_recipe(even)->mixture);  // one mixture everywhere: their sum
+    EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
+}
+
+TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
+    const Scene scene = small_slab(1, 0.8);
+    Recipe recipe = *needed_recipe(scene);
+    recipe.tolerance = 0.05;
+    recipe.optical_depth = {0.5, 2};
+    recipe.albedo = {0.5, 0.9};
+    const Table table = bake(recipe);
+    EXPECT_EQ(adopt_table({scene}, Table(table))->tables.size(), 1u);
+    auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>(
+            [&] {
+                adopt_table({scene, other}, Table(table));
+            },
+            fragments);
+    };
+    refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
+    refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});
+    refuse(small_slab(infinity, 0.8), {"table.optical_depth.max", "inf", "got 2"});
+    refuse(small_rings(1), {"table.phase_function", "lambert_sphere", "got rayleigh"});
+    Scene rings = small_rings(1);
+    rings.layer.components[0] = scene.layer.components[0];
+    refuse(rings, {"table", "with a mixture axis"});
+    Scene other = scene;
+    other.layer.components = {PhaseFunction::isotropic()};
+    refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
+}
+
+}  // namespace
+}  // namespace stratus

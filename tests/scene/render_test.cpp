@@ -1,0 +1,286 @@
+// Pictures, pixel by pixel, against closed forms; what geometry hides and shadows.
+#include <stratus/scene/render.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "small_scene.h"
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+Rgb3 along(const Scene& scene, const Vector3& origin, const Vector3& towards) {
+    const LayerLight light(scene, nullptr);
+    return radiance_along(scene, light, {origin, normalised(towards - origin)}, scene.to_sun);
+}
+
+TEST(RenderedPlanet, OfLambertsLawIsAsBrightAsItsCosine) {
+    Scene scene = small_planet(50, 0, 1);
+    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.25f, 0.75f};
+    const Vector3 normal = normalised({0.8, 0.5, -0.2});
+    const Rgb3 light = along(scene, {5, normal.y, normal.z}, {0, normal.y, normal.z});
+    EXPECT_NEAR(light[0], 0.5 * dot(normal, scene.to_sun), 1e-7);  // single precision of the colour
+    EXPECT_NEAR(light[1], 0.25 * dot(normal, scene.to_sun), 1e-7);
+}
+
+TEST(RenderedPlanet, ScattersOnceAsTheClosedFormSays) {
+    const Scene scene = once(small_planet(70, 0.8, 0.6));
+    const Vector3 normal = normalised({0.8, 0.5, -0.2}), to_eye{1, 0, 0};
+    const double mu_in = dot(normal, scene.to_sun), mu_out = dot(normal, to_eye);
+    const double phase = scene.layer.components[0](-dot(scene.to_sun, to_eye));
+    const Rgb3 light = along(scene, {5, normal.y, normal.z}, {0, normal.y, normal.z});
+    EXPECT_NEAR(light[0] / (mu_in * single_reflection(phase, 0.6, 0.8, mu_in, mu_out)), 1, 1e-5)
+        << "slices are of single precision";
+}
+
+TEST(RenderedPlanet, IsDarkBeyondItsTerminatorAndBackgroundBesideIt) {
+    Scene scene = once(small_planet(90, infinity, 0.6));
+    scene.background.colour = {0.125f, 0.25f, 0.5f};
+    EXPECT_EQ(along(scene, {5, -0.01, 0.3}, {0, -0.01, 0.3})[0], 0);
+    EXPECT_GT(along(scene, {5, 0.01, 0.3}, {0, 0.01, 0.3})[0], 0);
+    EXPECT_EQ(along(scene, {5, 0, 1.001}, {0, 0, 1.001})[1], 0.25);
+}
+
+// [Blinn82] 2.7: w phi / 2 in his units, which are four times these.
+TEST(FullMoon, ScatteredOnceIsFlatFromCentreToEdge) {
+    Scene scene = once(small_planet(0, infinity, 0.4));
+    scene.width = scene.height = 64;
+    const LayerLight light(scene, nullptr);
+    const Image image = render(scene, light);
+    const double expected = 0.4 * 1.5 / 8;  // Rayleigh's phi is 1.5 straight back
+    int on_disk = 0;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) {
+            if (std::hypot(x - 31.5, y - 31.5) > 31.9) continue;
+            ++on_disk;
+            ASSERT_NEAR(image.pixel(x, y)[1] / expected, 1, 2e-4)  // 1e-5 but at the very edge
+                << x << ' ' << y;
+        }
+    EXPECT_GT(on_disk, 3000);
+}
+
+TEST(FullMoon, IsNotFlatAtAnotherPhaseAngle) {
+    const Scene scene = once(small_planet(45, infinity, 0.4));
+    EXPECT_GT(along(scene, {5, 0.9, 0}, {0, 0.9, 0})[0],
+              1.2 * along(scene, {5, -0.5, 0}, {0, -0.5, 0})[0]);
+}
+
+TEST(RenderedSlab, ShowsItsBackgroundThroughTheBeamThatPasses) {
+    Scene scene = once(small_slab(0.7, 0.5));
+    scene.effects.single = false;
+    const Vector3 eye = scene.camera.position;
+    const double passing = std::exp(-0.7 / 0.5);  // 60 degrees from the normal
+    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[0], 0.25 * passing, 1e-12);
+    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[2], passing, 1e-12);
+    scene.effects.background = false;
+    EXPECT_EQ(along(scene, eye, {0, 0, 0})[2], 0);
+}
+
+TEST(RenderedSlab, OfNoDepthIsItsBackgroundExactly) {
+    const Scene scene = small_slab(0, 1);
+    const Rgb3 light = along(scene, scene.camera.position, {0, 0, 0});
+    EXPECT_EQ(light[0], 0.25);
+    EXPECT_EQ(light[1], 0.5);
+    EXPECT_EQ(light[2], 1.0);
+}
+
+TEST(RenderedSlab, WithoutEndHidesItsBackground) {
+    Scene scene = once(small_slab(infinity, 0.5));
+    const Vector3 eye = scene.camera.position;
+    const Rgb3 before = along(scene, eye, {0, 0, 0});
+    EXPECT_GT(before[0], 0);
+    scene.background.colour = {9, 9, 9};
+    EXPECT_EQ(along(scene, eye, {0, 0, 0}), before);
+}
+
+TEST(RenderedSlab, ShinesThroughWhereTheSunIsOnItsOtherSide) {
+    Scene scene = once(small_slab(0.7, 0.5));
+    scene.background.colour = {0, 0, 0};
+    scene.to_sun = -scene.to_sun;
+    const double mu_in = std::cos(radians(30)), mu_out = 0.5;
+    const double phase =
+        scene.layer.components[0](-dot(scene.to_sun, normalised(scene.camera.position)));
+    const double expected = mu_in * single_transmission(phase, 0.5, 0.7, mu_in, mu_out);
+    EXPECT_NEAR(along(scene, scene.camera.position, {0, 0, 0})[0] / expected, 1, 1e-5);
+    scene.effects.transmission = false;
+    EXPECT_EQ(along(scene, scene.camera.position, {0, 0, 0})[0], 0);
+}
+
+TEST(RenderedSlab, CastsItsShadowWhereTheSunPutsIt) {
+    Scene scene = once(small_slab(2, 0.5));
+    scene.effects.single = false;
+    Slab& slab = std::get<Slab>(scene.subject);
+    slab.surface = Texture{};
+    slab.surface->colour = {1, 1, 1};
+    slab.size = 1;
+    slab.height = 3;
+    // The sun stands 30 degrees from the normal towards -x: the shadow's centre lies 3 tan 30
+    // beyond the slab's, the edge one further on.
+    const double shift = 3 * std::tan(radians(30)), mu = std::cos(radians(30));
+    const auto ground = [&](double x) { return along(scene, {x, 50, 47}, {x, 0, -3})[0]; };
+    EXPECT_NEAR(ground(shift + 0.99), mu * std::exp(-2 / mu), 1e-12);
+    EXPECT_NEAR(ground(shift - 0.99), mu * std::exp(-2 / mu), 1e-12);
+    EXPECT_NEAR(ground(shift + 1.01), mu, 1e-12);
+    EXPECT_NEAR(ground(shift - 1.01), mu, 1e-12);
+}
+
+TEST(RenderedRings, LieInThePlanetsShadowWhereGeometrySaysSo) {
+    Scene scene = once(small_rings(1));
+    scene.to_sun = direction_at(radians(30), 0);
+    // Behind the planet, away from the sun, its shadow ends on the ring plane at 1 / sin 30 = 2.
+    const auto ring = [&](double x) { return along(scene, {x, 0, 9}, {x, 0, 0})[0]; };
+    EXPECT_EQ(ring(-1.99), 0);
+    EXPECT_GT(ring(-2.01), 0);
+    EXPECT_GT(ring(1.8), 0);
+    scene.effects.shadows = false;
+    EXPECT_GT(ring(-1.99), 0);
+}
+
+TEST(RenderedRings, CastTheirShadowOnThePlanet) {
+    Scene scene = once(small_rings(1.5));
+    // Straight from above no ring stands before the planet; from 30 degrees the ring at radius r
+    // shades what lies on the way.
+    const Vector3 point = normalised({std::cos(radians(20)), 0, -std::sin(radians(20))});
+    scene.to_sun = direction_at(radians(30), 0);
+    const double crossing = point.x - point.z / std::tan(radians(30));
+    ASSERT_GT(crossing, 1.5);
+    ASSERT_LT(crossing, 2.5);
+    const double lit = 0.5 * dot(point, scene.to_sun);
+    const Vector3 eye = point + Vector3{1, 0, -2};  // below the rings
+    EXPECT_NEAR(along(scene, eye, point)[0], lit * std::exp(-1.5 / 0.5), 1e-7);
+    scene.effects.shadows = false;
+    EXPECT_NEAR(along(scene, eye, point)[0], lit, 1e-7);
+}
+
+TEST(RenderedRings, LetThePlanetBehindThemThrough) {
+    Scene scene = once(small_rings(1));
+    scene.effects.single = false;
+    const Vector3 eye{4, 0, -0.6}, point = normalised({1, 0, 0.2});
+    // The ray meets the ring plane at 1.7 of its radii, the planet behind it.
+    const double mu = std::abs(normalised(point - eye).z);
+    const double planet = 0.5 * dot(point, scene.to_sun);
+    EXPECT_NEAR(along(scene, eye, point)[0], planet * std::exp(-1 / mu), 1e-7);
+    scene.effects.background = false;
+    EXPECT_EQ(along(scene, eye, point)[0], 0);
+}
+
+TEST(RenderedRings, BehindThePlanetAreNotSeen) {
+    const Scene scene = once(small_rings(1));
+    const Vector3 point = normalised({1, 0, 0.2});
+    // The ray would go on to meet the ring at x = -2.
+    const Vector3 behind{-2, 0, 0};
+    const Vector3 eye = point + normalised(point - behind);
+    EXPECT_NEAR(along(scene, eye, point)[0], 0.5 * dot(point, scene.to_sun), 1e-7);
+}
+
+TEST(RenderedRings, AreLitOnOneFaceAndShineThroughOnTheOther) {
+    const Scene scene = once(small_rings(1));
+    const Vector3 point{0, 2, 0}, offset{0.5, 0.3, 2};
+    const double mu_in = 0.5, mu_out = std::abs(normalised(offset).z);
+    for (const bool lit : {true, false}) {
+        const Vector3 eye = point + (lit ? offset : Vector3{offset.x, offset.y, -offset.z});
+        const double cosine = -dot(scene.to_sun, normalised(eye - point));
+        const double phase = 0.4 / 0.6 * scene.layer.components[0](cosine) +
+                             0.2 / 0.6 * scene.layer.components[1](cosine);
+        const double expected = lit ? single_reflection(phase, 0.6, 1, mu_in, mu_out)
+                                    : single_transmission(phase, 0.6, 1, mu_in, mu_out);
+        EXPECT_NEAR(along(scene, eye, point)[0] / (mu_in * expected), 1, 1e-12) << lit;
+    }
+}
+
+TEST(RenderedRings, GoAroundAFlattenedPlanet) {
+    Scene scene = once(small_rings(1));
+    std::get<Rings>(scene.subject).flattening = 0.5;
+    EXPECT_EQ(along(scene, {0, 9, 0.51}, {0, 0, 0.51})[0], 0) << "above the pole";
+    EXPECT_NEAR(along(scene, {0, 0, 9}, {0, 0, 0})[0], 0.5 * 0.5, 1e-7) << "upright on the pole";
+    // A point of the ellipse x^2 + 4 z^2 = 1, whose normal is along (x, 4 z).
+    const Vector3 point{0.6, 0, 0.4}, normal = normalised({0.6, 0, 1.6});
+    EXPECT_NEAR(along(scene, point + Vector3{0, 0, 5}, point)[0], 0.5 * dot(normal, scene.to_sun),
+                1e-7);
+}
+
+TEST(Render, GivesTheSameBitsOnAnyNumberOfThreadsAndForEveryPixelAlone) {
+    Scene scene = once(small_rings(1));
+    scene.samples = 2;
+    scene.sun_diameter = 0.05;
+    scene.height = 21;
+    const LayerLight light(scene, nullptr);
+    RenderOptions options;
+    options.threads = 1;
+    const Image image = render(scene, light, options);
+    for (const int threads : {2, 7}) {
+        options.threads = threads;
+        EXPECT_EQ(render(scene, light, options).rgb, image.rgb);
+    }
+    for (int y = 0; y < image.height; y += 3)
+        for (int x = 0; x < image.width; ++x) {
+            const Rgb pixel = radiance(scene, light, x, y);
+            EXPECT_EQ(pixel.r, image.pixel(x, y)[0]);
+            EXPECT_EQ(pixel.b, image.pixel(x, y)[2]);
+        }
+}
+
+TEST(Render, ShowsAnEdgeByTheShareOfAPixelItCovers) {
+    Scene scene = small_planet(0, 0, 1);
+    std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
+    scene.background.colour = {0, 0, 0};
+    scene.samples = 8;
+    scene.to_sun = {1, 0, 0};
+    scene.camera.width = 2;
+    const LayerLight light(scene, nullptr);
+    const Image image = render(scene, light);
+    double sum = 0;
+    for (const float value : image.rgb) sum += double{value};
+    // The mean cosine over the disk is 2/3, the disk pi of the picture's 4.
+    EXPECT_NEAR(sum / static_cast<double>(image.rgb.size()), 2.0 / 3 * pi / 4, 1e-3);
+}
+
+TEST(Sun, IsADiskOfDirectionsAroundItsCentre) {
+    Scene scene = small_planet(30, 1, 1);
+    EXPECT_EQ(sun_directions(scene).size(), 1u);
+    scene.sun_diameter = 0.2;
+    for (const int samples : {1, 3}) {
+        scene.samples = samples;
+        const auto suns = sun_directions(scene);
+        EXPECT_GE(suns.size(), 9u);
+        EXPECT_EQ(suns.size() % static_cast<std::size_t>(samples * samples), 0u);
+        Vector3 mean{0, 0, 0};
+        for (const Vector3& sun : suns) {
+            EXPECT_LE(std::acos(dot(sun, scene.to_sun)), 0.1);
+            mean = mean + (1 / static_cast<double>(suns.size())) * sun;
+        }
+        EXPECT_NEAR(length(mean - scene.to_sun), 0, 0.01);
+    }
+    scene.effects.sun_size = false;
+    EXPECT_EQ(sun_directions(scene).size(), 1u);
+}
+
+TEST(Sun, OfADiskBlursTheTerminator) {
+    Scene scene = small_planet(90, 0, 1);
+    std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
+    scene.sun_diameter = 0.4;
+    const LayerLight light(scene, nullptr);
+    const Image image = render(scene, light);
+    EXPECT_GT(image.pixel(7, 8)[0], 0) << "the far side of the terminator";
+    EXPECT_EQ(image.pixel(2, 8)[0], 0);
+}
+
+TEST(SideBySide, PutsPicturesInRows) {
+    std::vector<Image> pictures(3, Image(2, 1));
+    for (int k = 0; k < 3; ++k)
+        pictures[static_cast<std::size_t>(k)].pixel(1, 0)[0] = static_cast<float>(k + 1);
+    const Image all = side_by_side(pictures, 2);
+    EXPECT_EQ(all.width, 4);
+    EXPECT_EQ(all.height, 2);
+    EXPECT_EQ(all.pixel(1, 0)[0], 1);
+    EXPECT_EQ(all.pixel(3, 0)[0], 2);
+    EXPECT_EQ(all.pixel(1, 1)[0], 3);
+    EXPECT_EQ(all.pixel(3, 1)[0], 0);
+}
+
+}  // namespace
+}  // namespace stratus

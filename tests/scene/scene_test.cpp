@@ -1,0 +1,307 @@
+#include <stratus/scene/scene.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+
+#include "refusal.h"
+#include "temporary_folder.h"
+
+#include <stratus/runtime/angle.h>
+
+namespace stratus {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+const std::string cloud =
+    "title = 'Clouds'\n"
+    "tolerance = 1e-2\n"
+    "effects = ['-multiple', '-shadows']\n"
+    "[picture]\n"
+    "width = 64\n"
+    "height = 32\n"
+    "samples = 3\n"
+    "white = 0.5\n"
+    "[camera]\n"
+    "position = [3.0, 4, 1]\n"
+    "look_at = [0, 0, 1]\n"
+    "field_of_view_deg = 60.0\n"
+    "[sun]\n"
+    "direction = [0.0, 0.0, 2.0]\n"
+    "angular_diameter_deg = 9.0\n"
+    "[background]\n"
+    "colour = [0.25, 0.5, 4.0]\n"
+    "[layer]\n"
+    "phase_function = 'henyey_greenstein:g=0.5'\n"
+    "albedo = [0.9, 0.8, 0.7]\n"
+    "optical_depth = { clouds = true, most = 6.0, coverage = 0.4, seed = 3 }\n"
+    "density = 0.2\n"
+    "opposition = { law = 'hapke', amplitude = 0.5, width = 0.1 }\n"
+    "[slab]\n"
+    "surface = { pattern = 'squares', scale = 4.0 }\n"
+    "height = 2.0\n"
+    "size = 6.0\n";
+
+/// The scene above with the line that begins so in another form.
+std::string cloud_but(const std::string& line, const std::string& instead) {
+    std::string text = cloud;
+    const std::size_t begin = text.find(line);
+    if (begin == std::string::npos) throw std::logic_error("no line " + line);
+    return text.replace(begin, text.find('\n', begin) - begin, instead);
+}
+
+void expect_scene_refusal(const std::string& text, const std::vector<const char*>& fragments) {
+    SCOPED_TRACE(text);
+    expect_refusal<std::invalid_argument>([&] { parse_scene(text); }, fragments);
+}
+
+TEST(SceneFile, HoldsWhatItsTextSays) {
+    const SceneFile file = parse_scene(cloud);
+    EXPECT_EQ(file.title, "Clouds");
+    EXPECT_EQ(file.text, cloud);
+    ASSERT_EQ(file.panels.size(), 1u);
+    const Scene& scene = file.panels[0];
+    EXPECT_EQ(scene.tolerance, 1e-2);
+    EXPECT_TRUE(scene.effects.single);
+    EXPECT_FALSE(scene.effects.multiple);
+    EXPECT_FALSE(scene.effects.shadows);
+    EXPECT_EQ(scene.width, 64);
+    EXPECT_EQ(scene.height, 32);
+    EXPECT_EQ(scene.samples, 3);
+    EXPECT_EQ(scene.white, 0.5);
+    EXPECT_EQ(scene.camera.position.y, 4);
+    EXPECT_EQ(scene.camera.look_at.z, 1);
+    EXPECT_FALSE(scene.camera.orthographic);
+    EXPECT_DOUBLE_EQ(scene.camera.width, pi / 3);
+    EXPECT_EQ(scene.to_sun.z, 1);
+    EXPECT_DOUBLE_EQ(scene.sun_diameter, radians(9));
+    EXPECT_EQ(scene.background.colour.b, 4);
+    EXPECT_DOUBLE_EQ(scene.layer.components.at(0).asymmetry(), 0.5);
+    EXPECT_EQ(scene.layer.albedo[1], 0.8);
+    EXPECT_EQ(scene.layer.optical_depth.pattern, DepthMap::Pattern::clouds);
+    EXPECT_EQ(scene.layer.optical_depth.most, 6);
+    EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4);
+    EXPECT_EQ(scene.layer.optical_depth.seed, 3u);
+    EXPECT_EQ(scene.layer.density, 0.2);
+    EXPECT_EQ(scene.layer.opposition.law, Opposition::Law::hapke);
+    EXPECT_EQ(scene.layer.opposition.width, 0.1);
+    const Slab& slab = std::get<Slab>(scene.subject);
+    EXPECT_EQ(slab.surface->pattern, Texture::Pattern::squares);
+    EXPECT_EQ(slab.surface->scale, 4);
+    EXPECT_EQ(slab.height, 2);
+    EXPECT_EQ(slab.size, 3) << "half a side";
+}
+
+TEST(SceneFile, RefusesUnknownKeysWithTheNearestOnes) {
+    expect_scene_refusal(cloud_but("tolerance", "tolerence = 1"), {"tolerence", "'tolerance'"});
+    expect_scene_refusal(cloud_but("width", "with = 1"), {"'picture.with'", "'picture.width'"});
+    expect_scene_refusal(cloud_but("look_at", "lookat = 1"), {"'camera.look_at'"});
+    expect_scene_refusal(cloud_but("albedo", "albedos = 1"), {"'layer.albedo'"});
+    expect_scene_refusal(cloud_but("surface", "surface = { image = 'x.png', seeds = 1 }"),
+                         {"'slab.surface.seed'"});
+    expect_scene_refusal(cloud_but("optical_depth", "optical_depth = { cloud = true }"),
+                         {"'layer.optical_depth.clouds'"});
+    expect_scene_refusal(cloud_but("effects", "effects = ['multipel']"),
+                         {"unknown effect 'multipel'", "'multiple'"});
+    expect_scene_refusal(cloud_but("[slab]", "[slap]"), {"unknown key 'slap'", "'slab'"});
+}
+
+TEST(SceneFile, RefusesValuesOutOfRange) {
+    const std::vector<std::vector<const char*>> cases{
+        {"tolerance", "tolerance = 0.2", "[1e-6, 0.1]", "0.2"},
+        {"width", "width = 0", "picture.width", "[1, 16384]", "got 0"},
+        {"samples", "samples = 17", "picture.samples", "[1, 16]"},
+        {"white", "white = 0.0", "picture.white", "[1e-6, 1e6]"},
+        {"position", "position = [1.0, 2.0]", "camera.position", "three", "got 2"},
+        {"position", "position = [0, 0, 1]", "camera.position", "another point", "the same"},
+        {"position", "distance = -1.0", "camera.distance", "got -1"},
+        {"field_of_view_deg", "field_of_view_deg = 180.0", "[1e-3, 170]", "got 180"},
+        {"field_of_view_deg", "", "field_of_view_deg", "orthographic_width", "neither"},
+        {"direction", "direction = [0, 0, 0]", "sun.direction", "longer than 0"},
+        {"direction", "direction = [0, 0, 1]\nphase_angle_deg = 3.0", "sun must be given by",
+         "several"},
+        {"direction", "phase_angle_deg = 181.0", "sun.phase_angle_deg", "[-180, 180]"},
+        {"angular_diameter_deg", "angular_diameter_deg = 61.0", "[0, 60]", "got 61"},
+        {"colour", "colour = -1.0", "background.colour", "[0, 1e6]", "got -1"},
+        {"phase_function", "phase_function = 'henyey_greenstein:g=1'", "g must be", "(-1, 1)"},
+        {"albedo", "albedo = 1.5", "layer.albedo", "[0, 1]", "got 1.5"},
+        {"albedo", "albedo = [0.5, 0.5]", "layer.albedo", "list of three", "got 2"},
+        {"optical_depth", "optical_depth = -1.0", "layer.optical_depth", "[0, inf]", "got -1"},
+        {"optical_depth", "optical_depth = { clouds = true, most = 1e5 }", "most", "[0, 1e4]"},
+        {"optical_depth", "optical_depth = { most = 1.0 }", "layer.optical_depth", "neither"},
+        {"density", "density = 1.0", "layer.density", "[0, 1)"},
+        {"opposition", "opposition = { law = 'moon' }", "opposition.law", "hapke", "got moon"},
+        {"opposition", "opposition = { law = 'blinn', density = 0.0 }", "(0, 1)", "got 0"},
+        {"surface", "surface = 1.1", "slab.surface", "[0, 1]", "got 1.1"},
+        {"surface", "surface = { pattern = 'dots' }", "slab.surface.pattern", "got dots"},
+        {"surface", "surface = { image = 'a.jpg' }", ".png or .exr", "a.jpg"},
+        {"height = 2", "height = -1.0", "slab.height", "[0, 1e6]"},
+        {"position", "position = [1.0, 0.0, -1.0]", "camera.position", "above a slab", "-1"},
+        {"[slab]", "[planet]\n[slab]", "of one kind", "[planet] and [slab]"},
+    };
+    for (const auto& one : cases)
+        expect_scene_refusal(cloud_but(one[0], one[1]), {one.begin() + 2, one.end()});
+    expect_refusal<std::runtime_error>(
+        [] { parse_scene(cloud_but("surface", "surface = { image = 'absent.png' }")); },
+        {"absent.png"});
+}
+
+TEST(SceneFile, PanelsAreTheSceneWithSomeOfItsKeysChanged) {
+    const SceneFile file =
+        parse_scene("columns = 2\n" + cloud +
+                    "[[panels]]\ntitle = 'first'\nslab.height = 1.0\neffects = 'all'\n"
+                    "[[panels]]\nlayer.albedo = 0.25\n[[panels]]\nlayer.optical_depth = inf\n");
+    EXPECT_EQ(file.columns, 2);
+    ASSERT_EQ(file.panels.size(), 3u);
+    EXPECT_EQ(file.panels[0].title, "first");
+    EXPECT_EQ(file.panels[1].title, "");
+    EXPECT_TRUE(file.panels[0].effects.multiple);
+    EXPECT_FALSE(file.panels[1].effects.multiple);
+    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).height, 1);
+    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).size, 3);
+    EXPECT_EQ(std::get<Slab>(file.panels[1].subject).height, 2);
+    EXPECT_EQ(file.panels[1].layer.albedo[2], 0.25);
+    EXPECT_EQ(file.panels[2].layer.albedo[2], 0.7);
+    EXPECT_EQ(file.panels[2].layer.optical_depth.most, infinity);
+    expect_scene_refusal(cloud + "[[panels]]\n[[panels]]\npicture.width = 65\n",
+                         {"panels", "one size"});
+    expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", {"'slab.height'"});
+    expect_scene_refusal("panels = 3\n" + cloud, {"panels", "tables"});
+}
+
+TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {
+    const std::string text =
+        "[camera]\ndistance = 5.0\nelevation_deg = 30.0\nazimuth_deg = 60.0\n"
+        "look_at = [1.0, 0.0, 0.0]\northographic_width = 3.0\n"
+        "[sun]\nphase_angle_deg = 40.0\n"
+        "[layer]\nphase_function = 'isotropic'\nalbedo = 0.5\noptical_depth = 1.0\n[planet]\n";
+    const Scene scene = parse_scene(text).panels[0];
+    EXPECT_NEAR(scene.camera.position.x, 1 + 5 * std::cos(pi / 6) * std::cos(pi / 3), 1e-14);
+    EXPECT_NEAR(scene.camera.position.y, 5 * std::cos(pi / 6) * std::sin(pi / 3), 1e-14);
+    EXPECT_NEAR(scene.camera.position.z, 5 * std::sin(pi / 6), 1e-14);
+    EXPECT_NEAR(dot(scene.to_sun, -scene.camera.forward()), std::cos(radians(40)), 1e-14);
+    EXPECT_GT(dot(scene.to_sun, scene.camera.right()), 0) << "to the right";
+    EXPECT_NEAR(length(scene.to_sun), 1, 1e-14);
+
+    const Ray left = camera_ray(scene.camera, 300, 100, 0, 50),
+              top = camera_ray(scene.camera, 300, 100, 150, 0);
+    EXPECT_NEAR(dot(left.origin - scene.camera.position, scene.camera.right()), -1.5, 1e-14);
+    EXPECT_NEAR(dot(top.origin - scene.camera.position, scene.camera.up()), 0.5, 1e-14);
+    EXPECT_GT(scene.camera.up().z, 0);
+}
+
+TEST(SceneCamera, SeesItsFieldOfViewFromEdgeToEdge) {
+    Camera camera;
+    camera.position = {0, 0, 4};
+    camera.look_at = {0, 0, 0};  // along z, where another direction must be up
+    camera.width = radians(50);
+    const Ray left = camera_ray(camera, 200, 100, 0, 50),
+              right = camera_ray(camera, 200, 100, 200, 50);
+    EXPECT_NEAR(std::acos(dot(left.direction, right.direction)), radians(50), 1e-14);
+    EXPECT_NEAR(camera.up().y, 1, 1e-14);
+}
+
+TEST(SceneEffects, AreWhatAListNames) {
+    const SceneEffects all = parse_scene_effects({"all"});
+    for (const auto& [name, member] : scene_effects()) EXPECT_TRUE(all.*member) << name;
+    const SceneEffects two = parse_scene_effects({"single", "shadows"});
+    EXPECT_TRUE(two.single && two.shadows);
+    EXPECT_FALSE(two.multiple || two.background || two.reflection);
+    const SceneEffects but_two = parse_scene_effects({"all", "-single", "-density"});
+    EXPECT_FALSE(but_two.single || but_two.density);
+    EXPECT_TRUE(but_two.multiple && but_two.sun_size);
+}
+
+class RingFile : public ::testing::Test {
+  protected:
+    SceneFile read(const std::string& csv, const std::string& keys = "") const {
+        test::set_content(folder / "profile.csv", csv);
+        return parse_scene(
+            "[camera]\ndistance = 5.0\nfield_of_view_deg = 30.0\n[sun]\nelevation_deg = 20.0\n"
+            "[layer]\ncomponents = ['lambert_sphere', 'isotropic']\nalbedo = [1.0, 0.5, 0.25]\n"
+            "[rings]\nprofile = 'profile.csv'\nplanet_radius = 100.0\n" +
+                keys,
+            folder.path().string());
+    }
+    test::TemporaryFolder folder;
+    const std::string head = "radius,optical_depth,w1,w2\n";
+};
+
+TEST_F(RingFile, IsLinearBetweenRowsAndNothingOutside) {
+    const Scene scene = read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n").panels[0];
+    const RingProfile& profile = std::get<Rings>(scene.subject).profile;
+    EXPECT_EQ(profile.inner(), 1.2);
+    EXPECT_EQ(profile.outer(), 2);
+    const Matter middle = profile.at(1.3, scene.layer.albedo);
+    EXPECT_DOUBLE_EQ(middle.optical_depth, 2);
+    EXPECT_DOUBLE_EQ(middle.albedo[0], 0.6);
+    EXPECT_DOUBLE_EQ(middle.albedo[2], 0.15) << "of its colour";
+    EXPECT_DOUBLE_EQ(middle.mixture, 0.4 / 0.6);
+    EXPECT_EQ(profile.at(1.19, {1, 1, 1}).optical_depth, 0);
+    EXPECT_EQ(profile.at(2.01, {1, 1, 1}).optical_depth, 0);
+    EXPECT_EQ(profile.at(1.2, {1, 1, 1}).optical_depth, 1);
+}
+
+TEST_F(RingFile, IsCutAtItsInnerAndOuterRadius) {
+    const Scene scene =
+        read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n", "inner = 1.3\nouter = 1.7\n")
+            .panels[0];
+    const RingProfile& profile = std::get<Rings>(scene.subject).profile;
+    EXPECT_EQ(profile.radius, (std::vector<double>{1.3, 1.4, 1.7}));
+    EXPECT_DOUBLE_EQ(profile.at(1.3, {1, 1, 1}).optical_depth, 2);
+    EXPECT_NEAR(profile.at(1.7, {1, 1, 1}).optical_depth, 1.5, 1e-14);
+    EXPECT_EQ(profile.at(1.71, {1, 1, 1}).optical_depth, 0);
+}
+
+TEST_F(RingFile, NamesTheLineOfABadRow) {
+    const auto refuse = [&](const std::string& rows, const std::vector<const char*>& fragments) {
+        SCOPED_TRACE(rows);
+        expect_refusal<std::invalid_argument>([&] { read(head + rows); }, fragments);
+    };
+    refuse("120,1,0.6,0.5\n140,3,0.2,0.2\n", {"line 2", "w1 + w2", "[0, 1]", "1.1"});
+    refuse("120,1,0.6,0.2\n140,-3,0.2,0.2\n", {"line 3", "optical_depth", "got -3"});
+    refuse("120,1,0.6,0.2\n110,1,0.2,0.2\n", {"line 3", "radius", "above", "got 110"});
+    refuse("120,1,0.6,0.2\n", {"at least 2 rows", "got 1"});
+    refuse("90,1,0.6,0.2\n120,1,0.6,0.2\n", {"rings.inner", "planet's radius", "got 0.9"});
+    expect_refusal<std::invalid_argument>([&] { read("radius,optical_depth,w1\n120,1,0.5\n"); },
+                                          {"w2"});
+}
+
+TEST(SceneFiles, OfTheGalleryCanAllBeRead) {
+    int count = 0;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(STRATUS_REFERENCE_FOLDER "/../../tables/scenes")) {
+        if (entry.path().extension() != ".toml") continue;
+        SCOPED_TRACE(entry.path().string());
+        const SceneFile file = read_scene(entry.path());
+        EXPECT_FALSE(file.title.empty());
+        EXPECT_TRUE(file.figure.has_value() != !file.panels.empty());
+        ++count;
+    }
+    EXPECT_GE(count, 6);
+}
+
+TEST(SceneFile, OfAFigureHoldsThatAlone) {
+    const std::string text =
+        "[lobes]\nphase_function = 'isotropic'\nincident_deg = [36.0, 144.0]\n"
+        "optical_depths = [2.0, inf]\nalbedos = [1.0]\n";
+    const SceneFile file = parse_scene(text);
+    ASSERT_TRUE(file.figure.has_value());
+    EXPECT_TRUE(file.panels.empty());
+    EXPECT_DOUBLE_EQ(std::get<LobeFigure>(*file.figure).incident[1], radians(144));
+    expect_scene_refusal(text + "[camera]\n", {"unknown key 'camera'"});
+    expect_scene_refusal(
+        "[lobes]\nphase_function = 'isotropic'\nincident_deg = [90.0]\noptical_depths = [2.0]\n"
+        "albedos = [1.0]\n",
+        {"lobes.incident_deg", "not along the layer", "90"});
+    expect_scene_refusal(
+        "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\nmu_in = []\n",
+        {"lambert.mu_in", "1 to 8", "got 0"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,62 @@
+// Scenes of a few pixels, for tests to change.
+#pragma once
+
+#include <stratus/scene/scene.h>
+
+#include <stratus/runtime/angle.h>
+
+namespace stratus {
+
+/// A planet of unit radius before an orthographic camera, the picture 2 wide and high.
+inline Scene small_planet(double phase_angle_deg, double optical_depth, double albedo) {
+    Scene scene;
+    scene.width = scene.height = 16;
+    scene.samples = 1;
+    scene.camera.position = {5, 0, 0};
+    scene.camera.orthographic = true;
+    scene.camera.width = 2;
+    const double angle = radians(phase_angle_deg);
+    scene.to_sun = {std::cos(angle), std::sin(angle), 0};
+    scene.layer.components = {PhaseFunction::rayleigh()};
+    scene.layer.albedo = {albedo, albedo, albedo};
+    scene.layer.optical_depth.most = optical_depth;
+    scene.subject = Planet{};
+    return scene;
+}
+
+/// A plane before a camera that looks down on it by 60 degrees from its normal, the sun 30 degrees
+/// from the normal opposite to the camera.
+inline Scene small_slab(double optical_depth, double albedo) {
+    Scene scene = small_planet(0, optical_depth, albedo);
+    scene.camera.position = 10.0 * direction_at(radians(30), 0);
+    scene.camera.width = 1;
+    scene.to_sun = direction_at(radians(60), pi);
+    scene.background.colour = {0.25f, 0.5f, 1.0f};
+    Slab slab;
+    slab.size = 1e3;
+    scene.subject = slab;
+    return scene;
+}
+
+/// A planet and rings of one depth from 1.5 to 2.5 of its radii.
+inline Scene small_rings(double optical_depth) {
+    Scene scene = small_planet(0, 0, 1);
+    scene.camera.width = 6;
+    scene.camera.position = 10.0 * direction_at(radians(40), 0);
+    scene.to_sun = direction_at(radians(30), radians(20));
+    scene.layer.components = {PhaseFunction::lambert_sphere(),
+                              PhaseFunction::henyey_greenstein(0.5)};
+    Rings rings;
+    rings.profile = {{1.5, 2.5}, {optical_depth, optical_depth}, {0.5, 0.3}, {0.1, 0.3}};
+    rings.surface.colour = {0.5f, 0.25f, 0.75f};
+    scene.subject = rings;
+    return scene;
+}
+
+/// All effects but orders n >= 2: nothing is baked.
+inline Scene once(Scene scene) {
+    scene.effects.multiple = false;
+    return scene;
+}
+
+}  // namespace stratus

@@ -1,0 +1,105 @@
+#include <stratus/scene/texture.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <stratus/runtime/angle.h>
+
+namespace stratus {
+namespace {
+
+/// Points spread evenly over the unit sphere.
+std::vector<Vector3> sphere(int count) {
+    std::vector<Vector3> points;
+    for (int k = 0; k < count; ++k) {
+        const double z = 1 - (2 * k + 1.0) / count, around = k * pi * (3 - std::sqrt(5.0));
+        const double across = std::sqrt(1 - z * z);
+        points.push_back({across * std::cos(around), across * std::sin(around), z});
+    }
+    return points;
+}
+
+TEST(Texture, CloudsCoverAboutTheShareAskedFor) {
+    const auto points = sphere(20000);
+    for (const double coverage : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        DepthMap map;
+        map.pattern = DepthMap::Pattern::clouds;
+        map.most = 10;
+        map.scale = 6;  // many spots, so that one sky is like another
+        map.coverage = coverage;
+        int covered = 0;
+        for (const Vector3& point : points) {
+            const double depth = map.at(place_on_sphere(point));
+            ASSERT_GE(depth, 0);
+            ASSERT_LE(depth, 10);
+            covered += depth > 0;
+        }
+        EXPECT_NEAR(covered / 20000.0, coverage, 0.08);  // noise is no normal distribution
+    }
+}
+
+TEST(Texture, NoiseHasNoSteps) {
+    // The finest of eight octaves turns by its own size within 2^-7, by no more than twice as much.
+    for (int k = 0; k < 3000; ++k) {
+        const Vector3 point{0.0137 * k, 1 - 0.0071 * k, 0.5 + 0.003 * k};
+        EXPECT_NEAR(noise(point, 1), noise(point + Vector3{1e-7, 1e-7, 1e-7}, 1), 1e-5);
+    }
+}
+
+TEST(Texture, NoiseIsAnotherForAnotherSeed) {
+    EXPECT_NE(noise({0.3, 0.4, 0.5}, 1), noise({0.3, 0.4, 0.5}, 2));
+    EXPECT_EQ(noise({0.3, 0.4, 0.5}, 2), noise({0.3, 0.4, 0.5}, 2));
+}
+
+TEST(Texture, PlacesOnASphereAreLongitudeAndLatitude) {
+    EXPECT_NEAR(place_on_sphere({1, 0, 0}).u, 0.5, 1e-15);
+    EXPECT_NEAR(place_on_sphere({0, 1, 0}).u, 0.75, 1e-15);
+    EXPECT_NEAR(place_on_sphere({0, 0, 1}).v, 0, 1e-15);
+    EXPECT_NEAR(place_on_sphere({0, 0, -1}).v, 1, 1e-15);
+}
+
+TEST(Texture, ImagesAreMetAtTheirPixelsAndLinearBetweenThem) {
+    auto image = std::make_shared<Image>(2, 2);
+    const float values[] = {0.1f, 0.2f, 0.4f, 0.8f};
+    for (int k = 0; k < 4; ++k)
+        for (int c = 0; c < 3; ++c) image->pixel(k % 2, k / 2)[c] = values[k];
+    Texture texture;
+    texture.pattern = Texture::Pattern::image;
+    texture.image = image;
+    auto at = [&](double u, double v) { return texture.at({{0, 0, 0}, u, v}).g; };
+    EXPECT_FLOAT_EQ(at(0.25, 0.25), 0.1f);
+    EXPECT_FLOAT_EQ(at(0.75, 0.25), 0.2f);
+    EXPECT_FLOAT_EQ(at(0.25, 0.75), 0.4f);
+    EXPECT_FLOAT_EQ(at(0.5, 0.25), 0.15f);
+    EXPECT_FLOAT_EQ(at(0.5, 0.5), 0.375f);
+    EXPECT_FLOAT_EQ(at(0, 0.25), 0.15f) << "across the seam";
+    EXPECT_FLOAT_EQ(at(1, 0.25), 0.15f);
+    EXPECT_FLOAT_EQ(at(-3.75, 2.25), 0.1f) << "repeated";
+
+    DepthMap map;
+    map.pattern = DepthMap::Pattern::image;
+    map.image = image;
+    map.most = 5;
+    EXPECT_NEAR(map.at({{0, 0, 0}, 0.75, 0.75}), 4, 1e-6);
+}
+
+TEST(Texture, SquaresAreOfOneColourEachBetweenTheTwo) {
+    Texture texture;
+    texture.pattern = Texture::Pattern::squares;
+    texture.colour = {0.1f, 0.2f, 0.3f};
+    texture.other = {0.5f, 0.6f, 0.7f};
+    texture.scale = 4;
+    auto at = [&](double u, double v) { return texture.at({{0, 0, 0}, u, v}).r; };
+    EXPECT_EQ(at(0.01, 0.01), at(0.12, 0.24));
+    EXPECT_NE(at(0.12, 0.24), at(0.13, 0.24));
+    EXPECT_NE(at(0.12, 0.24), at(0.12, 0.26));
+    for (int k = 0; k < 64; ++k) {
+        EXPECT_GE(at(k / 64.0, 0.9), 0.1f);
+        EXPECT_LE(at(k / 64.0, 0.9), 0.5f);
+    }
+}
+
+}  // namespace
+}  // namespace stratus

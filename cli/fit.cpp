@@ -2,6 +2,7 @@
 #include "allowed.h"
 #include "commands.h"
 #include "query.h"
+#include "table_option.h"
 
 #include <stratus/bake/parallel.h>
 #include <stratus/fit/fit.h>
@@ -22,6 +23,7 @@ namespace {
 struct FitCommand {
     std::string observations, table, output;
     int threads = 0;
+    ReadOptions reading;
 };
 
 /// What was seen of one radius.
@@ -93,7 +95,7 @@ void run_fit(const FitCommand& command) {
         require_different_files("fit", command.table, command.output);
         require_different_files("fit", command.observations, command.output);
     }
-    const Table table = read_table(command.table);
+    const Table table = read_noted_table(command.table, command.reading);
     if (!table.has_mixture())
         throw std::invalid_argument("fit: --table must have a mixture axis, got " + command.table +
                                     " without one");
@@ -130,6 +132,7 @@ void add_fit(CLI::App& app) {
     fit->add_option("--threads", command->threads, "Threads; 0: one for each processor")
         ->capture_default_str()
         ->check(whole_number(0, 1024));
+    add_max_memory(*fit, command->reading);
     fit->footer(
         "brightness is I/F = mu_in R where mu_out > 0, and mu_in T where mu_out < 0, the side that "
         "is not lit (R = pi I / (mu_in F0)); sigma is its standard deviation. w1 and w2 are the "

@@ -4,6 +4,7 @@
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
+#include "table_option.h"
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
@@ -32,6 +33,7 @@ struct RenderCommand {
     std::string effects;
     int width = 0, threads = 0;
     bool quiet = false;
+    ReadOptions reading;
 };
 
 using Clock = std::chrono::steady_clock;
@@ -70,7 +72,8 @@ std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& 
                                                            const std::vector<Scene>& scenes,
                                                            Progress& progress) {
     if (!command.table.empty())
-        return {scenes.size(), adopt_table(scenes, read_table(command.table))};
+        return {scenes.size(),
+                adopt_table(scenes, read_noted_table(command.table, command.reading))};
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
@@ -230,6 +233,7 @@ void add_render(CLI::App& app) {
         ->capture_default_str()
         ->check(whole_number(0, 1024));
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_max_memory(*render, command->reading);
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"

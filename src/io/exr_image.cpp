@@ -53,7 +53,8 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
 
 Image read_exr_image(const std::filesystem::path& path) {
     return io::naming(path, [&] {
-        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR");
+        io::MemoryLimit limit;
+        const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
         io::MemoryInput stream(bytes, "picture");
         Imf::InputFile file(stream);
         const Imath::Box2i window = file.header().dataWindow();
@@ -62,6 +63,8 @@ Image read_exr_image(const std::filesystem::path& path) {
             throw std::runtime_error("a picture must have sides in [1, 16384]");
         const Imf::ChannelList& has = file.header().channels();
         const bool grey = has.findChannel("Y") != nullptr;
+        limit.take("the picture", 3 * sizeof(float) * static_cast<std::uintmax_t>(size.x) *
+                                      static_cast<std::uintmax_t>(size.y));
         Image image(size.x, size.y);
         Imf::FrameBuffer buffer;
         for (int c = 0; c < (grey ? 1 : 3); ++c) {

@@ -63,8 +63,8 @@ Image read_exr_image(const std::filesystem::path& path) {
             throw std::runtime_error("a picture must have sides in [1, 16384]");
         const Imf::ChannelList& has = file.header().channels();
         const bool grey = has.findChannel("Y") != nullptr;
-        limit.take("a picture",
-                   12 * static_cast<std::uintmax_t>(size.x) * static_cast<std::uintmax_t>(size.y));
+        limit.take("the picture", 3 * sizeof(float) * static_cast<std::uintmax_t>(size.x) *
+                                      static_cast<std::uintmax_t>(size.y));
         Image image(size.x, size.y);
         Imf::FrameBuffer buffer;
         for (int c = 0; c < (grey ? 1 : 3); ++c) {

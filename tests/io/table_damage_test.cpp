@@ -78,7 +78,7 @@ Table small_table() {
 struct Format {
     const char* name;
     io::Bytes (*encode)(const Table&, const io::Metadata&);
-    Table (*decode)(const io::Bytes&, io::MemoryLimit);
+    Table (*decode)(const io::Bytes&, io::MemoryLimit, std::vector<std::string>*);
 };
 
 std::ostream& operator<<(std::ostream& stream, const Format& format) {
@@ -91,7 +91,7 @@ class Damaged : public testing::TestWithParam<Format> {
     void expect_refused_or_same(const io::Bytes& bytes) {
         ::alarm(5);
         try {
-            const Table read = GetParam().decode(bytes, io::MemoryLimit(max_memory));
+            const Table read = GetParam().decode(bytes, io::MemoryLimit(max_memory), nullptr);
             ::alarm(0);
             ++accepted;
             expect_same(read, table);

@@ -233,7 +233,6 @@ void add_render(CLI::App& app) {
         ->capture_default_str()
         ->check(whole_number(0, 1024));
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
-    add_max_memory(*render, command->reading);
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"

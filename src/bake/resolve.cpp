@@ -157,12 +157,14 @@ class Resolver {
         std::size_t made = std::size(choices);
         while (made > 0 && !take_choices(piece(made - 1))) --made;
         if (made == std::size(choices)) return recipe_;
-        for (std::size_t n = 0; n < std::size(choices); ++n) {
+        std::size_t n = 0;
+        for (const auto choose : choices) {
             if (options_.progress)
                 options_.progress(static_cast<double>(n) / static_cast<double>(std::size(choices)),
                                   "measuring");
-            (this->*choices[n])();
+            (this->*choose)();
             if (n >= made) keep_choices(piece(n));
+            ++n;
         }
         return recipe_;
     }

@@ -55,8 +55,8 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
             const Effects& effects = {});
 
-    SliceOf(SliceOf&&) = default;
-    SliceOf& operator=(SliceOf&&) = default;
+    SliceOf(SliceOf&&) noexcept = default;
+    SliceOf& operator=(SliceOf&&) noexcept = default;
 
     /// R and diffuse T. 0 for a side that was not asked for.
     ///

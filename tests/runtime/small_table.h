@@ -79,15 +79,9 @@ inline Table mixed(const Table& first, const Table& second) {
     table.extrapolation_length = first.extrapolation_length;
     table.second_extrapolation_length = second.extrapolation_length;
     table.mixture = make_axis(AxisScale::identity, 0, 1, 2);
-    const auto append = [](auto& to, const auto& from) {
-        to.insert(to.end(), from.begin(), from.end());
-    };
-    append(table.reflection_multiple, first.reflection_multiple);
-    append(table.transmission_multiple, first.transmission_multiple);
-    append(table.plane_albedo, first.plane_albedo);
-    append(table.diffuse_transmittance, first.diffuse_transmittance);
-    append(table.spherical_albedo, first.spherical_albedo);
-    append(table.diffusion_exponent, first.diffusion_exponent);
+    for_each_of_mixtures(
+        [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
+        first);
     prepare(table);
     return table;
 }

@@ -606,6 +606,11 @@ PhaseFunction PhaseFunction::sum(const std::vector<std::pair<double, PhaseFuncti
     return whole;
 }
 
+PhaseFunction PhaseFunction::mixture(double share_of_first, const PhaseFunction& first,
+                                     const PhaseFunction& second) {
+    return sum({{share_of_first, first}, {1 - share_of_first, second}});
+}
+
 double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
     const double c = std::clamp(cos_scattering_angle, -1.0, 1.0);
     double value = 0;

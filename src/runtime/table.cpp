@@ -199,8 +199,7 @@ PhaseFunction TableView::mixed_phase_function() const {
     if (!has_mixture()) return *phase_function;
     require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
             "chosen in [0, 1] for this table", chosen_mixture);
-    return PhaseFunction::sum(
-        {{chosen_mixture, *phase_function}, {1 - chosen_mixture, *second_phase_function}});
+    return PhaseFunction::mixture(chosen_mixture, *phase_function, *second_phase_function);
 }
 
 TableView Table::view() const noexcept {

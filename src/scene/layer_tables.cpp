@@ -119,8 +119,8 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     if (scene.layer.components.size() > 1) {
         if (range.mixture.max - range.mixture.min < least_mixture_range) {
             const double share = (range.mixture.min + range.mixture.max) / 2;
-            recipe.phase_function = PhaseFunction::sum(
-                {{share, scene.layer.components[0]}, {1 - share, scene.layer.components[1]}});
+            recipe.phase_function =
+                PhaseFunction::mixture(share, scene.layer.components[0], scene.layer.components[1]);
         } else {
             recipe.second_phase_function = scene.layer.components[1];
             recipe.mixture = range.mixture;

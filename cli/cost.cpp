@@ -8,10 +8,10 @@
 #include <stratus/bake/cost.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/cost_plot.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -34,9 +34,8 @@ std::string tolerance_text(double tolerance) {
 }
 
 std::string lookup_text(const CostPoint& point) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g \u00b5s", point.lookup_ns * 1e-3);
-    return point.kind == CostPoint::Kind::table ? text : "";
+    if (point.kind != CostPoint::Kind::table) return "";
+    return short_number(point.lookup_ns * 1e-3) + " \u00b5s";
 }
 
 /// Errors below what a double resolves are drawn there.

@@ -6,6 +6,7 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/fit/fit.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,12 +3,12 @@
 #include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
+#include <stratus/runtime/number_text.h>
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -145,12 +145,6 @@ void require_writable(const std::string& command, const std::string& option,
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
-}
-
-std::string shortest_text(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return {text, end};
 }
 
 std::string full_text(double value) {

@@ -7,6 +7,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "piece_of_work.h"

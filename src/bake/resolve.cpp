@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
@@ -801,12 +801,6 @@ Recipe resolve_mixtures(const Recipe& recipe, double strictness, const BakeOptio
 }
 
 }  // namespace
-
-std::string short_number(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
-}
 
 Recipe resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
     return recipe.mixture ? resolve_mixtures(recipe, strictness, options)

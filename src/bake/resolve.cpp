@@ -121,6 +121,12 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
 
 using Errors = std::vector<double>;
 
+/// What a resolver chooses, with the deepest optical depth.
+constexpr int Discretisation::*counts[] = {
+    &Discretisation::nodes,          &Discretisation::modes,
+    &Discretisation::mu_samples,     &Discretisation::azimuth_samples,
+    &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
+
 class Resolver {
   public:
     Resolver(const Recipe& recipe, double strictness, const BakeOptions& options)
@@ -241,11 +247,6 @@ class Resolver {
 
   private:
     // ---- what is finished already --------------------------------------------------------------
-
-    static constexpr int Discretisation::*counts[] = {
-        &Discretisation::nodes,          &Discretisation::modes,
-        &Discretisation::mu_samples,     &Discretisation::azimuth_samples,
-        &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
 
     bool take_choices(const std::string& piece) {
         Discretisation& d = recipe_.discretisation;
@@ -764,11 +765,7 @@ class Resolver {
 /// The finer of two ways to sample, axis by axis.
 Discretisation finer(const Discretisation& a, const Discretisation& b) {
     Discretisation both = a;
-    for (int Discretisation::*const count :
-         {&Discretisation::nodes, &Discretisation::modes, &Discretisation::mu_samples,
-          &Discretisation::azimuth_samples, &Discretisation::optical_depth_samples_per_octave,
-          &Discretisation::albedo_samples})
-        both.*count = std::max(a.*count, b.*count);
+    for (const auto count : counts) both.*count = std::max(a.*count, b.*count);
     both.deepest_optical_depth = std::max(a.deepest_optical_depth, b.deepest_optical_depth);
     return both;
 }

@@ -6,12 +6,13 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/fit/fit.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -53,11 +54,10 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
         const double radius = rows.has_column("radius") ? row[column("radius")] : 0;
         auto bin = std::ranges::find(bins, radius, &Bin::radius);
         if (bin == bins.end()) bin = bins.insert(bin, {radius, {}});
-        bin->observations.push_back(
-            {{row[mu_in], std::abs(row[mu_out]), row[azimuth] * std::numbers::pi / 180},
-             transmitted,
-             row[brightness],
-             row[sigma]});
+        bin->observations.push_back({{row[mu_in], std::abs(row[mu_out]), radians(row[azimuth])},
+                                     transmitted,
+                                     row[brightness],
+                                     row[sigma]});
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
     for (const Bin& bin : bins)

@@ -69,12 +69,6 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
     return bins;
 }
 
-std::string joined(const std::vector<std::string>& sentences) {
-    std::string text;
-    for (const std::string& sentence : sentences) text += (text.empty() ? "" : "; ") + sentence;
-    return text;
-}
-
 void write_fits(std::ostream& out, const std::vector<Bin>& bins, const std::vector<Fit>& fits,
                 bool radii) {
     out << (radii ? "radius," : "")
@@ -86,7 +80,7 @@ void write_fits(std::ostream& out, const std::vector<Bin>& bins, const std::vect
         for (const Estimate& found : {fit.w1, fit.w2, fit.optical_depth})
             out << full_text(found.value) << ',' << full_text(found.sigma) << ',';
         out << full_text(fit.chi_square) << ',' << fit.degrees_of_freedom << ",\""
-            << joined(fit.remarks) << "\"\n";
+            << joined(fit.remarks, "; ") << "\"\n";
     }
 }
 

@@ -3,6 +3,7 @@
 #include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
 #include <unistd.h>
@@ -41,12 +42,6 @@ constexpr ColumnRange column_ranges[] = {
 
 constexpr ColumnRange either_side{"mu_out", "in [-1, 1] and not 0",
                                   [](double mu) { return mu != 0 && std::abs(mu) <= 1; }};
-
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
-}
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
     return std::find(words.begin(), words.end(), word) != words.end();

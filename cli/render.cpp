@@ -8,6 +8,7 @@
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
@@ -117,13 +118,12 @@ void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progr
     options.bake.threads = command.threads;
     const std::vector<Plan> plans = plan_scenes(file.panels, options);
     for (std::size_t k = 0; k < plans.size(); ++k) {
-        std::string left_out;
+        std::vector<std::string> left_out;
         for (const EffectShare& share : plans[k].shares)
-            if (!share.needed && share.largest > 0)
-                left_out += (left_out.empty() ? "" : ", ") + share.name;
+            if (!share.needed && share.largest > 0) left_out.push_back(share.name);
         file.panels[k].effects = plans[k].effects;
         if (!left_out.empty())
-            progress.note("plan: " + file.panels[k].title + ": without " + left_out);
+            progress.note("plan: " + file.panels[k].title + ": without " + joined(left_out));
     }
 }
 

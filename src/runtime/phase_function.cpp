@@ -323,12 +323,6 @@ const std::vector<Kind>& kinds() {
     return known;
 }
 
-std::string joined(const std::vector<std::string>& words, const char* between) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-    return text;
-}
-
 using Notes = std::vector<std::string>;
 
 void note(Notes* notes, const std::string& line) {
@@ -456,7 +450,7 @@ class Parser {
         if (found != nullptr) return *found;
         std::vector<std::string> known;
         for (const Kind& each : kinds()) known.emplace_back(each.name);
-        refuse("phase function must be one of " + joined(known, ", ") + ", got '" + met +
+        refuse("phase function must be one of " + joined(known) + ", got '" + met +
                "'; did you mean '" + nearest_name(met, known) + "'?");
     }
 

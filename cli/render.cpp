@@ -94,8 +94,16 @@ std::vector<Label> labels_of(const SceneFile& file) {
     return labels;
 }
 
-void write_picture(const SceneFile& file, const std::string& effects, const Image& image,
-                   const std::string& output) {
+/// What counts in the picture, as --effects has it; panel by panel where they differ.
+std::string effects_text(const SceneFile& file) {
+    std::vector<std::string> texts;
+    for (const Scene& panel : file.panels)
+        texts.push_back(joined(scene_effect_names(panel.effects), ","));
+    const bool alike = std::ranges::count(texts, texts[0]) == std::ssize(texts);
+    return alike ? texts[0] : joined(texts, "; ");
+}
+
+void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
     const bool png = std::filesystem::path(output).extension() == ".png";
     const SignalsHeld held;
     write_atomically(output, [&](const std::filesystem::path& temporary) {
@@ -105,7 +113,7 @@ void write_picture(const SceneFile& file, const std::string& effects, const Imag
             write_exr_image(image,
                             {{"title", file.title},
                              {"scene", file.text},
-                             {"effects", effects.empty() ? "as in the scene" : effects},
+                             {"effects", effects_text(file)},
                              {"radiance", "relative to a white Lambert surface facing the sun"},
                              {"program_version", STRATUS_VERSION}},
                             temporary);
@@ -151,8 +159,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
         pictures.push_back(render(file.panels[k], light, options));
     }
     const Image image = side_by_side(pictures, file.columns);
-    for (const std::string& output : command.outputs)
-        write_picture(file, command.effects, image, output);
+    for (const std::string& output : command.outputs) write_picture(file, image, output);
     char line[160];
     std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
                   image.height, baked, seconds_since(started));

@@ -214,6 +214,9 @@ TEST(SceneEffects, AreWhatAListNames) {
     const SceneEffects but_two = parse_scene_effects({"all", "-single", "-density"});
     EXPECT_FALSE(but_two.single || but_two.density);
     EXPECT_TRUE(but_two.multiple && but_two.sun_size);
+    EXPECT_EQ(scene_effect_names(but_two),
+              (std::vector<std::string>{"all", "-single", "-density"}));
+    EXPECT_EQ(scene_effect_names(all), std::vector<std::string>{"all"});
 }
 
 class RingFile : public ::testing::Test {

@@ -56,8 +56,9 @@ inline Table empty_table(const Counts& counts, const Depths& depths) {
     return table;
 }
 
-inline std::vector<float> samples_of(const Table& table,
-                                     const std::function<double(const Point&)>& function) {
+using FunctionOfPoint = std::function<double(const Point&)>;
+
+inline std::vector<float> samples_of(const Table& table, const FunctionOfPoint& function) {
     std::vector<float> samples;
     samples.reserve(table.sample_count());
     for (const double w : table.albedo.values)
@@ -68,6 +69,15 @@ inline std::vector<float> samples_of(const Table& table,
                         samples.push_back(
                             static_cast<float>(function({w, tau, mu_in, mu_out, azimuth})));
     return samples;
+}
+
+inline Table filled(const Counts& counts, const Depths& depths, const FunctionOfPoint& reflected,
+                    const FunctionOfPoint& transmitted) {
+    Table table = empty_table(counts, depths);
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
 }
 
 /// The table of two alike but for samples and phase function, in any mixture; the first of them at

@@ -6,6 +6,7 @@
 #include "signals_held.h"
 #include "table_option.h"
 
+#include <stratus/bake/clock.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/runtime/argument.h>
@@ -13,7 +14,6 @@
 #include <stratus/scene/render.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -35,12 +35,6 @@ struct RenderCommand {
     bool quiet = false;
     ReadOptions reading;
 };
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::vector<std::string> split(const std::string& list) {
     std::vector<std::string> names;

@@ -1,7 +1,6 @@
 #include <stratus/bake/cost.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,6 +12,7 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lookup.h>
@@ -23,8 +23,6 @@
 namespace stratus {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Parts of the seconds after which a stage begins nothing new.
 constexpr double share_of_reference = 0.1, share_of_solver_errors = 0.2,
@@ -81,10 +79,6 @@ constexpr SweptAxis swept_axes[] = {
     {"optical_depth_samples_per_octave", &Discretisation::optical_depth_samples_per_octave, 1},
     {"albedo_samples", &Discretisation::albedo_samples, 2},
 };
-
-double seconds_since(Clock::time_point started) {
-    return std::chrono::duration<double>(Clock::now() - started).count();
-}
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
     point.error_median = error_quantile(errors, 0.5);

@@ -1,7 +1,6 @@
 #include <stratus/scene/plan.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include <stratus/bake/clock.h>
 #include <stratus/scene/render.h>
 
 namespace stratus {
@@ -83,12 +83,6 @@ Change change_between(const Image& all, const Image& some) {
         }
     change.mean = sum / light;
     return change;
-}
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 /// What tells recipes apart, whatever their titles.

@@ -135,9 +135,7 @@ void add_bake(CLI::App& app) {
     bake->add_option("-o,--output", command->output, "Table to write, .h5")->required();
     bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
         ->check(file_name());
-    bake->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
                    "Go on with an interrupted bake: OUTPUT.checkpoint holds what it has finished, "
                    "and is removed when the table is whole. The table is the same, byte for byte. "

@@ -184,10 +184,7 @@ void add_cost(CLI::App& app) {
                      "After which nothing new is measured, from cheap to dear")
         ->capture_default_str()
         ->check(number("above 0", [](double seconds) { return seconds > 0; }));
-    cost->add_option("--threads", command->options.threads,
-                     "Threads; 0: one for each processor. What is timed runs alone on one")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*cost, command->options.threads, ". What is timed runs alone on one");
     cost->add_flag("--quiet", command->quiet, "No progress, no notes");
     cost->footer(help_of_columns() +
                  "Errors are relative to the total R or T, as `stratus verify` has them.\n"

@@ -124,9 +124,7 @@ void add_fit(CLI::App& app) {
     add_max_memory(*fit, command->reading);
     fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
-    fit->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*fit, command->threads);
     fit->footer(
         "brightness is I/F = mu_in R where mu_out > 0, and mu_in T where mu_out < 0, the side that "
         "is not lit (R = pi I / (mu_in F0)); sigma is its standard deviation. w1 and w2 are the "

@@ -169,9 +169,7 @@ void add_plan(CLI::App& app) {
                      "Relative change of a pixel that does not matter, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
     plan->add_option("--write", command->recipe, "Recipe to write, .toml")->check(file_name());
-    plan->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");
     plan->footer(
         "Every effect is left out once and the picture looked at, on some 16000 of its pixels: "

@@ -230,9 +230,7 @@ void add_render(CLI::App& app) {
     render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
         ->capture_default_str()
         ->check(whole_number(0, 16384));
-    render->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*render, command->threads);
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"

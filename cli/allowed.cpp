@@ -44,4 +44,10 @@ CLI::Validator file_name() {
     return {check, ""};
 }
 
+void add_threads(CLI::App& command, int& threads, const std::string& more) {
+    command.add_option("--threads", threads, "Threads; 0: one for each processor" + more)
+        ->capture_default_str()
+        ->check(whole_number(0, 1024));
+}
+
 }  // namespace stratus

@@ -19,4 +19,7 @@ CLI::Validator whole_number(long long least, long long most);
 /// Anything but an empty text, which a script passes when its variable is not set.
 CLI::Validator file_name();
 
+/// The option --threads; `more` ends the words of its help.
+void add_threads(CLI::App& command, int& threads, const std::string& more = "");
+
 }  // namespace stratus

@@ -7,10 +7,10 @@
 #include "stop_on_signal.h"
 
 #include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -97,7 +97,7 @@ void run_bake(const BakeCommand& command) {
     std::vector<std::string> notes;
     const Recipe recipe = read_recipe(command.recipe, &notes);
 
-    const auto started = std::chrono::steady_clock::now();
+    const auto started = Clock::now();
     Progress progress(command.quiet);
     for (const std::string& note : notes) progress.note("note: " + note);
     BakeOptions options;
@@ -116,15 +116,13 @@ void run_bake(const BakeCommand& command) {
     }
     checkpoint->remove();
 
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     char line[160];
     std::snprintf(line, sizeof line,
                   "%zu samples a side, %.1f MiB on disk, %.2f s; largest error at random points "
                   "%.2g, asked for %.2g",
                   table.sample_count(),
                   static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
-                  seconds, table.measured_error, table.tolerance);
+                  seconds_since(started), table.measured_error, table.tolerance);
     progress.note(line);
 }
 
@@ -137,9 +135,7 @@ void add_bake(CLI::App& app) {
     bake->add_option("-o,--output", command->output, "Table to write, .h5")->required();
     bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
         ->check(file_name());
-    bake->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
                    "Go on with an interrupted bake: OUTPUT.checkpoint holds what it has finished, "
                    "and is removed when the table is whole. The table is the same, byte for byte. "

@@ -8,10 +8,10 @@
 #include <stratus/bake/cost.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/cost_plot.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -34,9 +34,8 @@ std::string tolerance_text(double tolerance) {
 }
 
 std::string lookup_text(const CostPoint& point) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g \u00b5s", point.lookup_ns * 1e-3);
-    return point.kind == CostPoint::Kind::table ? text : "";
+    if (point.kind != CostPoint::Kind::table) return "";
+    return short_number(point.lookup_ns * 1e-3) + " \u00b5s";
 }
 
 /// Errors below what a double resolves are drawn there.
@@ -185,10 +184,7 @@ void add_cost(CLI::App& app) {
                      "After which nothing new is measured, from cheap to dear")
         ->capture_default_str()
         ->check(number("above 0", [](double seconds) { return seconds > 0; }));
-    cost->add_option("--threads", command->options.threads,
-                     "Threads; 0: one for each processor. What is timed runs alone on one")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*cost, command->options.threads, ". What is timed runs alone on one");
     cost->add_flag("--quiet", command->quiet, "No progress, no notes");
     cost->footer(help_of_columns() +
                  "Errors are relative to the total R or T, as `stratus verify` has them.\n"

@@ -7,6 +7,7 @@
 
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/runtime/table.h>
 
 #include <algorithm>

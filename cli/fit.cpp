@@ -6,11 +6,13 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/fit/fit.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -52,11 +54,10 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
         const double radius = rows.has_column("radius") ? row[column("radius")] : 0;
         auto bin = std::ranges::find(bins, radius, &Bin::radius);
         if (bin == bins.end()) bin = bins.insert(bin, {radius, {}});
-        bin->observations.push_back(
-            {{row[mu_in], std::abs(row[mu_out]), row[azimuth] * std::numbers::pi / 180},
-             transmitted,
-             row[brightness],
-             row[sigma]});
+        bin->observations.push_back({{row[mu_in], std::abs(row[mu_out]), radians(row[azimuth])},
+                                     transmitted,
+                                     row[brightness],
+                                     row[sigma]});
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
     for (const Bin& bin : bins)
@@ -66,12 +67,6 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
                 std::to_string(bin.observations.size()) +
                 (rows.has_column("radius") ? " of " + shortest_text(bin.radius) : ""));
     return bins;
-}
-
-std::string joined(const std::vector<std::string>& sentences) {
-    std::string text;
-    for (const std::string& sentence : sentences) text += (text.empty() ? "" : "; ") + sentence;
-    return text;
 }
 
 void write_fits(std::ostream& out, const std::vector<Bin>& bins, const std::vector<Fit>& fits,
@@ -85,7 +80,7 @@ void write_fits(std::ostream& out, const std::vector<Bin>& bins, const std::vect
         for (const Estimate& found : {fit.w1, fit.w2, fit.optical_depth})
             out << full_text(found.value) << ',' << full_text(found.sigma) << ',';
         out << full_text(fit.chi_square) << ',' << fit.degrees_of_freedom << ",\""
-            << joined(fit.remarks) << "\"\n";
+            << joined(fit.remarks, "; ") << "\"\n";
     }
 }
 
@@ -129,9 +124,7 @@ void add_fit(CLI::App& app) {
     add_max_memory(*fit, command->reading);
     fit->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
-    fit->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*fit, command->threads);
     fit->footer(
         "brightness is I/F = mu_in R where mu_out > 0, and mu_in T where mu_out < 0, the side that "
         "is not lit (R = pi I / (mu_in F0)); sigma is its standard deviation. w1 and w2 are the "

@@ -7,6 +7,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/portrait.h>
 #include <stratus/runtime/half.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/runtime/table.h>
 
 #include <algorithm>
@@ -29,16 +30,13 @@ struct InfoOptions {
 };
 
 constexpr std::size_t label_width = 22;
+constexpr int digits = 6;  // of numbers
 
-std::string format(const char* pattern, double value) {
+std::string megabytes(double bytes) {
     char text[64];
-    const int length = std::snprintf(text, sizeof text, pattern, value);
-    return {text, static_cast<std::size_t>(length)};
+    std::snprintf(text, sizeof text, "%.2f MB", bytes / 1e6);
+    return text;
 }
-
-std::string short_number(double value) { return format("%.6g", value); }
-
-std::string megabytes(double bytes) { return format("%.2f MB", bytes / 1e6); }
 
 /// What fits a reader's eye of a text that may list a thousand numbers; the file holds all of it.
 std::string shortened(const std::string& text) {
@@ -65,10 +63,10 @@ std::string described(const Axis& axis, double unit = 1, const char* unit_name =
     const std::vector<double>& values = axis.values;
     std::string text =
         std::to_string(values.size()) + (values.size() == 1 ? " sample" : " samples");
-    text += " at " + short_number(values.front() / unit);
-    if (values.size() > 1) text += " to " + short_number(values.back() / unit);
+    text += " at " + short_number(values.front() / unit, digits);
+    if (values.size() > 1) text += " to " + short_number(values.back() / unit, digits);
     if (axis.view().ends_at_infinity && values.size() > 2)
-        text += " (finite to " + short_number(values[values.size() - 2] / unit) + ")";
+        text += " (finite to " + short_number(values[values.size() - 2] / unit, digits) + ")";
     text += unit_name;
     if (values.size() > 1) text += std::string(", ") + axis_scale_name(axis.scale);
     return text;
@@ -81,7 +79,7 @@ std::string sides_of(const Table& table) {
 }
 
 std::string below_of(const Table& table) {
-    const std::string albedo = "albedo " + short_number(table.below.albedo);
+    const std::string albedo = "albedo " + short_number(table.below.albedo, digits);
     switch (table.below.kind) {
         case Below::Kind::surface: return "Lambert surface, " + albedo;
         case Below::Kind::layer:
@@ -112,10 +110,10 @@ double bytes_in_memory(const Table& table, std::size_t sample_size) {
 void print_content(const Table& table) {
     print("title", attribute(table, "title"));
     print("phase function", shortened(table.phase_function.text()));
-    print("asymmetry g", short_number(table.phase_function.asymmetry()));
+    print("asymmetry g", short_number(table.phase_function.asymmetry(), digits));
     if (table.has_mixture()) {
         print("second", shortened(table.second_phase_function.text()));
-        print("asymmetry g", short_number(table.second_phase_function.asymmetry()));
+        print("asymmetry g", short_number(table.second_phase_function.asymmetry(), digits));
         print("mixture", described(table.mixture) + ", the share of the first");
     }
     print("below", below_of(table));
@@ -136,8 +134,9 @@ void print_size(const Table& table, const std::string& path) {
 }
 
 void print_accuracy(const Table& table) {
-    print("tolerance asked", short_number(table.tolerance));
-    print("largest error met", short_number(table.measured_error) + ", relative, at the bake");
+    print("tolerance asked", short_number(table.tolerance, digits));
+    print("largest error met",
+          short_number(table.measured_error, digits) + ", relative, at the bake");
 }
 
 /// Every attribute but those already told: conventions, program version, recipes, how it was made.

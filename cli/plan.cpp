@@ -7,6 +7,7 @@
 #include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/scene/plan.h>
 
 #include <cmath>
@@ -73,11 +74,11 @@ void print_range(const Scene& scene) {
 void print_plan(const Plan& plan) {
     const PlanCosts& costs = *plan.costs;
     std::cout << "effect            mean   largest  needed    bake s        MB  ns a ray\n";
-    std::string traceless;
+    std::vector<std::string> traceless;
     for (std::size_t e = 0; e < plan.shares.size(); ++e) {
         const EffectShare& share = plan.shares[e];
         if (share.largest == 0 && costs.without[e].bytes == costs.all.bytes) {
-            traceless += (traceless.empty() ? "" : ", ") + share.name;
+            traceless.push_back(share.name);
             continue;
         }
         std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean,
@@ -88,7 +89,8 @@ void print_plan(const Plan& plan) {
               << "\nthe plan                                 " << cost_text(costs.planned)
               << text("\nIt changes no pixel of %d by more than %.2g; asked for: %.2g.\n",
                       plan.pixels, plan.change, plan.tolerance);
-    if (!traceless.empty()) std::cout << "Without a trace in this picture: " << traceless << ".\n";
+    if (!traceless.empty())
+        std::cout << "Without a trace in this picture: " << joined(traceless) << ".\n";
 }
 
 /// The one recipe that all panels can share.
@@ -167,9 +169,7 @@ void add_plan(CLI::App& app) {
                      "Relative change of a pixel that does not matter, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
     plan->add_option("--write", command->recipe, "Recipe to write, .toml")->check(file_name());
-    plan->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");
     plan->footer(
         "Every effect is left out once and the picture looked at, on some 16000 of its pixels: "

@@ -3,12 +3,13 @@
 #include "signals_held.h"
 
 #include <stratus/io/atomic_file.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -41,12 +42,6 @@ constexpr ColumnRange column_ranges[] = {
 
 constexpr ColumnRange either_side{"mu_out", "in [-1, 1] and not 0",
                                   [](double mu) { return mu != 0 && std::abs(mu) <= 1; }};
-
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
-}
 
 bool contains(const std::vector<std::string>& words, const std::string& word) {
     return std::find(words.begin(), words.end(), word) != words.end();
@@ -145,12 +140,6 @@ void require_writable(const std::string& command, const std::string& option,
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
-}
-
-std::string shortest_text(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-    return {text, end};
 }
 
 std::string full_text(double value) {

@@ -44,9 +44,6 @@ void require_different_files(const std::string& command, const std::filesystem::
 void require_writable(const std::string& command, const std::string& option,
                       const std::filesystem::path& path, const std::string& ending = "");
 
-/// A query's number as it was: the shortest text that reads back as the same double.
-std::string shortest_text(double value);
-
 /// An answer's number: 17 significant digits.
 std::string full_text(double value);
 

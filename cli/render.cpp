@@ -6,13 +6,14 @@
 #include "signals_held.h"
 #include "table_option.h"
 
+#include <stratus/bake/clock.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -34,12 +35,6 @@ struct RenderCommand {
     bool quiet = false;
     ReadOptions reading;
 };
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::vector<std::string> split(const std::string& list) {
     std::vector<std::string> names;
@@ -93,8 +88,16 @@ std::vector<Label> labels_of(const SceneFile& file) {
     return labels;
 }
 
-void write_picture(const SceneFile& file, const std::string& effects, const Image& image,
-                   const std::string& output) {
+/// What counts in the picture, as --effects has it; panel by panel where they differ.
+std::string effects_text(const SceneFile& file) {
+    std::vector<std::string> texts;
+    for (const Scene& panel : file.panels)
+        texts.push_back(joined(scene_effect_names(panel.effects), ","));
+    const bool alike = std::ranges::count(texts, texts[0]) == std::ssize(texts);
+    return alike ? texts[0] : joined(texts, "; ");
+}
+
+void write_picture(const SceneFile& file, const Image& image, const std::string& output) {
     const bool png = std::filesystem::path(output).extension() == ".png";
     const SignalsHeld held;
     write_atomically(output, [&](const std::filesystem::path& temporary) {
@@ -104,7 +107,7 @@ void write_picture(const SceneFile& file, const std::string& effects, const Imag
             write_exr_image(image,
                             {{"title", file.title},
                              {"scene", file.text},
-                             {"effects", effects.empty() ? "as in the scene" : effects},
+                             {"effects", effects_text(file)},
                              {"radiance", "relative to a white Lambert surface facing the sun"},
                              {"program_version", STRATUS_VERSION}},
                             temporary);
@@ -117,13 +120,12 @@ void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progr
     options.bake.threads = command.threads;
     const std::vector<Plan> plans = plan_scenes(file.panels, options);
     for (std::size_t k = 0; k < plans.size(); ++k) {
-        std::string left_out;
+        std::vector<std::string> left_out;
         for (const EffectShare& share : plans[k].shares)
-            if (!share.needed && share.largest > 0)
-                left_out += (left_out.empty() ? "" : ", ") + share.name;
+            if (!share.needed && share.largest > 0) left_out.push_back(share.name);
         file.panels[k].effects = plans[k].effects;
         if (!left_out.empty())
-            progress.note("plan: " + file.panels[k].title + ": without " + left_out);
+            progress.note("plan: " + file.panels[k].title + ": without " + joined(left_out));
     }
 }
 
@@ -151,8 +153,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
         pictures.push_back(render(file.panels[k], light, options));
     }
     const Image image = side_by_side(pictures, file.columns);
-    for (const std::string& output : command.outputs)
-        write_picture(file, command.effects, image, output);
+    for (const std::string& output : command.outputs) write_picture(file, image, output);
     char line[160];
     std::snprintf(line, sizeof line, "%d x %d pixels; tables %.2f s, all %.2f s", image.width,
                   image.height, baked, seconds_since(started));
@@ -229,9 +230,7 @@ void add_render(CLI::App& app) {
     render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
         ->capture_default_str()
         ->check(whole_number(0, 16384));
-    render->add_option("--threads", command->threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*render, command->threads);
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"

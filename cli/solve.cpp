@@ -7,6 +7,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -166,9 +167,8 @@ void require_scheme(const CLI::Option* option, const std::string& scheme,
                     const std::vector<std::string>& knowing) {
     if (option->count() == 0 || std::find(knowing.begin(), knowing.end(), scheme) != knowing.end())
         return;
-    std::string names;
-    for (const std::string& name : knowing) names += (names.empty() ? "" : " or ") + name;
-    require(false, "solve", "--scheme", names + " with " + option->get_name(), scheme);
+    require(false, "solve", "--scheme", joined(knowing, " or ") + " with " + option->get_name(),
+            scheme);
 }
 
 }  // namespace

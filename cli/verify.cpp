@@ -122,9 +122,7 @@ void add_verify(CLI::App& app) {
     verify->add_option("--seed", command->options.seed, "Seed of the random points")
         ->capture_default_str()
         ->check(whole_number(0, std::numeric_limits<unsigned>::max()));
-    verify->add_option("--threads", command->options.threads, "Threads; 0: one for each processor")
-        ->capture_default_str()
-        ->check(whole_number(0, 1024));
+    add_threads(*verify, command->options.threads);
     verify->add_flag("--bound", command->options.bound,
                      "Look up through bound slices, as renderers do, instead of five axes at once");
     verify->add_flag("--quiet", command->quiet, "No progress");

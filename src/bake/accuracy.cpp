@@ -159,8 +159,7 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
         const PhaseFunction mixed =
             range.mixture.count == 0
                 ? phase_function
-                : PhaseFunction::sum({{cell.mixture, phase_function},
-                                      {1 - cell.mixture, range.second_phase_function}});
+                : PhaseFunction::mixture(cell.mixture, phase_function, range.second_phase_function);
         const LayerSolution solution =
             solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.below);
         for (const Side side : sides)

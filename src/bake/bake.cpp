@@ -11,6 +11,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
@@ -318,10 +319,6 @@ Table solve_mixtures(const Recipe& recipe, const BakeOptions& options) {
     const Axis mixture = mixture_axis(*recipe.mixture, recipe.discretisation.mixture_samples);
     const auto count = static_cast<double>(mixture.values.size());
     Table table;
-    const auto append = [&](auto& to, const auto& from) {
-        to.reserve(mixture.values.size() * from.size());
-        to.insert(to.end(), from.begin(), from.end());
-    };
     for (std::size_t m = 0; m < mixture.values.size(); ++m) {
         BakeOptions of_share = options;
         if (options.progress)
@@ -331,20 +328,17 @@ Table solve_mixtures(const Recipe& recipe, const BakeOptions& options) {
         of_share.log = part_of(options.log, "mixture " + std::to_string(m));
         const Recipe alone = at_mixture(recipe, mixture.values[m]);
         Table one = TableSolver(alone, of_share).solve();
-        append(table.reflection_multiple, one.reflection_multiple);
-        append(table.transmission_multiple, one.transmission_multiple);
-        append(table.plane_albedo, one.plane_albedo);
-        append(table.diffuse_transmittance, one.diffuse_transmittance);
-        append(table.spherical_albedo, one.spherical_albedo);
-        append(table.diffusion_exponent, one.diffusion_exponent);
-        if (m > 0) continue;
-        table.below = one.below;
-        table.albedo = one.albedo;
-        table.optical_depth = one.optical_depth;
-        table.mu_in = one.mu_in;
-        table.mu_out = one.mu_out;
-        table.azimuth = one.azimuth;
-        table.highest_order = one.highest_order;
+        if (m == 0) {
+            table = std::move(one);
+            for_each_of_mixtures(
+                [&](auto& all) { all.reserve(mixture.values.size() * all.size()); }, table);
+        } else {
+            for_each_of_mixtures(
+                [](auto& all, const auto& more) {
+                    all.insert(all.end(), more.begin(), more.end());
+                },
+                table, one);
+        }
     }
     table.mixture = mixture;
     table.phase_function = recipe.phase_function;

@@ -1,7 +1,6 @@
 #include <stratus/bake/cost.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,18 +12,17 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
 
 #include "axes.h"
-#include "resolve.h"
 
 namespace stratus {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Parts of the seconds after which a stage begins nothing new.
 constexpr double share_of_reference = 0.1, share_of_solver_errors = 0.2,
@@ -81,10 +79,6 @@ constexpr SweptAxis swept_axes[] = {
     {"optical_depth_samples_per_octave", &Discretisation::optical_depth_samples_per_octave, 1},
     {"albedo_samples", &Discretisation::albedo_samples, 2},
 };
-
-double seconds_since(Clock::time_point started) {
-    return std::chrono::duration<double>(Clock::now() - started).count();
-}
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
     point.error_median = error_quantile(errors, 0.5);
@@ -702,7 +696,7 @@ class CostMeter {
     double seconds_per_byte_ = 0;
 };
 
-std::string number(double value) { return short_number(value, 6); }
+constexpr int digits = 6;  // of numbers
 
 struct CostColumn {
     const char* name;
@@ -721,7 +715,7 @@ constexpr CostColumn columns[] = {
     {"varied", "tolerance: it chose the point; else what the sweep changed", Of::both,
      [](const CostPoint& p) { return p.varied; }},
     {"tolerance", "that chose the point; empty where none did", Of::both,
-     [](const CostPoint& p) { return p.tolerance > 0 ? number(p.tolerance) : ""; }},
+     [](const CostPoint& p) { return p.tolerance > 0 ? short_number(p.tolerance, digits) : ""; }},
     {"scheme", "of the solver: harmonic or classic", Of::both,
      [](const CostPoint& p) {
          return std::string(p.solver.scheme == Scheme::classic ? "classic" : "harmonic");
@@ -733,7 +727,8 @@ constexpr CostColumn columns[] = {
      }},
     {"start_depth", "of the classic scheme, at most; 0: 1e-3 of the smallest cosine", Of::both,
      [](const CostPoint& p) {
-         return p.solver.scheme == Scheme::classic ? number(p.solver.start_depth) : "";
+         return p.solver.scheme == Scheme::classic ? short_number(p.solver.start_depth, digits)
+                                                   : "";
      }},
     {"nodes", "Gauss nodes of the solver", Of::both,
      [](const CostPoint& p) { return std::to_string(p.solver.nodes); }},
@@ -750,23 +745,23 @@ constexpr CostColumn columns[] = {
     {"albedo_samples", "over the recipe's range", Of::table,
      [](const CostPoint& p) { return std::to_string(p.discretisation.albedo_samples); }},
     {"error_median", "relative error of half of the values", Of::both,
-     [](const CostPoint& p) { return number(p.error_median); }},
+     [](const CostPoint& p) { return short_number(p.error_median, digits); }},
     {"error_99_9", "relative error of 99.9 % of the values; the frontier's", Of::both,
-     [](const CostPoint& p) { return number(p.error_most); }},
+     [](const CostPoint& p) { return short_number(p.error_most, digits); }},
     {"error_largest", "largest relative error", Of::both,
-     [](const CostPoint& p) { return number(p.error_largest); }},
+     [](const CostPoint& p) { return short_number(p.error_largest, digits); }},
     {"solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread", Of::solver,
-     [](const CostPoint& p) { return number(p.solve_seconds); }},
+     [](const CostPoint& p) { return short_number(p.solve_seconds, digits); }},
     {"bake_seconds", "all threads; where tolerance chose, with choosing and checking", Of::table,
-     [](const CostPoint& p) { return number(p.bake_seconds); }},
+     [](const CostPoint& p) { return short_number(p.bake_seconds, digits); }},
     {"bytes", "of the samples of both sides in memory", Of::table,
-     [](const CostPoint& p) { return number(p.bytes); }},
+     [](const CostPoint& p) { return short_number(p.bytes, digits); }},
     {"lookup_ns", "nanoseconds of a lookup at a random point, one thread", Of::table,
-     [](const CostPoint& p) { return number(p.lookup_ns); }},
+     [](const CostPoint& p) { return short_number(p.lookup_ns, digits); }},
     {"on_frontier", "1: no other point undercuts it in error and in solve_seconds or bytes",
      Of::both, [](const CostPoint& p) { return std::string(p.on_frontier ? "1" : "0"); }},
     {"times_frontier", "solve_seconds or bytes over those of the cheapest as accurate", Of::both,
-     [](const CostPoint& p) { return number(p.times_frontier); }},
+     [](const CostPoint& p) { return short_number(p.times_frontier, digits); }},
 };
 
 }  // namespace

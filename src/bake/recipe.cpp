@@ -150,8 +150,8 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
 
 Recipe at_mixture(const Recipe& recipe, double share_of_first) {
     Recipe alone = recipe;
-    alone.phase_function = PhaseFunction::sum({{share_of_first, recipe.phase_function},
-                                               {1 - share_of_first, recipe.second_phase_function}});
+    alone.phase_function =
+        PhaseFunction::mixture(share_of_first, recipe.phase_function, recipe.second_phase_function);
     alone.phase_text = alone.phase_function.text();
     alone.mixture.reset();
     alone.discretisation.mixture_samples = 0;

@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
@@ -120,6 +120,12 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
 }
 
 using Errors = std::vector<double>;
+
+/// What a resolver chooses, with the deepest optical depth.
+constexpr int Discretisation::*counts[] = {
+    &Discretisation::nodes,          &Discretisation::modes,
+    &Discretisation::mu_samples,     &Discretisation::azimuth_samples,
+    &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
 
 class Resolver {
   public:
@@ -241,11 +247,6 @@ class Resolver {
 
   private:
     // ---- what is finished already --------------------------------------------------------------
-
-    static constexpr int Discretisation::*counts[] = {
-        &Discretisation::nodes,          &Discretisation::modes,
-        &Discretisation::mu_samples,     &Discretisation::azimuth_samples,
-        &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
 
     bool take_choices(const std::string& piece) {
         Discretisation& d = recipe_.discretisation;
@@ -764,11 +765,7 @@ class Resolver {
 /// The finer of two ways to sample, axis by axis.
 Discretisation finer(const Discretisation& a, const Discretisation& b) {
     Discretisation both = a;
-    for (int Discretisation::*const count :
-         {&Discretisation::nodes, &Discretisation::modes, &Discretisation::mu_samples,
-          &Discretisation::azimuth_samples, &Discretisation::optical_depth_samples_per_octave,
-          &Discretisation::albedo_samples})
-        both.*count = std::max(a.*count, b.*count);
+    for (const auto count : counts) both.*count = std::max(a.*count, b.*count);
     both.deepest_optical_depth = std::max(a.deepest_optical_depth, b.deepest_optical_depth);
     return both;
 }
@@ -801,12 +798,6 @@ Recipe resolve_mixtures(const Recipe& recipe, double strictness, const BakeOptio
 }
 
 }  // namespace
-
-std::string short_number(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
-}
 
 Recipe resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
     return recipe.mixture ? resolve_mixtures(recipe, strictness, options)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
 
 namespace stratus {
 namespace {
@@ -166,12 +166,6 @@ std::vector<Place> starts(const Problem& problem) {
     return places;
 }
 
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 /// The least or the greatest depth, by bisection between the best and an edge, that fits within two
 /// standard deviations whatever the albedos; nothing when even the edge does.
 std::optional<double> limit_of_depth(const Problem& problem, const Minimum& best, double edge) {
@@ -200,8 +194,8 @@ void remark_on_depth(const Problem& problem, const Minimum& best, double log_sig
     const std::optional<double> greatest = limit_of_depth(problem, best, 1);
     if (least && greatest) return;
     std::string range = "anywhere in the table";
-    if (least) range = "above " + number(*least);
-    if (greatest) range = "below " + number(*greatest);
+    if (least) range = "above " + short_number(*least, 3);
+    if (greatest) range = "below " + short_number(*greatest, 3);
     fit.remarks.push_back("optical_depth not determined by these geometries (" + range + ")");
 }
 
@@ -230,7 +224,7 @@ void remark_on_edges(const Problem& problem, const Minimum& best, Fit& fit) {
     for (int p = 0; p < 3; ++p)
         if (best.at[p] <= 0 || best.at[p] >= 1)
             fit.remarks.push_back(std::string(names[p]) + " at the edge of the table (" +
-                                  number(values[p]) + ")");
+                                  short_number(values[p], 3) + ")");
 }
 
 /// Other minima that two standard deviations do not tell from the best.
@@ -241,9 +235,10 @@ void remark_on_others(const Problem& problem, const std::vector<Minimum>& minima
         if (other.chi_square > best.chi_square + two_sigma) continue;
         if ((other.at - best.at).cwiseAbs().maxCoeff() < apart) continue;
         const Layer layer = problem.layer(other.at);
-        fit.remarks.push_back("w1 = " + number(layer.w1()) + " w2 = " + number(layer.w2()) +
-                              " optical_depth = " + number(layer.optical_depth) +
-                              " with chi_square = " + number(other.chi_square) + " fits as well");
+        fit.remarks.push_back(
+            "w1 = " + short_number(layer.w1(), 3) + " w2 = " + short_number(layer.w2(), 3) +
+            " optical_depth = " + short_number(layer.optical_depth, 3) +
+            " with chi_square = " + short_number(other.chi_square, 3) + " fits as well");
         return;
     }
 }

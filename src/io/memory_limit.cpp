@@ -1,9 +1,10 @@
 #include "memory_limit.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
+
+#include <stratus/runtime/number_text.h>
 
 #include <unistd.h>
 
@@ -11,9 +12,7 @@ namespace stratus::io {
 namespace {
 
 std::string mebibytes(std::uintmax_t bytes) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.4g MiB", static_cast<double>(bytes) / (1 << 20));
-    return text;
+    return short_number(static_cast<double>(bytes) / (1 << 20), 4) + " MiB";
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <libdeflate.h>
 
@@ -98,7 +99,7 @@ void add_below(const Below& below, Metadata& metadata) {
     if (!below.is_something()) return;
     const bool is_surface = below.kind == Below::Kind::surface;
     metadata["below"] = is_surface ? surface_name : layer_name;
-    metadata["below_albedo"] = to_text(below.albedo);
+    metadata["below_albedo"] = shortest_text(below.albedo);
     if (!is_surface) metadata["below_phase_function"] = below.phase_function.text();
 }
 
@@ -120,7 +121,7 @@ void add_mixture(const Table& table, Metadata& metadata) {
     if (!table.has_mixture()) return;
     metadata["format_minor"] = std::to_string(table_format_minor_of_mixtures);
     metadata["second_phase_function"] = table.second_phase_function.text();
-    metadata["second_extrapolation_length"] = to_text(table.second_extrapolation_length);
+    metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
 }
 
 bool has_mixture(const Metadata& metadata) {
@@ -180,10 +181,10 @@ Metadata metadata_of(const Table& table) {
     add_below(table.below, metadata);
     add_mixture(table, metadata);
     metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
-    metadata["asymmetry"] = to_text(table.phase_function.asymmetry());
-    metadata["extrapolation_length"] = to_text(table.extrapolation_length);
-    metadata["tolerance"] = to_text(table.tolerance);
-    metadata["measured_error"] = to_text(table.measured_error);
+    metadata["asymmetry"] = shortest_text(table.phase_function.asymmetry());
+    metadata["extrapolation_length"] = shortest_text(table.extrapolation_length);
+    metadata["tolerance"] = shortest_text(table.tolerance);
+    metadata["measured_error"] = shortest_text(table.measured_error);
     metadata["highest_order"] = std::to_string(table.highest_order);
     return metadata;
 }
@@ -321,17 +322,11 @@ std::size_t checked_count(const std::string& dataset, std::span<const std::size_
     return count;
 }
 
-std::string to_text(double value) {
-    char text[32];
-    const auto [end, error] = std::to_chars(text, text + sizeof text, value);
-    return {text, end};
-}
-
 std::string to_text(std::span<const double> values) {
     std::string text;
     for (const double value : values) {
         if (!text.empty()) text += ' ';
-        text += to_text(value);
+        text += shortest_text(value);
     }
     return text;
 }

@@ -134,11 +134,10 @@ std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
                           std::size_t element_size, std::uintmax_t stored);
 
-/// Shortest decimal text that reads back as the same bits; several are separated by spaces.
-std::string to_text(double value);
+/// The shortest texts that read back as the same bits, separated by spaces.
 std::string to_text(std::span<const double> values);
 
-/// The inverses; std::runtime_error naming `what`.
+/// From text; std::runtime_error naming `what`.
 double to_number(const std::string& what, std::string_view text);
 int to_integer(const std::string& what, std::string_view text);
 std::vector<double> to_numbers(const std::string& what, std::string_view text);

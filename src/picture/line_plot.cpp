@@ -1,8 +1,9 @@
 #include <stratus/picture/line_plot.h>
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include <stratus/runtime/number_text.h>
 
 #include "page.h"
 
@@ -22,12 +23,6 @@ double tick_step(double end) {
     return unit * (part < 2 ? 1 : part < 5 ? 2 : 5);
 }
 
-std::string number(double value) {
-    char text[24];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 }  // namespace
 
 void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
@@ -40,11 +35,11 @@ void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
         const double x_step = tick_step(plot.x_end), y_step = tick_step(plot.y_end);
         for (int k = 0; k * x_step <= plot.x_end * (1 + 1e-9); ++k) {
             page.line(across(k * x_step), top, across(k * x_step), y1, 0.5, grid);
-            page.text(across(k * x_step), y1 + 12, number(k * x_step), 8, black, 0.5);
+            page.text(across(k * x_step), y1 + 12, short_number(k * x_step, 3), 8, black, 0.5);
         }
         for (int k = 0; k * y_step <= plot.y_end * (1 + 1e-9); ++k) {
             page.line(left, down(k * y_step), x1, down(k * y_step), 0.5, grid);
-            page.text(left - 5, down(k * y_step) + 3, number(k * y_step), 8, black, 1);
+            page.text(left - 5, down(k * y_step) + 3, short_number(k * y_step, 3), 8, black, 1);
         }
         page.text((left + x1) / 2, y1 + 27, plot.x_title, 8, black, 0.5);
         cairo_save(cairo);

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include <stratus/runtime/number_text.h>
 
 #include "page.h"
 
@@ -73,12 +74,6 @@ void draw_panel(const Page& page, const LobePanel& panel, double scale, double c
     }
 }
 
-std::string number(double value) {
-    char text[24];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 }  // namespace
 
 void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
@@ -107,12 +102,14 @@ void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
             page.text(x + 6, 36, block.title, 9, black);
             for (std::size_t c = 0; c < block.rows[0].size(); ++c)
                 page.text(x + (static_cast<double>(c) + 0.5) * cell_width, 50,
-                          number(block.rows[0][c].incident * 180 / pi) + "\u00b0", 8, quiet, 0.5);
+                          short_number(block.rows[0][c].incident * 180 / pi, 3) + "\u00b0", 8,
+                          quiet, 0.5);
             for (std::size_t r = 0; r < block.rows.size(); ++r) {
                 const double largest = largest_of(block.rows[r]);
                 const double scale = radius_of_largest / largest, circle = round_below(largest);
                 const double y = heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap);
-                page.text(x + 4, y + cell_height / 2 + 5, "circle " + number(circle), 7, quiet);
+                page.text(x + 4, y + cell_height / 2 + 5, "circle " + short_number(circle, 3), 7,
+                          quiet);
                 for (std::size_t c = 0; c < block.rows[r].size(); ++c) {
                     cairo_save(cairo);
                     cairo_translate(cairo, x + (static_cast<double>(c) + 0.5) * cell_width, y);

@@ -1,6 +1,7 @@
 #include <stratus/picture/portrait.h>
 
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/runtime/single_scattering.h>
 
 #include "cairo_output.h"
@@ -234,25 +235,20 @@ class Canvas {
 
 // ---- Words
 
-std::string number(double value, const char* pattern = "%.3g") {
-    char text[32];
-    const int length = std::snprintf(text, sizeof text, pattern, value);
-    return {text, static_cast<std::size_t>(length)};
-}
-
 std::string depth_heading(double optical_depth) {
-    return std::isinf(optical_depth) ? "infinitely deep" : "optical depth " + number(optical_depth);
+    return std::isinf(optical_depth) ? "infinitely deep"
+                                     : "optical depth " + short_number(optical_depth, 3);
 }
 
 struct TermWords {
     std::string operator()(const Isotropic&) const { return "isotropic"; }
     std::string operator()(const Rayleigh&) const { return "Rayleigh"; }
     std::string operator()(const Anisotropic& term) const {
-        return "anisotropic x = " + number(term.x);
+        return "anisotropic x = " + short_number(term.x, 3);
     }
     std::string operator()(const LambertSphere&) const { return "Lambert sphere"; }
     std::string operator()(const HenyeyGreenstein& term) const {
-        return "Henyey-Greenstein g = " + number(term.g);
+        return "Henyey-Greenstein g = " + short_number(term.g, 3);
     }
     std::string operator()(const Tabulated& term) const {
         return "tabulated at " + std::to_string(term.value.size()) + " angles";
@@ -266,7 +262,7 @@ std::string words_of(const PhaseFunction& phase_function) {
     std::string words;
     for (const auto& [weight, term] : phase_function.terms()) {
         if (!words.empty()) words += "  +  ";
-        if (phase_function.terms().size() > 1) words += number(weight) + " ";
+        if (phase_function.terms().size() > 1) words += short_number(weight, 3) + " ";
         words += std::visit(TermWords{}, term);
     }
     return words;
@@ -295,10 +291,13 @@ void draw_header(const Canvas& canvas, const Layout& layout, const Table& table)
     canvas.text(x, 66, title_of(table), 36, bright, Align::left, widest);
     canvas.text(x, 100, "Phase function: " + words_of(phase_function), 19, quiet, Align::left,
                 widest);
-    std::string accuracy = "Mean cosine of scattering g = " + number(phase_function.asymmetry());
-    if (table.measured_error > 0)
-        accuracy += ";  largest relative error measured at the bake " +
-                    number(table.measured_error, "%.1e");
+    std::string accuracy =
+        "Mean cosine of scattering g = " + short_number(phase_function.asymmetry(), 3);
+    if (table.measured_error > 0) {
+        char error[32];
+        std::snprintf(error, sizeof error, "%.1e", table.measured_error);
+        accuracy += ";  largest relative error measured at the bake " + std::string(error);
+    }
     canvas.text(x, 126, accuracy, 16, quiet, Align::left, widest);
 }
 
@@ -393,7 +392,7 @@ void label_rings(const Canvas& canvas, const LobeSide& side, double pixels) {
     const Rings rings = rings_of(side);
     const double value = rings.count * rings.step;
     canvas.haloed_text(value / side.full_radius * pixels - 4, side.transmitted ? 15 : -5,
-                       number(value), 12, quiet);
+                       short_number(value, 3), 12, quiet);
 }
 
 void draw_side(const Canvas& canvas, const LobeSide& side, double pixels) {
@@ -603,8 +602,8 @@ void draw_spheres(const Canvas& canvas, const Layout& layout, const SpherePair& 
     canvas.text(layout.sphere_x[1], y, orders, 15, all_orders[0], Align::centre);
     if (pair.once.sum() > 0)
         canvas.text(layout.sphere_x[1], y + 20,
-                    number(pair.all.sum() / pair.once.sum()) + " times as bright", 13, quiet,
-                    Align::centre);
+                    short_number(pair.all.sum() / pair.once.sum(), 3) + " times as bright", 13,
+                    quiet, Align::centre);
 }
 
 // ---- Legend
@@ -626,7 +625,7 @@ double draw_key(const Canvas& canvas, double x, double y, const Colour& colour, 
 }
 
 std::string below_of(const Table& table) {
-    const std::string albedo = " of albedo " + number(table.below.albedo);
+    const std::string albedo = " of albedo " + short_number(table.below.albedo, 3);
     switch (table.below.kind) {
         case Below::Kind::surface: return "over a Lambert surface" + albedo;
         case Below::Kind::layer: return "over a semi-infinite layer" + albedo;
@@ -641,11 +640,11 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
     double x = layout.margin, y = layout.legend_y + 24;
     for (std::size_t a = 0; a < albedos.size(); ++a)
         x = draw_key(canvas, x, y, all_orders[a], false,
-                     "albedo " + number(albedos[a], "%.4g") + ", " + orders_of(table));
+                     "albedo " + short_number(albedos[a], 4) + ", " + orders_of(table));
     x = draw_key(canvas, x, y, once_only, true,
-                 "albedo " + number(albedos.front(), "%.4g") + ", scattered once");
+                 "albedo " + short_number(albedos.front(), 4) + ", scattered once");
     draw_key(canvas, x, y, beam, false,
-             "beam, " + number(beam_angle_deg) + "\u00b0 from the normal");
+             "beam, " + short_number(beam_angle_deg, 3) + "\u00b0 from the normal");
 
     const double widest = layout.width - 2 * layout.margin;
     const std::string sides = reflected && transmitted
@@ -659,10 +658,10 @@ void draw_legend(const Canvas& canvas, const Layout& layout, const Table& table,
                 15, quiet, Align::left, widest);
     if (!reflected) return;
     canvas.text(layout.margin, y + 58,
-                "Spheres: covered with the layer, albedo " + number(albedos.front(), "%.4g") +
-                    ", " + below_of(table) + ", phase angle " + number(phase_angle_deg) +
+                "Spheres: covered with the layer, albedo " + short_number(albedos.front(), 4) +
+                    ", " + below_of(table) + ", phase angle " + short_number(phase_angle_deg, 3) +
                     "\u00b0; I/F = mu_in \u00b7 R in sRGB, white from I/F = " +
-                    number(white, "%.2g") + " up, the same for all.",
+                    short_number(white, 2) + " up, the same for all.",
                 15, quiet, Align::left, widest);
 }
 

@@ -1,5 +1,7 @@
 #include <stratus/runtime/csv.h>
 
+#include <stratus/runtime/argument.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -80,10 +82,8 @@ bool CsvTable::has_column(const std::string& wanted) const {
 int CsvTable::column(const std::string& wanted) const {
     const auto found = std::find(columns.begin(), columns.end(), wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
-    std::string present;
-    for (const std::string& column : columns) present += (present.empty() ? "" : ", ") + column;
     throw std::invalid_argument("read_csv: " + name + ": column '" + wanted +
-                                "' must be there, got " + present);
+                                "' must be there, got " + joined(columns));
 }
 
 CsvTable read_csv(std::istream& stream, const std::string& name) {

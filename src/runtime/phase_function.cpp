@@ -3,9 +3,9 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/csv.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -280,31 +280,25 @@ Moments make_moments(std::vector<double> chi, const Place& place) {
 
 // ---- text
 
-/// The fewest digits that read back as the same double.
-std::string number_text(double value) {
-    char digits[32];
-    const std::to_chars_result end = std::to_chars(digits, digits + sizeof digits, value);
-    return std::string(digits, end.ptr);
-}
-
 std::string text_of(const Term& term) {
     return std::visit(
         Overloaded{
             [](const Isotropic&) -> std::string { return "isotropic"; },
             [](const Rayleigh&) -> std::string { return "rayleigh"; },
-            [](const Anisotropic& t) { return "anisotropic:x=" + number_text(t.x); },
+            [](const Anisotropic& t) { return "anisotropic:x=" + shortest_text(t.x); },
             [](const LambertSphere&) -> std::string { return "lambert_sphere"; },
-            [](const HenyeyGreenstein& t) { return "henyey_greenstein:g=" + number_text(t.g); },
+            [](const HenyeyGreenstein& t) { return "henyey_greenstein:g=" + shortest_text(t.g); },
             [](const Tabulated& t) {
                 std::string points;
                 for (std::size_t i = 0; i < t.value.size(); ++i)
-                    points += (i == 0 ? "" : "/") + number_text(t.phase_angle_deg[i]) + ' ' +
-                              number_text(t.value[i]);
+                    points += (i == 0 ? "" : "/") + shortest_text(t.phase_angle_deg[i]) + ' ' +
+                              shortest_text(t.value[i]);
                 return "tabulated:points=" + points;
             },
             [](const Moments& t) {
                 std::string list;
-                for (const double chi : t.chi) list += (list.empty() ? "" : " ") + number_text(chi);
+                for (const double chi : t.chi)
+                    list += (list.empty() ? "" : " ") + shortest_text(chi);
                 return "moments:chi=" + list;
             },
         },
@@ -327,12 +321,6 @@ const std::vector<Kind>& kinds() {
         {"moments", {"file", "chi"}},
     };
     return known;
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-    return text;
 }
 
 using Notes = std::vector<std::string>;
@@ -358,7 +346,7 @@ PhaseFunction read_table_file(const std::string& path, Notes* notes) {
     const double scale = std::get<Tabulated>(made.terms()[0].second).normalisation;
     if (std::abs(scale - 1) > 1e-9)
         note(notes,
-             path + ": values were divided by their spherical mean " + number_text(1 / scale));
+             path + ": values were divided by their spherical mean " + shortest_text(1 / scale));
     return made;
 }
 
@@ -377,7 +365,7 @@ PhaseFunction read_moments_file(const std::string& path, Notes* notes) {
         chi.push_back(row[chi_column]);
     }
     if (!chi.empty() && chi[0] != 1)
-        note(notes, path + ": moments were divided by chi_0 = " + number_text(chi[0]));
+        note(notes, path + ": moments were divided by chi_0 = " + shortest_text(chi[0]));
     return PhaseFunction::from_moments(std::move(chi));
 }
 
@@ -397,7 +385,7 @@ class Parser {
         if (!at_end())
             refuse("'" + rest() + "' must be '+' and another phase function, or nothing");
         if (std::abs(weights - 1) > 1e-9)
-            note(notes_, "'" + text_ + "': weights summed to " + number_text(weights) +
+            note(notes_, "'" + text_ + "': weights summed to " + shortest_text(weights) +
                              " and were divided by it");
         return PhaseFunction::sum(parts);
     }
@@ -462,7 +450,7 @@ class Parser {
         if (found != nullptr) return *found;
         std::vector<std::string> known;
         for (const Kind& each : kinds()) known.emplace_back(each.name);
-        refuse("phase function must be one of " + joined(known, ", ") + ", got '" + met +
+        refuse("phase function must be one of " + joined(known) + ", got '" + met +
                "'; did you mean '" + nearest_name(met, known) + "'?");
     }
 
@@ -484,9 +472,10 @@ class Parser {
     std::pair<double, PhaseFunction> part() {
         double weight = 1;
         if (took_number(weight) && !took('*'))
-            refuse("'*' must follow the weight " + number_text(weight) + ", got '" + rest() + "'");
+            refuse("'*' must follow the weight " + shortest_text(weight) + ", got '" + rest() +
+                   "'");
         if (!(weight >= 0 && std::isfinite(weight)))
-            refuse("a weight must be finite and at least 0, got " + number_text(weight));
+            refuse("a weight must be finite and at least 0, got " + shortest_text(weight));
         const Kind& met = kind();
         return {weight, with_parameter(met.name, key(met))};
     }
@@ -606,6 +595,11 @@ PhaseFunction PhaseFunction::sum(const std::vector<std::pair<double, PhaseFuncti
     return whole;
 }
 
+PhaseFunction PhaseFunction::mixture(double share_of_first, const PhaseFunction& first,
+                                     const PhaseFunction& second) {
+    return sum({{share_of_first, first}, {1 - share_of_first, second}});
+}
+
 double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
     const double c = std::clamp(cos_scattering_angle, -1.0, 1.0);
     double value = 0;
@@ -649,7 +643,7 @@ std::string PhaseFunction::text() const {
     if (terms_.size() == 1) return text_of(terms_[0].second);
     std::string whole;
     for (const auto& [weight, term] : terms_)
-        whole += (whole.empty() ? "" : " + ") + number_text(weight) + "*" + text_of(term);
+        whole += (whole.empty() ? "" : " + ") + shortest_text(weight) + "*" + text_of(term);
     return whole;
 }
 

@@ -199,8 +199,7 @@ PhaseFunction TableView::mixed_phase_function() const {
     if (!has_mixture()) return *phase_function;
     require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
             "chosen in [0, 1] for this table", chosen_mixture);
-    return PhaseFunction::sum(
-        {{chosen_mixture, *phase_function}, {1 - chosen_mixture, *second_phase_function}});
+    return PhaseFunction::mixture(chosen_mixture, *phase_function, *second_phase_function);
 }
 
 TableView Table::view() const noexcept {
@@ -254,17 +253,13 @@ Table table_of_mixture(const Table& table, int sample) {
     one.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
                                                           table.second_extrapolation_length, share);
     one.second_extrapolation_length = 1;
-    const auto keep = [&](auto& numbers) {
-        const auto size = static_cast<std::ptrdiff_t>(numbers.size() / table.mixture_count());
-        const auto first = numbers.begin() + sample * size;
-        numbers = {first, first + size};
-    };
-    keep(one.reflection_multiple);
-    keep(one.transmission_multiple);
-    keep(one.plane_albedo);
-    keep(one.diffuse_transmittance);
-    keep(one.spherical_albedo);
-    keep(one.diffusion_exponent);
+    for_each_of_mixtures(
+        [&](auto& numbers) {
+            const auto size = static_cast<std::ptrdiff_t>(numbers.size() / table.mixture_count());
+            const auto first = numbers.begin() + sample * size;
+            numbers = {first, first + size};
+        },
+        one);
     prepare(one);
     return one;
 }

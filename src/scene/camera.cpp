@@ -24,13 +24,22 @@ Vector3 Camera::right() const noexcept {
 
 Vector3 Camera::up() const noexcept { return cross(right(), forward()); }
 
-Ray camera_ray(const Camera& camera, int width, int height, double x, double y) noexcept {
-    const double half = camera.orthographic ? camera.width / 2 : std::tan(camera.width / 2);
-    const double across = (2 * x / width - 1) * half;
-    const double along = (height - 2 * y) / width * half;
-    const Vector3 offset = across * camera.right() + along * camera.up();
-    if (camera.orthographic) return {camera.position + offset, camera.forward()};
-    return {camera.position, normalised(camera.forward() + offset)};
+PictureRays::PictureRays(const Camera& camera, int width, int height) noexcept
+    : position_(camera.position),
+      forward_(camera.forward()),
+      right_(camera.right()),
+      up_(camera.up()),
+      orthographic_(camera.orthographic),
+      half_width_(camera.orthographic ? camera.width / 2 : std::tan(camera.width / 2)),
+      width_(width),
+      height_(height) {}
+
+Ray PictureRays::through(double x, double y) const noexcept {
+    const double across = (2 * x / width_ - 1) * half_width_;
+    const double along = (height_ - 2 * y) / width_ * half_width_;
+    const Vector3 offset = across * right_ + along * up_;
+    if (orthographic_) return {position_ + offset, forward_};
+    return {position_, normalised(forward_ + offset)};
 }
 
 }  // namespace stratus

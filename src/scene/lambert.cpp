@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
@@ -13,12 +13,6 @@ constexpr int solver_nodes = 48;
 constexpr int cosine_count = 101;          // 0.01 to 1, closer together below
 constexpr int azimuth_count = 64;          // of a mean
 constexpr double least_compared_mu = 0.2;  // nearer to the horizon no cloud is plane
-
-std::string number(double value) {
-    char text[24];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
 
 double mean_reflection(const LayerSolution& layer, int in, int out) {
     std::vector<double> azimuths(azimuth_count);
@@ -59,7 +53,7 @@ LambertComparison compare_with_lambert(const LambertFigure& figure) {
         return true;
     };
     for (std::size_t i = 0; i < figure.mu_in.size(); ++i) {
-        Line line{"\u03bc\u2080 = " + number(figure.mu_in[i]), false, {}};
+        Line line{"\u03bc\u2080 = " + short_number(figure.mu_in[i], 3), false, {}};
         const int in = cosine_count + static_cast<int>(i);
         for (int out = 0; out < cosine_count; ++out)
             if (compare(line, in, out, mean_reflection(layer, in, out), made.deviation, made.mu))

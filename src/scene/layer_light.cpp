@@ -60,8 +60,8 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
         slice_.emplace(scene.layer.components[0], medium, effects);
 }
 
-Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
-                      bool reflected) const noexcept {
+Rgb3 LayerLight::textured_side(const Matter& matter, const Geometry& geometry,
+                               bool reflected) const noexcept {
     const double depth = seen_depth(scene_, matter.optical_depth);
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                     : cos_scattering_angle_transmitted(geometry);
@@ -94,24 +94,17 @@ Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
     });
 }
 
-Rgb3 LayerLight::reflection(const Matter& matter, const Geometry& geometry) const noexcept {
-    if (!scene_.effects.reflection || matter.optical_depth == 0) return {};
-    if (asked_) asked_->add(matter, geometry, true);
-    if (slice_)
-        return widened(slice_->reflection(static_cast<float>(geometry.mu_in),
-                                          static_cast<float>(geometry.mu_out),
-                                          static_cast<float>(geometry.azimuth)));
-    return side(matter, geometry, true);
-}
-
-Rgb3 LayerLight::transmission(const Matter& matter, const Geometry& geometry) const noexcept {
-    if (!scene_.effects.transmission || matter.optical_depth == 0) return {};
-    if (asked_) asked_->add(matter, geometry, false);
-    if (slice_)
-        return widened(slice_->transmission(static_cast<float>(geometry.mu_in),
-                                            static_cast<float>(geometry.mu_out),
-                                            static_cast<float>(geometry.azimuth)));
-    return side(matter, geometry, false);
+Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
+                      bool reflected) const noexcept {
+    const bool wanted = reflected ? scene_.effects.reflection : scene_.effects.transmission;
+    if (!wanted || matter.optical_depth == 0) return {};
+    if (asked_) asked_->add(matter, geometry, reflected);
+    if (!slice_) return textured_side(matter, geometry, reflected);
+    const auto mu_in = static_cast<float>(geometry.mu_in),
+               mu_out = static_cast<float>(geometry.mu_out),
+               azimuth = static_cast<float>(geometry.azimuth);
+    return widened(reflected ? slice_->reflection(mu_in, mu_out, azimuth)
+                             : slice_->transmission(mu_in, mu_out, azimuth));
 }
 
 double LayerLight::beam(const Matter& matter, double mu) const noexcept {

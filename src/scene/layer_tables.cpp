@@ -1,12 +1,12 @@
 #include <stratus/scene/layer_tables.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 namespace stratus {
 namespace {
@@ -23,11 +23,6 @@ constexpr double thinnest_of_tables = 1e-6, deepest_of_tables = 1e9;
 /// One value where two differ by rounding alone.
 Range merged(const Range& range) {
     return range.max - range.min < 1e-9 ? Range{range.max, range.max} : range;
-}
-
-std::string shortest(double value) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 constexpr double least_mixture_range = 1e-6;  // below, one mixture is enough
@@ -80,9 +75,9 @@ void check_table(const Scene& scene, const Table& table) {
              table.second_phase_function);
     auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
         require(axis.lowest <= range.min, door, name + ".min",
-                "at most the scene's, " + shortest(range.min), axis.lowest);
+                "at most the scene's, " + shortest_text(range.min), axis.lowest);
         require(axis.highest >= range.max || axis.ends_at_infinity, door, name + ".max",
-                "at least the scene's, " + shortest(range.max), axis.highest);
+                "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
     if (needed->mixture) covers("table.mixture", table.mixture.view(), *needed->mixture);
@@ -119,8 +114,8 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     if (scene.layer.components.size() > 1) {
         if (range.mixture.max - range.mixture.min < least_mixture_range) {
             const double share = (range.mixture.min + range.mixture.max) / 2;
-            recipe.phase_function = PhaseFunction::sum(
-                {{share, scene.layer.components[0]}, {1 - share, scene.layer.components[1]}});
+            recipe.phase_function =
+                PhaseFunction::mixture(share, scene.layer.components[0], scene.layer.components[1]);
         } else {
             recipe.second_phase_function = scene.layer.components[1];
             recipe.mixture = range.mixture;

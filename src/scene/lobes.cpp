@@ -1,7 +1,7 @@
 #include <cmath>
-#include <cstdio>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
@@ -10,12 +10,6 @@ namespace {
 
 constexpr int solver_nodes = 48;
 constexpr int angles = 61;  // three degrees each, horizon to horizon
-
-std::string number(double value) {
-    char text[24];
-    std::snprintf(text, sizeof text, "%.4g", value);
-    return text;
-}
 
 /// One cosine for each angle within the horizons, then those of the incident rays.
 std::vector<double> cosines(const LobeFigure& figure) {
@@ -48,12 +42,13 @@ LobePlot plot_lobes(const LobeFigure& figure) {
     LobePlot plot;
     plot.title = "What a layer scatters, by optical depth and incident angle";
     plot.blocks = {{"scattered once", {}}, {"all orders", {}}};
-    for (const double albedo : figure.albedos) plot.names.push_back("w = " + number(albedo));
+    for (const double albedo : figure.albedos)
+        plot.names.push_back("w = " + short_number(albedo, 4));
     SolverOptions options;
     options.nodes = solver_nodes;
     const std::vector<double> mu = cosines(figure);
     for (const double depth : figure.optical_depths) {
-        plot.row_titles.push_back("\u03c4 = " + number(depth));
+        plot.row_titles.push_back("\u03c4 = " + short_number(depth, 4));
         std::vector<LayerSolution> layers;
         for (const double albedo : figure.albedos)
             layers.push_back(solve_layer(figure.phase_function, albedo, depth, mu, options));

@@ -1,7 +1,6 @@
 #include <stratus/scene/plan.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include <stratus/bake/clock.h>
 #include <stratus/scene/render.h>
 
 namespace stratus {
@@ -22,15 +22,11 @@ constexpr double sparse_share =
     0.5;  // of the tolerance, for what sparse pixels may change by; the rest is for others
 
 /// What saves most comes first: a table, a side of one, its azimuths, fifteen suns of sixteen.
-constexpr const char* dearest_first[] = {"multiple",   "transmission", "reflection", "azimuth",
-                                         "sun_size",   "opposition",   "density",    "shadows",
-                                         "background", "single"};
-
-bool SceneEffects::*effect_named(const char* name) {
-    for (const auto& [known, member] : scene_effects())
-        if (std::string(known) == name) return member;
-    return nullptr;
-}
+constexpr bool SceneEffects::*dearest_first[] = {
+    &SceneEffects::multiple, &SceneEffects::transmission, &SceneEffects::reflection,
+    &SceneEffects::azimuth,  &SceneEffects::sun_size,     &SceneEffects::opposition,
+    &SceneEffects::density,  &SceneEffects::shadows,      &SceneEffects::background,
+    &SceneEffects::single};
 
 Scene with_effects(Scene scene, const SceneEffects& effects) {
     scene.effects = effects;
@@ -89,13 +85,13 @@ Change change_between(const Image& all, const Image& some) {
     return change;
 }
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
+/// What tells recipes apart, whatever their titles.
+std::string text_of(Recipe recipe) {
+    recipe.title.clear();
+    return resolved_text(recipe);
 }
 
-/// What scenes bake, in seconds and bytes. Choices made for one serve for all that differ from it
+/// What a scene bakes, in seconds and bytes. Choices made for it serve for all that differ from it
 /// in effects.
 class BakeCosts {
   public:
@@ -104,7 +100,7 @@ class BakeCosts {
     SceneCost of(const Scene& scene) {
         std::optional<Recipe> recipe = needed_recipe(scene);
         if (!recipe) return {};
-        const std::string text = resolved_text(*recipe);
+        const std::string text = text_of(*recipe);
         const auto known = known_.find(text);
         return known != known_.end() ? known->second : known_[text] = measured(*recipe);
     }
@@ -170,12 +166,11 @@ Table azimuth_mean(const Table& table) {
     return mean;
 }
 
-std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables* tables) {
-    if (tables == nullptr) return nullptr;
+std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
     auto mean = std::make_shared<LayerTables>();
-    mean->mixture = tables->mixture;
-    for (const Table& table : tables->tables) mean->tables.push_back(azimuth_mean(table));
-    if (!tables->textured.empty())
+    mean->mixture = tables.mixture;
+    for (const Table& table : tables.tables) mean->tables.push_back(azimuth_mean(table));
+    if (!tables.textured.empty())
         for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());
     return mean;
 }
@@ -193,9 +188,10 @@ class Coarse {
         if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
         return scenes;
     }
-    void take(std::shared_ptr<const LayerTables> tables) {
+    void take(std::shared_ptr<const LayerTables> tables,
+              std::shared_ptr<const LayerTables> without_azimuth) {
         with_azimuth_ = std::move(tables);
-        without_azimuth_ = azimuth_mean(with_azimuth_.get());
+        without_azimuth_ = std::move(without_azimuth);
     }
 
     Image picture(const SceneEffects& effects) const {
@@ -236,16 +232,14 @@ Plan plan_scene(const Scene& scene, const Coarse& coarse) {
             change = change_between(all, coarse.picture(without(now, effect)));
         else if (scene.sun_diameter > 0)
             change = change_between(coarse.picture(scene.effects), all);
-        plan.shares.push_back({name, change.mean, change.largest, true});
+        plan.shares.push_back({name, effect, change.mean, change.largest, true});
     }
     const double limit = sparse_share * plan.tolerance;
     double sun_change = 0;
     bool keeps_sun_size = false;
-    for (const char* const name : dearest_first) {
-        const auto share = std::find_if(plan.shares.begin(), plan.shares.end(),
-                                        [&](const EffectShare& each) { return each.name == name; });
+    for (const auto effect : dearest_first) {
+        const auto share = std::ranges::find(plan.shares, effect, &EffectShare::effect);
         if (share == plan.shares.end()) continue;
-        const auto effect = effect_named(name);
         if (effect == sun_size) {
             keeps_sun_size = share->largest > limit / 2;
             if (!keeps_sun_size) sun_change = share->largest;
@@ -275,7 +269,7 @@ PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
     };
     PlanCosts costs{cost(scene.effects), cost(plan.effects), {}};
     for (const EffectShare& share : plan.shares)
-        costs.without.push_back(cost(without(scene.effects, effect_named(share.name.c_str()))));
+        costs.without.push_back(cost(without(scene.effects, share.effect)));
     return costs;
 }
 
@@ -291,13 +285,20 @@ std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOption
         for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
     }
     const auto tables = bake_for(to_bake, options.bake);
+    // What scenes share is worked out once.
+    std::map<std::shared_ptr<const LayerTables>, std::shared_ptr<const LayerTables>> means;
+    std::map<std::string, BakeCosts> bake_costs;  // by recipe
     std::vector<Plan> plans;
     for (std::size_t s = 0; s < scenes.size(); ++s) {
-        coarse[s].take(tables[first[s]]);
+        const auto& shared = tables[first[s]];
+        auto& mean = means[shared];
+        if (shared && !mean) mean = azimuth_mean(*shared);
+        coarse[s].take(shared, mean);
         plans.push_back(plan_scene(scenes[s], coarse[s]));
         if (!options.costs) continue;
-        BakeCosts bake_costs(options.bake);
-        plans.back().costs = costs_of(scenes[s], coarse[s], plans.back(), bake_costs);
+        const std::optional<Recipe> recipe = needed_recipe(scenes[s]);
+        const auto costs = bake_costs.try_emplace(recipe ? text_of(*recipe) : "", options.bake);
+        plans.back().costs = costs_of(scenes[s], coarse[s], plans.back(), costs.first->second);
     }
     return plans;
 }

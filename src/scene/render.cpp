@@ -14,8 +14,8 @@ namespace {
 
 constexpr int least_suns = 9;  // of a sun that is a disk, in each pixel
 
-Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vector3>& suns, int x,
-             int y) {
+Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
+             const std::vector<Vector3>& suns, int x, int y) {
     Rgb3 sum{};
     const int n = scene.samples, count = n * n;
     for (int k = 0; k < count; ++k) {
@@ -23,7 +23,7 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const std::vector<Vect
         // along any of these moves through them one by one.
         const int i = k % n, j = k / n;
         const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
-        const Ray ray = camera_ray(scene.camera, scene.width, scene.height, x + across, y + down);
+        const Ray ray = rays.through(x + across, y + down);
         for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
              s += static_cast<std::size_t>(count))
             sum = sum + radiance_along(scene, light, ray, suns[s]);
@@ -68,11 +68,13 @@ Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
 }
 
 Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
-    return radiance(scene, light, sun_directions(scene), x, y);
+    return radiance(scene, light, {scene.camera, scene.width, scene.height}, sun_directions(scene),
+                    x, y);
 }
 
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options) {
     Image image(scene.width, scene.height);
+    const PictureRays rays(scene.camera, scene.width, scene.height);
     const std::vector<Vector3> suns = sun_directions(scene);
     constexpr int tile = 8;  // rows
     const int tiles = (scene.height + tile - 1) / tile;
@@ -81,7 +83,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
         [&](int t) {
             for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y)
                 for (int x = 0; x < scene.width; ++x) {
-                    const Rgb value = radiance(scene, light, suns, x, y);
+                    const Rgb value = radiance(scene, light, rays, suns, x, y);
                     float* const pixel = image.pixel(x, y);
                     pixel[0] = value.r;
                     pixel[1] = value.g;

@@ -515,6 +515,13 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
     return effects;
 }
 
+std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
+    std::vector<std::string> names{"all"};
+    for (const auto& [name, member] : scene_effects())
+        if (!(effects.*member)) names.push_back(std::string("-") + name);
+    return names;
+}
+
 Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);

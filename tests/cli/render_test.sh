@@ -45,6 +45,12 @@ expect_silent "$err"
 expect_same one.exr two.exr
 expect_same one.png two.png
 
+# a picture tells what its plan has left of the scene's effects: asked for, they make the same picture
+effects=$(grep -ao 'all,-[a-z_,-]*lineOrder' one.exr)
+[ -n "$effects" ] || fail "one.exr must tell its effects"
+expect_ok render slab.toml -o asked.exr --effects "${effects%lineOrder}" --quiet
+expect_same asked.exr one.exr
+
 # effects change the picture; without higher orders nothing is baked; a table is looked up as it is
 expect_ok render slab.toml -o once.exr --effects all,-multiple --quiet
 expect_says once.exr "all,-multiple"

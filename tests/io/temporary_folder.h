@@ -15,7 +15,8 @@ namespace stratus::test {
 class TemporaryFolder {
   public:
     TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "stratus-XXXXXX").string();
+        const std::string any = "stratus-" + std::string(6, 'X');
+        std::string name = (std::filesystem::temp_directory_path() / any).string();
         if (!::mkdtemp(name.data())) throw std::runtime_error("cannot make " + name);
         path_ = name;
     }

@@ -19,17 +19,6 @@ constexpr double half_rounding = 1.0 / 2048;
 /// The cubic through four samples has weights whose magnitudes sum to no more than 1.25 an axis.
 const double weights_of_five_axes = std::pow(1.25, 5);
 
-using Function = std::function<double(const Point&)>;
-
-Table filled(const Counts& counts, const Depths& depths, const Function& reflected,
-             const Function& transmitted) {
-    Table table = empty_table(counts, depths);
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
-    prepare(table);
-    return table;
-}
-
 /// Between 1 and 3, what is left of samples once they are divided by all that lookups divide by.
 double uneven(const Point& p) {
     const double depth = p.optical_depth < infinity ? std::log2(p.optical_depth) : 9;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <random>
 
@@ -22,17 +21,6 @@ Scattered look_up_reflection(const TableView& view, const Point& p) {
 
 Scattered look_up_transmission(const TableView& view, const Point& p) {
     return transmission(view, p.albedo, p.optical_depth, {p.mu_in, p.mu_out, p.azimuth});
-}
-
-using Function = std::function<double(const Point&)>;
-
-Table filled(const Counts& counts, const Depths& depths, const Function& reflected,
-             const Function& transmitted) {
-    Table table = empty_table(counts, depths);
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
-    prepare(table);
-    return table;
 }
 
 /// Points at random within albedo [0.19, 1], depths [lowest, highest], cosines [0.01, 1], azimuth

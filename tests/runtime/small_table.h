@@ -56,8 +56,9 @@ inline Table empty_table(const Counts& counts, const Depths& depths) {
     return table;
 }
 
-inline std::vector<float> samples_of(const Table& table,
-                                     const std::function<double(const Point&)>& function) {
+using FunctionOfPoint = std::function<double(const Point&)>;
+
+inline std::vector<float> samples_of(const Table& table, const FunctionOfPoint& function) {
     std::vector<float> samples;
     samples.reserve(table.sample_count());
     for (const double w : table.albedo.values)
@@ -70,6 +71,15 @@ inline std::vector<float> samples_of(const Table& table,
     return samples;
 }
 
+inline Table filled(const Counts& counts, const Depths& depths, const FunctionOfPoint& reflected,
+                    const FunctionOfPoint& transmitted) {
+    Table table = empty_table(counts, depths);
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
 /// The table of two alike but for samples and phase function, in any mixture; the first of them at
 /// mixture 1.
 inline Table mixed(const Table& first, const Table& second) {
@@ -79,15 +89,9 @@ inline Table mixed(const Table& first, const Table& second) {
     table.extrapolation_length = first.extrapolation_length;
     table.second_extrapolation_length = second.extrapolation_length;
     table.mixture = make_axis(AxisScale::identity, 0, 1, 2);
-    const auto append = [](auto& to, const auto& from) {
-        to.insert(to.end(), from.begin(), from.end());
-    };
-    append(table.reflection_multiple, first.reflection_multiple);
-    append(table.transmission_multiple, first.transmission_multiple);
-    append(table.plane_albedo, first.plane_albedo);
-    append(table.diffuse_transmittance, first.diffuse_transmittance);
-    append(table.spherical_albedo, first.spherical_albedo);
-    append(table.diffusion_exponent, first.diffusion_exponent);
+    for_each_of_mixtures(
+        [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
+        first);
     prepare(table);
     return table;
 }

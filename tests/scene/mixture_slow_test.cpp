@@ -20,8 +20,8 @@ TEST(LayerLight, OfAMixtureIsWhatTheSolverSaysOfTheMixedPhaseFunction) {
     for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
         const Geometry geometry{0.6, 0.5, 2.5};
         const Matter matter{1.2, {0.95, 0.95, 0.9}, mixture};
-        const PhaseFunction phase = PhaseFunction::sum(
-            {{mixture, scene.layer.components[0]}, {1 - mixture, scene.layer.components[1]}});
+        const PhaseFunction phase =
+            PhaseFunction::mixture(mixture, scene.layer.components[0], scene.layer.components[1]);
         const LayerSolution layer =
             solve_layer(phase, 0.95, 1.2, {geometry.mu_in, geometry.mu_out});
         const double R = layer.reflection(0, 1, 2.5).total, T = layer.transmission(0, 1, 2.5).total;

@@ -133,6 +133,15 @@ TEST(Plan, CostsAreThoseOfTheTablesThatEffectsNeed) {
     EXPECT_NEAR(costs.all.bytes / (2 * sizeof(float) * samples), 1, 0.5);
 }
 
+TEST(Plan, MeasuresTheBakeOfARecipeOnceForAllScenesThatNeedIt) {
+    Scene one = wide_slab(1, 0.9), other = one;
+    other.title = "The same table, the sun elsewhere";
+    other.to_sun = direction_at(radians(50), 1);
+    const std::vector<Plan> plans = plan_scenes({one, other}, {.bake = {}, .costs = true});
+    // Two measurements would not agree to the last bit.
+    EXPECT_EQ(plans[0].costs->all.bake_seconds, plans[1].costs->all.bake_seconds);
+}
+
 TEST(AskedRange, IsWhatThePixelsSee) {
     Scene scene = wide_slab(1, 0.9);
     const AskedRange asked = measure_range(scene);

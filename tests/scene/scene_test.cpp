@@ -187,8 +187,8 @@ TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {
     EXPECT_GT(dot(scene.to_sun, scene.camera.right()), 0) << "to the right";
     EXPECT_NEAR(length(scene.to_sun), 1, 1e-14);
 
-    const Ray left = camera_ray(scene.camera, 300, 100, 0, 50),
-              top = camera_ray(scene.camera, 300, 100, 150, 0);
+    const PictureRays rays(scene.camera, 300, 100);
+    const Ray left = rays.through(0, 50), top = rays.through(150, 0);
     EXPECT_NEAR(dot(left.origin - scene.camera.position, scene.camera.right()), -1.5, 1e-14);
     EXPECT_NEAR(dot(top.origin - scene.camera.position, scene.camera.up()), 0.5, 1e-14);
     EXPECT_GT(scene.camera.up().z, 0);
@@ -199,8 +199,8 @@ TEST(SceneCamera, SeesItsFieldOfViewFromEdgeToEdge) {
     camera.position = {0, 0, 4};
     camera.look_at = {0, 0, 0};  // along z, where another direction must be up
     camera.width = radians(50);
-    const Ray left = camera_ray(camera, 200, 100, 0, 50),
-              right = camera_ray(camera, 200, 100, 200, 50);
+    const PictureRays rays(camera, 200, 100);
+    const Ray left = rays.through(0, 50), right = rays.through(200, 50);
     EXPECT_NEAR(std::acos(dot(left.direction, right.direction)), radians(50), 1e-14);
     EXPECT_NEAR(camera.up().y, 1, 1e-14);
 }
@@ -214,6 +214,9 @@ TEST(SceneEffects, AreWhatAListNames) {
     const SceneEffects but_two = parse_scene_effects({"all", "-single", "-density"});
     EXPECT_FALSE(but_two.single || but_two.density);
     EXPECT_TRUE(but_two.multiple && but_two.sun_size);
+    EXPECT_EQ(scene_effect_names(but_two),
+              (std::vector<std::string>{"all", "-single", "-density"}));
+    EXPECT_EQ(scene_effect_names(all), std::vector<std::string>{"all"});
 }
 
 class RingFile : public ::testing::Test {

@@ -31,6 +31,13 @@ void require(bool holds, const char* function, const std::string& argument,
     throw std::invalid_argument(line.str());
 }
 
+/// Words one after the other, as in "red, green".
+inline std::string joined(const std::vector<std::string>& words, const char* between = ", ") {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+    return text;
+}
+
 /// The known name nearest to one that nobody knows, by letters changed, added or left out; empty
 /// when none is known.
 inline std::string nearest_name(const std::string& met, const std::vector<std::string>& known) {

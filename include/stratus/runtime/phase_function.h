@@ -72,6 +72,9 @@ class PhaseFunction {
     /// Weights >= 0 with a positive sum; they are divided by it. Sums of sums are flattened,
     /// weights of 0 left out.
     static PhaseFunction sum(const std::vector<std::pair<double, PhaseFunction>>& parts);
+    /// f * first + (1 - f) * second, f = share_of_first in [0, 1].
+    static PhaseFunction mixture(double share_of_first, const PhaseFunction& first,
+                                 const PhaseFunction& second);
 
     /// phi at a scattering angle, mean 1 over the sphere.
     ///

@@ -155,6 +155,18 @@ struct Table {
     TableView view() const noexcept;
 };
 
+/// What of a table lies once for each mixture, one after the other: calls
+/// use(table.*member, others.*member...) for each of its numbers.
+template <class Use, class... Tables>
+void for_each_of_mixtures(const Use& use, Tables&... tables) {
+    use(tables.reflection_multiple...);
+    use(tables.transmission_multiple...);
+    use(tables.plane_albedo...);
+    use(tables.diffuse_transmittance...);
+    use(tables.spherical_albedo...);
+    use(tables.diffusion_exponent...);
+}
+
 /// Checks a table (axes, extents, finite samples) and works out what lookups need. Every reader and
 /// the bake end with it. A side or a flux may be absent (empty), but not both sides; an azimuth
 /// axis of more than one sample spans 0 to pi.

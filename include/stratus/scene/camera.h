@@ -17,8 +17,20 @@ struct Camera {
     Vector3 forward() const noexcept;
 };
 
-/// Through the point (x, y) of a picture of so many pixels: (0, 0) is its upper left corner,
-/// (width, height) its lower right one.
-Ray camera_ray(const Camera& camera, int width, int height, double x, double y) noexcept;
+/// The rays of a picture of so many pixels.
+class PictureRays {
+  public:
+    PictureRays(const Camera& camera, int width, int height) noexcept;
+
+    /// Through the point (x, y): (0, 0) is the upper left corner, (width, height) the lower right
+    /// one.
+    Ray through(double x, double y) const noexcept;
+
+  private:
+    Vector3 position_, forward_, right_, up_;
+    bool orthographic_;
+    double half_width_;  // of the picture: length, at a distance of 1 where lines converge
+    int width_, height_;
+};
 
 }  // namespace stratus

@@ -31,8 +31,12 @@ class LayerLight {
     LayerLight(const Scene& scene, const LayerTables* tables);
 
     /// R and diffuse T of light from above; matter as in the scene, before the effect of density.
-    Rgb3 reflection(const Matter& matter, const Geometry& geometry) const noexcept;
-    Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept;
+    Rgb3 reflection(const Matter& matter, const Geometry& geometry) const noexcept {
+        return side(matter, geometry, true);
+    }
+    Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept {
+        return side(matter, geometry, false);
+    }
 
     /// exp(-tau / mu).
     double beam(const Matter& matter, double mu) const noexcept;
@@ -49,6 +53,8 @@ class LayerLight {
 
   private:
     Rgb3 side(const Matter& matter, const Geometry& geometry, bool reflected) const noexcept;
+    Rgb3 textured_side(const Matter& matter, const Geometry& geometry,
+                       bool reflected) const noexcept;
     double transmittance(double albedo, double optical_depth, double mu) const noexcept;
     double spherical_albedo(double albedo, double optical_depth) const noexcept;
     /// A flux of the first table; `flux` over (albedo, optical_depth) times `mus`.

@@ -20,6 +20,7 @@ namespace stratus {
 /// One effect of a scene.
 struct EffectShare {
     std::string name;
+    bool SceneEffects::*effect = nullptr;
     double mean = 0;     // change of all pixels' light without it, relative to that light
     double largest = 0;  // relative change of one pixel
     bool needed = true;

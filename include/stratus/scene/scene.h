@@ -77,6 +77,9 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
 /// Errors   std::invalid_argument with the nearest known name.
 SceneEffects parse_scene_effects(const std::vector<std::string>& names);
 
+/// Names that are read as these: "all", and "-NAME" for each that is left out.
+std::vector<std::string> scene_effect_names(const SceneEffects& effects);
+
 /// What the layer is made of at one point.
 struct Matter {
     double optical_depth = 0;

@@ -1,0 +1,31 @@
+#include <stratus/runtime/number_text.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+
+namespace stratus {
+namespace {
+
+TEST(ShortestText, ReadsBackAsTheSameNumber) {
+    constexpr double largest = std::numeric_limits<double>::max(),
+                     least = std::numeric_limits<double>::denorm_min();
+    for (const double value : {1.0 / 3, 0.1 + 0.2, 1e22, -largest, -least})
+        EXPECT_EQ(std::strtod(shortest_text(value).c_str(), nullptr), value);
+}
+
+TEST(ShortestText, HasNoDigitTooMany) {
+    EXPECT_EQ(shortest_text(0.1), "0.1");
+    EXPECT_EQ(shortest_text(2), "2");
+    EXPECT_EQ(shortest_text(-std::numeric_limits<double>::infinity()), "-inf");
+}
+
+TEST(ShortNumber, RoundsToItsDigits) {
+    EXPECT_EQ(short_number(0.0123456), "0.012");
+    EXPECT_EQ(short_number(-123456.7, 3), "-1.23e+05");
+    EXPECT_EQ(short_number(0.5, 6), "0.5");
+}
+
+}  // namespace
+}  // namespace stratus

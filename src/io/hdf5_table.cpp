@@ -11,6 +11,7 @@
 #include <bit>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
@@ -109,7 +110,7 @@ Handle new_space(std::span<const std::size_t> extents) {
             "make a dataspace"};
 }
 
-// --- A file in memory ---
+// --- A file in memory, to write ---
 
 // HDF5's memory driver works directly on a `Bytes` that outlives the file: it is never copied, and
 // holds the finished file once that is closed. (H5Fget_file_image would leave a superblock with a
@@ -137,8 +138,8 @@ herr_t image_keep(void*, H5FD_file_image_op_t, void*) { return 0; }
 void* image_owner(void* image) { return image; }
 herr_t image_disown(void*) { return 0; }
 
-/// Properties of a file that lies in `bytes`.
-Handle access_in_memory(Bytes& bytes) {
+/// Properties of a file that is to lie in `bytes`.
+Handle access_to_write(Bytes& bytes) {
     constexpr size_t increment = 1;  // the file ends where the bytes end
     Handle access = new_properties(H5P_FILE_ACCESS);
     H5FD_file_image_callbacks_t callbacks{image_allocate, image_copy,   image_grow, image_keep,
@@ -159,7 +160,7 @@ std::string name_in_memory() {
 /// An empty file whose root remembers the order in which things were made and no times.
 Handle create_file(Bytes& bytes) {
     constexpr unsigned ordered = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
-    const Handle access = access_in_memory(bytes);
+    const Handle access = access_to_write(bytes);
     const Handle creation = new_properties(H5P_FILE_CREATE);
     checked(H5Pset_link_creation_order(creation, ordered), "track the order of datasets");
     checked(H5Pset_attr_creation_order(creation, ordered), "track the order of attributes");
@@ -168,11 +169,68 @@ Handle create_file(Bytes& bytes) {
             "create the file"};
 }
 
+// --- A file in memory, to read ---
+
+// A driver of our own: it never changes the bytes, reads nothing that does not lie in the file, and
+// has none of the buffers that HDF5 puts before its own drivers, which it extends by whatever size
+// a forged file names.
+
+struct BytesFile : H5FD_t {
+    const Bytes* bytes;
+    haddr_t end_of_addresses;  // what the library sets and asks for
+};
+
+H5FD_t* bytes_open(const char*, unsigned, hid_t access, haddr_t) {
+    auto* const file = new (std::nothrow) BytesFile{};
+    if (file) file->bytes = *static_cast<const Bytes* const*>(H5Pget_driver_info(access));
+    return file;
+}
+
+herr_t bytes_close(H5FD_t* file) {
+    delete static_cast<BytesFile*>(file);
+    return 0;
+}
+
+haddr_t bytes_end_of_addresses(const H5FD_t* file, H5FD_mem_t) {
+    return static_cast<const BytesFile*>(file)->end_of_addresses;
+}
+
+herr_t bytes_set_end_of_addresses(H5FD_t* file, H5FD_mem_t, haddr_t address) {
+    static_cast<BytesFile*>(file)->end_of_addresses = address;
+    return 0;
+}
+
+haddr_t bytes_end_of_file(const H5FD_t* file, H5FD_mem_t) {
+    return static_cast<const BytesFile*>(file)->bytes->size();
+}
+
+herr_t bytes_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size, void* to) {
+    const Bytes& bytes = *static_cast<const BytesFile*>(file)->bytes;
+    if (address > bytes.size() || size > bytes.size() - address) return -1;
+    std::memcpy(to, bytes.data() + address, size);
+    return 0;
+}
+
+herr_t bytes_write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, size_t, const void*) { return -1; }
+
 Handle open_file(const Bytes& bytes) {
-    Bytes& image = const_cast<Bytes&>(bytes);  // opened for reading only
-    const Handle access = access_in_memory(image);
-    checked(H5Pset_file_image(access, image.data(), image.size()), "use its memory driver");
-    return {H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
+    H5FD_class_t reading{};
+    reading.name = "stratus-bytes";
+    reading.maxaddr = std::numeric_limits<std::ptrdiff_t>::max();
+    reading.fc_degree = H5F_CLOSE_STRONG;
+    reading.fapl_size = sizeof(const Bytes*);
+    reading.open = bytes_open;
+    reading.close = bytes_close;
+    reading.get_eoa = bytes_end_of_addresses;
+    reading.set_eoa = bytes_set_end_of_addresses;
+    reading.get_eof = bytes_end_of_file;
+    reading.read = bytes_read;
+    reading.write = bytes_write;
+    const Handle driver(H5FDregister(&reading), H5FDunregister, "take a driver");
+    const Handle access = new_properties(H5P_FILE_ACCESS);
+    const Bytes* const from = &bytes;
+    checked(H5Pset_driver(access, driver, &from), "take a driver");
+    return {H5Fopen("table", H5F_ACC_RDONLY, access), H5Fclose, "open the file"};
 }
 
 // --- The seal ---

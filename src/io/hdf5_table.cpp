@@ -25,6 +25,8 @@
 #include <hdf5_hl.h>
 #include <libdeflate.h>
 
+#include "hdf5_structures.h"
+
 namespace stratus::io {
 namespace {
 
@@ -176,14 +178,16 @@ Handle create_file(Bytes& bytes) {
 // a forged file names.
 
 struct BytesFile : H5FD_t {
-    const Bytes* bytes;
-    haddr_t end_of_addresses;  // what the library sets and asks for
+    explicit BytesFile(const Bytes& file) : H5FD_t{}, bytes(file), structures(file) {}
+
+    const Bytes& bytes;
+    Hdf5Structures structures;
+    haddr_t end_of_addresses = 0;  // what the library sets and asks for
 };
 
 H5FD_t* bytes_open(const char*, unsigned, hid_t access, haddr_t) {
-    auto* const file = new (std::nothrow) BytesFile{};
-    if (file) file->bytes = *static_cast<const Bytes* const*>(H5Pget_driver_info(access));
-    return file;
+    return new (std::nothrow)
+        BytesFile(**static_cast<const Bytes* const*>(H5Pget_driver_info(access)));
 }
 
 herr_t bytes_close(H5FD_t* file) {
@@ -201,11 +205,17 @@ herr_t bytes_set_end_of_addresses(H5FD_t* file, H5FD_mem_t, haddr_t address) {
 }
 
 haddr_t bytes_end_of_file(const H5FD_t* file, H5FD_mem_t) {
-    return static_cast<const BytesFile*>(file)->bytes->size();
+    return static_cast<const BytesFile*>(file)->bytes.size();
 }
 
-herr_t bytes_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size, void* to) {
-    const Bytes& bytes = *static_cast<const BytesFile*>(file)->bytes;
+herr_t bytes_read(H5FD_t* file, H5FD_mem_t kind, hid_t, haddr_t address, size_t size, void* to) {
+    auto& reading = *static_cast<BytesFile*>(file);
+    const Bytes& bytes = reading.bytes;
+    if (const char* const fault = reading.structures.fault(kind, address, size)) {
+        H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_FILE, H5E_READERROR,
+                 "%s", fault);
+        return -1;
+    }
     if (address > bytes.size() || size > bytes.size() - address) return -1;
     std::memcpy(to, bytes.data() + address, size);
     return 0;
@@ -213,7 +223,8 @@ herr_t bytes_read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size,
 
 herr_t bytes_write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, size_t, const void*) { return -1; }
 
-Handle open_file(const Bytes& bytes) {
+/// The driver, which must outlive the files that it has opened.
+Handle new_driver() {
     H5FD_class_t reading{};
     reading.name = "stratus-bytes";
     reading.maxaddr = std::numeric_limits<std::ptrdiff_t>::max();
@@ -226,7 +237,10 @@ Handle open_file(const Bytes& bytes) {
     reading.get_eof = bytes_end_of_file;
     reading.read = bytes_read;
     reading.write = bytes_write;
-    const Handle driver(H5FDregister(&reading), H5FDunregister, "take a driver");
+    return {H5FDregister(&reading), H5FDunregister, "take a driver"};
+}
+
+Handle open_file(hid_t driver, const Bytes& bytes) {
     const Handle access = new_properties(H5P_FILE_ACCESS);
     const Bytes* const from = &bytes;
     checked(H5Pset_driver(access, driver, &from), "take a driver");
@@ -357,7 +371,7 @@ Entry read_any(hid_t attribute, const std::string& name, const Bytes& file_bytes
 
 std::string read_text(hid_t object, const std::string& owner, const std::string& name,
                       const Bytes& file_bytes) {
-    if (H5Aexists(object, name.c_str()) <= 0)
+    if (!checked(H5Aexists(object, name.c_str()), "list the attributes of " + owner))
         throw std::runtime_error(owner + " lacks its attribute " + name);
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose,
                            "open attribute " + name);
@@ -401,7 +415,7 @@ std::vector<std::string> link_names(hid_t group) {
 void check_format_of_file(hid_t file, const Bytes& bytes) {
     Metadata metadata;
     for (const char* name : {"format", "format_major", "format_minor"}) {
-        if (H5Aexists(file, name) <= 0) continue;
+        if (!checked(H5Aexists(file, name), "list the attributes")) continue;
         const Handle attribute(H5Aopen(file, name, H5P_DEFAULT), H5Aclose, "open an attribute");
         metadata[name] = read_any(attribute, name, bytes).text;
     }
@@ -548,7 +562,7 @@ void check_objects(hid_t file) {
 }
 
 Handle open_dataset(hid_t file, const std::string& name) {
-    if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0)
+    if (!checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets"))
         throw std::runtime_error("dataset " + name + " is missing");
     return {H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name};
 }
@@ -733,7 +747,8 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
 Table decode_hdf5(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
     check_seal(bytes);
     const QuietErrors quiet;
-    const Handle file = open_file(bytes);
+    const Handle driver = new_driver();
+    const Handle file = open_file(driver, bytes);
     const Metadata metadata = read_metadata(file, bytes);
     check_objects(file);
     Table table;

@@ -2,7 +2,7 @@
 // that the library takes what it reads for what was written.
 //
 // Of the structures that have one, those that a table's file holds: superblock, object headers,
-// B-trees of one level, fractal heaps of one level of blocks, and fixed arrays of one page.
+// B-trees of up to two levels, fractal heaps of one level of blocks, and fixed arrays of one page.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ class ForgedHdf5 {
         std::vector<std::size_t> starts{0};
         for (std::size_t at = 0; (at = bytes_.find_first_of("BFO", at + 1)) != std::string::npos;)
             for (const std::string_view magic :
-                 {"OHDR", "OCHK", "BTHD", "BTLF", "FRHP", "FHIB", "FHDB", "FAHD", "FADB"})
+                 {"OHDR", "OCHK", "BTHD", "BTIN", "BTLF", "FRHP", "FHIB", "FHDB", "FAHD", "FADB"})
                 if (is(magic, at)) starts.push_back(at);
         return starts;
     }
@@ -139,8 +139,12 @@ class ForgedHdf5 {
         const std::optional<std::size_t> reference = reference_to(start);
         if (!reference) return std::nullopt;
         if (is("OCHK", start)) return number(*reference + 8, 8) - 4;
-        if (*reference < 16 || !is("BTHD", *reference - 16)) return std::nullopt;
-        return 6 + number(*reference - 6, 2) * number(*reference + 8, 2);  // BTLF
+        // A tree's node, named in the tree's header or in another node, with its number of records.
+        constexpr std::array<std::size_t, 10> record_sizes{0, 24, 0, 0, 0, 11, 15, 0, 17, 13};
+        const bool root = *reference >= 16 && is("BTHD", *reference - 16);
+        const std::size_t count = number(*reference + 8, root ? 2 : 1);
+        return 6 + count * record_sizes[number(start + 5, 1) % 10] +
+               (is("BTIN", start) ? 9 * (count + 1) : 0);
     }
 
     std::string bytes_;

@@ -51,9 +51,9 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
     io::write_bytes(path, bytes);
 }
 
-Image read_exr_image(const std::filesystem::path& path) {
+Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memory) {
     return io::naming(path, [&] {
-        io::MemoryLimit limit;
+        io::MemoryLimit limit(max_memory);
         const io::Bytes bytes = io::read_bytes(path, io::exr_magic, "an OpenEXR", limit);
         io::MemoryInput stream(bytes, "picture");
         Imf::InputFile file(stream);

@@ -1,6 +1,7 @@
 #include <stratus/picture/png.h>
 
 #include "cairo_output.h"
+#include "file_bytes.h"
 
 #include <cairo.h>
 
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -20,6 +22,27 @@ cairo_status_t take_from_file(void* file, unsigned char* bytes, unsigned int cou
     auto& stream = *static_cast<std::ifstream*>(file);
     stream.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
+}
+
+/// Checks the size that the first bytes tell before Cairo takes memory for it, as it would for any.
+/// What is no PNG is left to Cairo.
+void check_size(std::ifstream& file, io::MemoryLimit limit) {
+    constexpr std::uint64_t longest_side = 1 << 14;
+    constexpr std::size_t width_at = 16, height_at = 20;
+    unsigned char start[height_at + 4];
+    if (file.read(reinterpret_cast<char*>(start), sizeof start)) {
+        const auto side = [&](std::size_t at) {
+            return std::uint64_t{start[at]} << 24 | std::uint64_t{start[at + 1]} << 16 |
+                   std::uint64_t{start[at + 2]} << 8 | start[at + 3];
+        };
+        const std::uint64_t width = side(width_at), height = side(height_at);
+        if (width > longest_side || height > longest_side)
+            throw std::runtime_error("a picture must have sides in [1, 16384]");
+        // Cairo's pixels twice, as they are and over black, and ours.
+        limit.take("the picture", width * height * (4 + 4 + 3 * sizeof(float)));
+    }
+    file.clear();
+    file.seekg(0);
 }
 
 std::uint32_t eight_bits(double light) {
@@ -78,10 +101,11 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
     write_surface(surface.get(), path);
 }
 
-Image read_png(const std::filesystem::path& path) {
+Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
     errno = 0;
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
+    io::naming(path, [&] { check_size(file, io::MemoryLimit(max_memory)); });
     const Surface read(cairo_image_surface_create_from_png_stream(take_from_file, &file));
     if (const cairo_status_t status = cairo_surface_status(read.get());
         status != CAIRO_STATUS_SUCCESS) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <filesystem>
 #include <stdexcept>
+#include <string>
 
 #include "temporary_folder.h"
 
@@ -25,6 +28,24 @@ TEST(ExrImage, ReadsBackBitForBit) {
     EXPECT_EQ(read.height, 3);
     EXPECT_EQ(read.rgb, image.rgb);
     EXPECT_NE(test::content(folder / "a.exr").find("title = 'x'"), std::string::npos);
+}
+
+TEST(ExrImage, TakesNoMoreMemoryThanAllowed) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    write_exr_image(ramp(), {}, path);
+    const std::uintmax_t file = std::filesystem::file_size(path);
+    const std::uintmax_t pixels = ramp().rgb.size() * sizeof(float);
+    const auto refusal_of = [&](std::uintmax_t max_memory) {
+        return test::refusal<std::runtime_error>([&] { read_exr_image(path, max_memory); });
+    };
+    const auto starts = [&](const std::string& message, const std::string& reason) {
+        EXPECT_TRUE(message.starts_with(path.string() + ": " + reason)) << message;
+        EXPECT_NE(message.find("more than the limit of "), std::string::npos) << message;
+    };
+    starts(refusal_of(file - 1), "reading the file needs ");
+    starts(refusal_of(file + pixels - 1), "reading the picture needs ");
+    EXPECT_EQ(read_exr_image(path, file + pixels).rgb, ramp().rgb);
 }
 
 TEST(ExrImage, NamesTheFileThatIsNone) {

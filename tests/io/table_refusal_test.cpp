@@ -475,8 +475,10 @@ const std::vector<Tampering> tamperings{
     {"SecondName",
      [](hid_t f) { H5Lcreate_hard(f, "plane_albedo", f, "more", H5P_DEFAULT, H5P_DEFAULT); },
      "\"plane_albedo\" has two names"},
-    {"VirtualDataset", replace_virtual, "spherical_albedo keeps its samples in another file"},
-    {"ExternalStorage", replace_external, "spherical_albedo keeps its samples in another file"},
+    {"VirtualDataset", replace_virtual,
+     "HDF5 cannot look at \"spherical_albedo\": samples lie in other files"},
+    {"ExternalStorage", replace_external,
+     "HDF5 cannot look at \"spherical_albedo\": samples lie in other files"},
     {"OtherFilter",
      [](hid_t f) {
          replace_chunked(f, "spherical_albedo", {3, 5}, {3, 5}, {H5Z_FILTER_FLETCHER32});
@@ -555,6 +557,23 @@ TEST_P(TamperedHdf5, IsRefused) {
 
 INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings),
                          [](const auto& row) { return row.param.name; });
+
+TEST(Hdf5Table, RefusesMoreChunksThanAnyTable) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "table.h5";
+    Shape shape;
+    shape.albedos = 2;
+    shape.finite_depths = 15;
+    shape.cosines_in = shape.cosines_out = shape.azimuths = 11;
+    shape.transmission = false;
+    ASSERT_GT(sample_table(shape).reflection_multiple.size(), 32768U);  // one sample each
+    write_table(sample_table(shape), path);
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    replace_chunked(file, "reflection_multiple", {2, 16, 11, 11, 11}, {1, 1, 1, 1, 1}, as_written);
+    H5Fclose(file);
+    EXPECT_EQ(refusal_of_reading(path),
+              path.string() + ": reflection_multiple has more chunks than any table");
+}
 
 TEST(Hdf5Table, RefusesHdf5OfAnotherKind) {
     const TemporaryFolder folder;

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "temporary_folder.h"
 
@@ -60,6 +62,29 @@ TEST(Png, NamesTheFileThatIsNone) {
     for (const char* const name : {"a.png", "b.png"})
         EXPECT_NE(test::refusal<std::runtime_error>([&] { read_png(folder / name); }).find(name),
                   std::string::npos);
+}
+
+TEST(Png, TakesNoMoreMemoryThanAllowed) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.png";
+    write_png(Image(30, 20), 1, {}, path);
+    constexpr std::uintmax_t needed = 30 * 20 * 20;
+    const std::string message =
+        test::refusal<std::runtime_error>([&] { read_png(path, needed - 1); });
+    EXPECT_TRUE(message.starts_with(path.string() + ": reading the picture needs ")) << message;
+    EXPECT_EQ(read_png(path, needed).width, 30);
+}
+
+TEST(Png, HasNoSideBeyondTheLongest) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.png";
+    write_png(Image(3, 2), 1, {}, path);
+    const std::string whole = test::content(path);
+    for (const std::size_t side_at : {16U, 20U}) {
+        test::set_content(path, std::string(whole).replace(side_at, 4, {0, 0, 0x40, 1}));
+        EXPECT_EQ(test::refusal<std::runtime_error>([&] { read_png(path); }),
+                  path.string() + ": a picture must have sides in [1, 16384]");
+    }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -36,9 +37,10 @@ struct Image {
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
                      const std::filesystem::path& path);
 
-/// Channels R, G, B, or Y for all three.
+/// Channels R, G, B, or Y for all three. Takes no more than `max_memory` bytes for the file and the
+/// picture; 0: half of the machine's.
 ///
 /// Errors   std::runtime_error naming the path.
-Image read_exr_image(const std::filesystem::path& path);
+Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memory = 0);
 
 }  // namespace stratus

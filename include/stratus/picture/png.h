@@ -4,6 +4,7 @@
 // light in proportion to L, up to where it is white. NaN and negative numbers are black.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -29,9 +30,10 @@ double srgb_decoded(double number) noexcept;
 void write_png(const Image& image, double white, const std::vector<Label>& labels,
                const std::filesystem::path& path);
 
-/// Linear light, 1 where the file is white.
+/// Linear light, 1 where the file is white. Takes no more than `max_memory` bytes for the picture;
+/// 0: half of the machine's.
 ///
 /// Errors   std::runtime_error naming the path and the reason.
-Image read_png(const std::filesystem::path& path);
+Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory = 0);
 
 }  // namespace stratus

@@ -1,0 +1,442 @@
+#include "hdf5_structures.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <functional>
+#include <initializer_list>
+#include <new>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace stratus::io {
+namespace {
+
+struct Fault {
+    const char* reason;
+};
+
+void expect(bool holds, const char* reason) {
+    if (!holds) throw Fault{reason};
+}
+
+/// A product that a hostile file cannot make small again.
+std::uint64_t times(std::uint64_t a, std::uint64_t b) {
+    return b != 0 && a > UINT64_MAX / b ? UINT64_MAX : a * b;
+}
+
+/// Part of a file, as far as the file goes.
+class Part {
+  public:
+    Part(std::span<const char> file, std::uint64_t start)
+        : file_(file), content_(file.subspan(std::min<std::uint64_t>(start, file.size()))) {}
+
+    std::uint64_t size() const { return content_.size(); }
+
+    /// The little-endian number of up to eight bytes at `at`; beyond the end there are zeros.
+    std::uint64_t number(std::uint64_t at, std::uint64_t bytes) const {
+        std::uint64_t value = 0;
+        for (std::uint64_t i = 0; i < bytes && at < size() && i < size() - at; ++i)
+            value |= std::uint64_t{static_cast<unsigned char>(content_[at + i])} << (8 * i);
+        return value;
+    }
+
+    bool begins(std::string_view name) const {
+        return size() >= name.size() && std::memcmp(content_.data(), name.data(), name.size()) == 0;
+    }
+
+    /// `size` bytes from `at` on.
+    Part within(std::uint64_t at, std::uint64_t size) const {
+        expect(at <= content_.size() && size <= content_.size() - at,
+               "a structure ends before its content");
+        Part part = *this;
+        part.content_ = content_.subspan(at, size);
+        return part;
+    }
+    Part from(std::uint64_t at) const { return within(at, size() - std::min(at, size())); }
+
+    /// All from another place in the file on.
+    Part elsewhere(std::uint64_t address) const { return {file_, address}; }
+
+  private:
+    std::span<const char> file_, content_;
+};
+
+using Check = std::function<void(const Part&)>;
+
+// --- Messages ---
+
+/// Checks a datatype; within another may be none that has others in it. Returns the bytes of an
+/// element.
+std::uint64_t check_datatype(const Part& type, bool within_another = false) {
+    constexpr const char* other = "a datatype is none that a table has";
+    constexpr unsigned integer = 0, floating = 1, text = 3, compound = 6, reference = 7, list = 9;
+    const auto start = [](std::uint64_t kind) {  // of what follows the properties of a kind
+        return kind == integer ? 12U : kind == floating ? 20U : 8U;
+    };
+    const std::uint64_t kind = type.number(0, 1) & 15, version = type.number(0, 1) >> 4;
+    const std::uint64_t element = type.number(4, 4);
+    expect(version >= 1 && version <= 3 && element > 0, other);
+    std::uint64_t at = start(kind);
+    type.from(at);
+    if (kind == integer || kind == floating || kind == text || kind == reference) return element;
+    expect((kind == compound || kind == list) && !within_another, other);
+    if (kind == list) check_datatype(type.from(at), true);
+    if (kind == list) return element;
+    for (std::uint64_t left = type.number(1, 2); left > 0; --left) {
+        std::uint64_t name = 1;
+        while (type.number(at + name - 1, 1) != 0) ++name;
+        at += version < 3 ? (name + 7) / 8 * 8 : name;
+        at += version == 1 ? 32U : version == 2 ? 4U : (std::bit_width(element) + 7U) / 8;
+        expect(check_datatype(type.from(at), true) <= element, other);
+        at += start(type.number(at, 1) & 15);
+    }
+    return element;
+}
+
+std::vector<std::uint64_t> check_dataspace(const Part& space) {
+    const std::uint64_t rank = space.number(1, 1), at = space.number(0, 1) == 1 ? 8 : 4;
+    const bool limited = space.number(2, 1) & 1;
+    expect(rank <= 32, "a dataspace has too many dimensions");
+    space.within(0, at + 8 * rank * (limited ? 2 : 1));
+    std::vector<std::uint64_t> extents;
+    for (std::uint64_t d = 0; d < rank; ++d) extents.push_back(space.number(at + 8 * d, 8));
+    return extents;
+}
+
+void check_attribute(const Part& attribute) {
+    const std::uint64_t version = attribute.number(0, 1);
+    const auto padded = [&](std::uint64_t bytes) {
+        return version == 1 ? (bytes + 7) / 8 * 8 : bytes;
+    };
+    const std::uint64_t name = attribute.number(2, 2), type_size = attribute.number(4, 2);
+    const std::uint64_t name_at = version == 3 ? 9 : 8, type_at = name_at + padded(name);
+    const std::uint64_t space_at = type_at + padded(type_size);
+    const Part values = attribute.from(space_at + padded(attribute.number(6, 2)));
+    expect(version == 1 || attribute.number(1, 1) == 0, "an attribute shares its type");
+    expect(name > 0 && attribute.number(name_at + name - 1, 1) == 0, "an attribute's name goes on");
+    std::uint64_t bytes = check_datatype(attribute.within(type_at, type_size));
+    for (const std::uint64_t extent :
+         check_dataspace(attribute.within(space_at, attribute.number(6, 2))))
+        bytes = times(bytes, extent);
+    expect(bytes <= values.size(), "an attribute is larger than its message");
+}
+
+void check_link(const Part& link) {
+    const std::uint64_t flags = link.number(1, 1), size_of_length = 1U << (flags & 3);
+    const std::uint64_t at = 2U + (flags & 8 ? 1 : 0) + (flags & 4 ? 8 : 0) + (flags & 16 ? 1 : 0);
+    const bool hard = !(flags & 8) || link.number(2, 1) == 0;
+    link.from(at + size_of_length).from(link.number(at, size_of_length)).from(hard ? 8 : 2);
+}
+
+void check_fill_value(const Part& fill) {
+    const std::uint64_t version = fill.number(0, 1), at = version < 3 ? 4 : 2;
+    const bool given = version == 1 || fill.number(at - 1, 1) & (version < 3 ? 1 : 0x20);
+    const std::uint64_t size = fill.number(at, 4);
+    fill.from(at + (given ? 4 : 0));
+    if (given && size <= INT32_MAX) fill.from(at + 4).from(size);  // a negative one: none
+}
+
+/// Returns whether there are filters.
+bool check_filters(const Part& filters) {
+    const std::uint64_t version = filters.number(0, 1), count = filters.number(1, 1);
+    std::uint64_t at = version == 1 ? 8 : 2;
+    for (std::uint64_t left = count; left > 0; --left) {
+        const bool named = version == 1 || filters.number(at, 2) >= 256;
+        const std::uint64_t name = named ? filters.number(at + 2, 2) : 0;
+        const std::uint64_t values = filters.number(at + (named ? 6 : 4), 2);
+        at += (named ? 8 : 6) + name;
+        expect(name == 0 || filters.number(at - 1, 1) == 0, "a filter's name goes on");
+        at += 4 * (version == 1 ? (values + 1) / 2 * 2 : values);
+        filters.from(at);
+    }
+    return count > 0;
+}
+
+/// Where a dataset's samples lie: together, or in chunks of which all are listed.
+void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents, bool filtered) {
+    constexpr unsigned compact = 0, contiguous = 1, chunked = 2, single = 1, fixed_array = 3;
+    constexpr std::uint64_t most_chunks = 1 << 20;
+    const std::uint64_t version = layout.number(0, 1), kind = layout.number(1, 1);
+    expect(version == 3 || version == 4, "a layout is older than those of HDF5 1.6");
+    if (kind == compact) layout.from(4).from(layout.number(2, 2));
+    if (kind == contiguous) layout.from(18);
+    if (kind == compact || kind == contiguous) return;
+    expect(kind == chunked, "samples lie in other files");
+    expect(version == 4, "chunks are listed as before HDF5 1.10");
+    const std::uint64_t rank = layout.number(3, 1), size_of_extent = layout.number(4, 1);
+    expect(rank == extents.size() + 1, "chunks are of another rank than their dataset");
+    expect(size_of_extent >= 1 && size_of_extent <= 8, "chunks have no extents");
+    std::uint64_t bytes = 1, chunks = 1;
+    for (std::uint64_t d = 0; d < rank; ++d) {
+        const std::uint64_t extent = layout.number(5 + d * size_of_extent, size_of_extent);
+        expect(extent > 0, "chunks have no extents");
+        bytes = times(bytes, extent);
+        if (d < extents.size())
+            chunks = times(chunks, extents[d] / extent + (extents[d] % extent > 0));
+    }
+    expect(bytes <= UINT32_MAX, "chunks are larger than 4 GiB");
+    const std::uint64_t at = 5 + rank * size_of_extent, index = layout.number(at, 1);
+    if (index == single) {
+        const bool filtered_here = layout.number(2, 1) & 2;
+        layout.from(at + (filtered_here ? 21 : 9));
+        return;
+    }
+    expect(index == fixed_array, "chunks are listed as no table's are");
+    layout.from(at + 10);
+    const Part list = layout.elsewhere(layout.number(at + 2, 8));
+    if (layout.number(at + 2, 8) == HADDR_UNDEF) return;
+    const std::uint64_t size_of_size = 1U + (std::bit_width(bytes) + 7U) / 8;
+    expect(list.number(5, 1) == filtered && chunks <= most_chunks && list.number(8, 8) == chunks &&
+               list.number(6, 1) == (filtered ? 12 + size_of_size : 8) &&
+               list.number(7, 1) == layout.number(at + 1, 1) && list.number(7, 1) < 32,
+           "a list of chunks is not that of its dataset");
+}
+
+// --- Attributes and links that lie in a heap, and the trees that find them there ---
+
+/// A tree of nodes of 512 bytes, as all of a table's are.
+class Tree {
+  public:
+    explicit Tree(const Part& header) : header_(header) {}
+
+    /// Checks the tree itself, and what each record says of the heap.
+    void check(const Check& check_record) const {
+        const std::uint64_t depth = header_.number(12, 2), merge = header_.number(15, 1);
+        expect(header_.begins("BTHD") && header_.number(6, 4) == 512 && depth <= 2 &&
+                   kind() < records.size() && records[kind()].size > 0 &&
+                   records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
+                   merge > 0 && 2 * merge < header_.number(14, 1),
+               "a tree is none that a table has");
+        check_node(header_.number(16, 8), header_.number(24, 2), depth, check_record);
+    }
+
+  private:
+    struct Record {
+        std::uint64_t size, key;  // bytes in all, and those before what it says of the heap
+    };
+    /// By kind; that a table has are 1 huge objects, 5 names and 6 order of links, 8 names and 9
+    /// order of attributes.
+    static constexpr std::array<Record, 10> records{
+        {{}, {24, 0}, {}, {}, {}, {11, 4}, {15, 8}, {}, {17, 0}, {13, 0}}};
+
+    std::uint64_t kind() const { return header_.number(5, 1); }
+
+    void check_node(std::uint64_t address, std::uint64_t count, std::uint64_t depth,
+                    const Check& check_record) const {
+        constexpr std::uint64_t room = 502, start = 6;
+        const auto [size, key] = records[kind()];
+        const std::uint64_t pointer = depth == 0 ? 0 : depth == 1 ? 9 : 11;
+        expect(count <= (room - pointer) / (size + pointer), "a tree has a node that is too full");
+        if (count == 0) return;
+        const Part node = header_.elsewhere(address);
+        for (std::uint64_t r = 0; r < count; ++r)
+            check_record(node.within(start + r * size + key, size - key));
+        for (std::uint64_t c = 0; depth > 0 && c <= count; ++c) {
+            const Part child = node.from(start + count * size + c * pointer);
+            check_node(child.number(0, 8), child.number(8, 1), depth - 1, check_record);
+        }
+    }
+
+    Part header_;
+};
+
+/// A heap of blocks in rows of four: two rows of the smallest size, then twice as large each.
+class Heap {
+  public:
+    explicit Heap(const Part& header) : header_(header) {}
+
+    /// Checks the heap itself, and the huge objects that do not lie in it.
+    void check(const Check& check_message) const {
+        constexpr std::uint64_t largest_block = 65536;
+        const std::uint64_t managed = header_.number(10, 4), bits = header_.number(128, 2);
+        expect(header_.begins("FRHP") && header_.number(5, 2) == 3 + bits / 8 &&
+                   header_.number(7, 2) == 0 && header_.number(9, 1) <= 3 && managed >= 256 &&
+                   managed <= largest_block && header_.number(110, 2) == 4 &&
+                   (first() == 512 || first() == 1024) && header_.number(120, 8) == largest_block &&
+                   (bits == 32 || bits == 40),
+               "a heap is none that a table has");
+        expect(rows() < 16 && size_in_row(rows() - (rows() > 0)) <= largest_block,
+               "a heap is larger than any table's");
+        std::uint64_t end = 0;
+        for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
+            end = offset + size;
+            expect(block.size() == 0 || block.number(13, size_of_offset()) == offset,
+                   "a heap has a block that is not in its place");
+        });
+        expect(header_.number(46, 8) <= end, "a heap is larger than its blocks");
+        const std::uint64_t huge = header_.number(22, 8);
+        if (huge == HADDR_UNDEF) return;
+        Tree(header_.elsewhere(huge)).check([&](const Part& record) {
+            check_message(header_.elsewhere(0).within(record.number(0, 8), record.number(8, 8)));
+        });
+    }
+
+    /// Checks the object that a tree's record names.
+    void check_object(const Part& id, const Check& check_message) const {
+        constexpr unsigned managed = 0x00, huge = 0x10;
+        const std::uint64_t kind = id.number(0, 1), at = id.number(1, size_of_offset());
+        expect(!(id.number(8, 1) & 2), "an attribute is shared");
+        if (kind == huge) return;
+        expect(kind == managed, "a heap has an object of a kind that no table has");
+        for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
+            if (at < offset || at - offset >= size || block.size() == 0) return;
+            const std::uint64_t length = id.number(1 + size_of_offset(), 2);
+            check_message(block.within(at - offset, length));
+        });
+    }
+
+  private:
+    std::uint64_t first() const { return header_.number(112, 8); }
+    std::uint64_t rows() const { return header_.number(140, 2); }
+    std::uint64_t size_of_offset() const { return header_.number(128, 2) / 8; }
+    std::uint64_t size_in_row(std::uint64_t row) const {
+        return row < 2 ? first() : first() << (row - 1);
+    }
+
+    /// Calls `visit` with each block's place in the heap, its size, and its bytes if it has any.
+    template <class Visit>
+    void for_each_block(const Visit& visit) const {
+        const Part root = header_.elsewhere(header_.number(132, 8));
+        if (rows() == 0) return visit(std::uint64_t{0}, first(), root);
+        std::uint64_t offset = 0;
+        for (std::uint64_t n = 0; n < 4 * rows(); ++n) {
+            const std::uint64_t size = size_in_row(n / 4);
+            const Part block = root.elsewhere(root.number(13 + size_of_offset() + 8 * n, 8));
+            visit(offset, size, block);
+            offset += size;
+        }
+    }
+
+    Part header_;
+};
+
+/// What an object header says of a heap, at `at`, and of the trees that find what is in it.
+void check_heap(const Part& message, std::uint64_t at, const Check& check_message) {
+    const bool ordered = message.number(1, 1) & 2;
+    message.from(at + (ordered ? 24 : 16));
+    if (message.number(at, 8) == HADDR_UNDEF) return;
+    const Heap heap(message.elsewhere(message.number(at, 8)));
+    heap.check(check_message);
+    for (std::uint64_t tree_at = at + 8; tree_at <= at + (ordered ? 16 : 8); tree_at += 8)
+        Tree(message.elsewhere(message.number(tree_at, 8))).check([&](const Part& record) {
+            heap.check_object(record, check_message);
+        });
+}
+
+// --- Object headers ---
+
+class ObjectHeader {
+  public:
+    explicit ObjectHeader(const Part& header) : header_(header) {}
+
+    /// Bytes that are read of it at once.
+    std::uint64_t size() const { return start() + header_.number(size_at(), size_of_size()) + 4; }
+
+    void check() {
+        expect(header_.number(4, 1) == 2, "an object header is of another version");
+        check_messages(header_.within(start(), header_.number(size_at(), size_of_size())));
+        for (std::size_t c = 0; c < continued_.size(); ++c) {
+            const std::uint64_t size = continued_[c].number(8, 8);
+            expect(c < 100 && size >= 8, "an object header goes on as none does");
+            const Part chunk = header_.elsewhere(0).within(continued_[c].number(0, 8), size);
+            check_messages(chunk.within(4, size - 8));
+        }
+        if (layout_) check_layout(*layout_, extents_, filtered_);
+    }
+
+  private:
+    std::uint64_t flags() const { return header_.number(5, 1); }
+    std::uint64_t size_at() const {
+        return 6U + (flags() & 0x20 ? 16 : 0) + (flags() & 0x10 ? 4 : 0);
+    }
+    std::uint64_t size_of_size() const { return 1U << (flags() & 3); }
+    std::uint64_t start() const { return size_at() + size_of_size(); }
+
+    void check_messages(const Part& chunk) {
+        const std::uint64_t prefix = flags() & 4 ? 6 : 4;
+        for (std::uint64_t at = 0; at + prefix <= chunk.size();) {
+            const std::uint64_t size = chunk.number(at + 1, 2);
+            expect(!(chunk.number(at + 3, 1) & 2), "an object header shares a message");
+            check_message(chunk.number(at, 1), chunk.within(at + prefix, size));
+            at += prefix + size;
+        }
+    }
+
+    void check_message(std::uint64_t kind, const Part& message) {
+        const bool counts = message.number(1, 1) & 1;  // those that were ever made
+        switch (kind) {
+            case 0x00: break;
+            case 0x01: extents_ = check_dataspace(message); break;
+            case 0x02: check_heap(message, counts ? 10 : 2, check_link); break;
+            case 0x03: check_datatype(message); break;
+            case 0x04: message.from(4).from(message.number(0, 4)); break;
+            case 0x05: check_fill_value(message); break;
+            case 0x06: check_link(message); break;
+            case 0x07: expect(false, "samples lie in other files"); break;
+            case 0x08: layout_ = message; break;
+            case 0x0a: message.from(2); break;
+            case 0x0b: filtered_ = check_filters(message); break;
+            case 0x0c: check_attribute(message); break;
+            case 0x10: continued_.push_back(message.within(0, 16)); break;
+            case 0x12: message.from(8); break;
+            case 0x15: check_heap(message, counts ? 4 : 2, check_attribute); break;
+            case 0x16: message.from(5); break;
+            default: expect(false, "an object has a message that no table has");
+        }
+    }
+
+    Part header_;
+    std::vector<Part> continued_;
+    std::vector<std::uint64_t> extents_;
+    bool filtered_ = false;
+    std::optional<Part> layout_;
+};
+
+void check_superblock(const Part& file) {
+    const std::uint64_t version = file.number(8, 1);
+    expect(version <= 3 && file.number(9, 1) == 8 && file.number(10, 1) == 8 &&
+               file.number(12, 8) == 0 && file.number(20, 8) == HADDR_UNDEF,
+           "its superblock is none that a table has");
+}
+
+}  // namespace
+
+const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
+                                  std::uint64_t size) noexcept {
+    constexpr const char* older = "a structure is none that tables have had since HDF5 1.10";
+    const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
+    if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
+    if (Part(file_, 8).number(0, 1) < 2) return nullptr;  // laid out as before HDF5 1.8
+    try {
+        const Part part(file_, address);
+        const auto is_one_of = [&](std::initializer_list<const char*> names) {
+            return std::any_of(names.begin(), names.end(),
+                               [&](const char* name) { return part.begins(name); });
+        };
+        expect(size >= 8, "a structure ends before its content");
+        if (kind == H5FD_MEM_SUPER) {
+            check_superblock(part.elsewhere(0));
+        } else if (kind == H5FD_MEM_OHDR && part.begins("OHDR")) {
+            ObjectHeader header(part);
+            header.check();
+            if (header.size() > size) rest_ = address + size;
+        } else if (kind == H5FD_MEM_OHDR) {
+            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), older);
+        } else if (kind == H5FD_MEM_BTREE) {
+            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), older);
+        } else {
+            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), older);
+        }
+        return nullptr;
+    } catch (const Fault& fault) {
+        return fault.reason;
+    } catch (const std::bad_alloc&) {
+        return "there is no memory to check it";
+    }
+}
+
+}  // namespace stratus::io

@@ -1,0 +1,31 @@
+// What HDF5 1.10 takes for granted of the structures that it decodes, checked before it does:
+// counts, sizes and places that lead it out of its memory where they were made up.
+//
+// Known are the structures that tables consist of since HDF5 1.10; in a file that begins with the
+// superblock that came with them, all others are refused. Names and numbers are those of the HDF5
+// File Format Specification, version 3.0.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <hdf5.h>
+
+namespace stratus::io {
+
+class Hdf5Structures {
+  public:
+    explicit Hdf5Structures(std::span<const char> file) : file_(file) {}
+
+    /// Why the library must not decode the `size` bytes at `address` that it asks for; null when it
+    /// may. To be asked before every read, in their order.
+    ///
+    /// Cost   goes through all that an object header holds, attributes in heaps too.
+    const char* fault(H5FD_mem_t kind, std::uint64_t address, std::uint64_t size) noexcept;
+
+  private:
+    std::span<const char> file_;
+    std::uint64_t rest_ = HADDR_UNDEF;  // where an object header goes on whose start has been read
+};
+
+}  // namespace stratus::io

@@ -1,0 +1,21 @@
+// Any bytes at all as a picture that a scene names, in both formats.
+#include <stratus/io/image.h>
+#include <stratus/picture/png.h>
+
+#include <exception>
+
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    constexpr std::uintmax_t max_memory = 64 << 20;
+    const stratus::test::MemoryFile file(data, size);
+    const bool png = size > 1 && data[1] == 'P';
+    try {
+        if (png)
+            stratus::read_png(file.name(), max_memory);
+        else
+            stratus::read_exr_image(file.name(), max_memory);
+    } catch (const std::exception&) {
+    }
+    return 0;
+}

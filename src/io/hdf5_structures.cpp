@@ -398,6 +398,9 @@ class ObjectHeader {
 
 void check_superblock(const Part& file) {
     const std::uint64_t version = file.number(8, 1);
+    expect(version >= 2,
+           "it is laid out as before HDF5 1.8, with nothing to check it by; h5repack "
+           "--low=2 --high=2 mends that");
     expect(version <= 3 && file.number(9, 1) == 8 && file.number(10, 1) == 8 &&
                file.number(12, 8) == 0 && file.number(20, 8) == HADDR_UNDEF,
            "its superblock is none that a table has");
@@ -410,7 +413,6 @@ const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
     constexpr const char* older = "a structure is none that tables have had since HDF5 1.10";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
-    if (Part(file_, 8).number(0, 1) < 2) return nullptr;  // laid out as before HDF5 1.8
     try {
         const Part part(file_, address);
         const auto is_one_of = [&](std::initializer_list<const char*> names) {

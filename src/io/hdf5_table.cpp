@@ -2,8 +2,8 @@
 // bytes before it. Every structure within is of the kind that HDF5 1.10 brought, because those
 // carry checksums: the library itself notices damage before it follows a pointer, even in a file
 // whose seal another program has cut off. The checksums of samples and metadata go with them
-// wherever they are copied. What none of this stops is forgery: HDF5 1.10 can crash on structures
-// that were made up together with their checksums.
+// wherever they are copied. Structures that were made up together with their checksums, on which
+// HDF5 1.10 crashes, are refused before it decodes them (hdf5_structures.h).
 #include "table_content.h"
 
 #include <algorithm>

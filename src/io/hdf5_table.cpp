@@ -1,9 +1,11 @@
 // Damage is noticed three times. A seal at the file's end, where HDF5 does not look, covers all
 // bytes before it. Every structure within is of the kind that HDF5 1.10 brought, because those
-// carry checksums: the library itself notices damage before it follows a pointer, even in a file
-// whose seal another program has cut off. The checksums of samples and metadata go with them
-// wherever they are copied. What none of this stops is forgery: HDF5 1.10 can crash on structures
-// that were made up together with their checksums.
+// carry checksums, which are compared before the library follows a pointer, even in a file whose
+// seal another program has cut off. The checksums of samples and metadata go with them wherever
+// they are copied.
+//
+// Forgery, structures made up together with all checksums, is met before the library decodes them:
+// HDF5 1.10 believes what it reads and can crash on it (hdf5_structures.h).
 #include "table_content.h"
 
 #include <algorithm>
@@ -249,9 +251,8 @@ Handle open_file(hid_t driver, const Bytes& bytes) {
 
 // --- The seal ---
 
-// The library refuses damaged files too, but on some it loses memory and complains when the program
-// ends; with the seal it never sees them. Opening a file for writing removes the seal, which is no
-// damage.
+// With the seal the library never sees what is damaged. Opening a file for writing removes the seal,
+// which is no damage.
 
 constexpr std::string_view seal_start = "\nstratus-table ";
 

@@ -70,6 +70,12 @@ TEST(ForgedHdf5, EveryStructureIsStamped) {
     }
 }
 
+TEST(ForgedHdf5, IsDamagedWithoutStamps) {
+    std::string bytes = unsealed();
+    bytes.replace(bytes.find("small"), 5, "smell");
+    EXPECT_EQ(refusal_of(bytes), "HDF5 cannot list the attributes: a structure is damaged");
+}
+
 // --- Refusals ---
 
 struct Forgery {
@@ -125,7 +131,7 @@ const std::vector<Forgery> forgeries{
     forgery("NodesOfNoSize", "BTHD", 6, 0, 4, other_tree),
     forgery("DeepTree", "BTHD", 12, 0xffff, 2, other_tree),
     forgery("FullNode", "BTHD", 24, 0xffff, 2, "a tree has a node that is too full"),
-    forgery("FullNodeBelow", std::string("BTIN\0\x09", 6), 27, 39, 1,
+    forgery("FullNodeBelow", std::string("BTIN\0\x09", 6), 27, 255, 1,
             "a tree has a node that is too full"),
     forgery("HeapOfNoWidth", "FRHP", 110, 0, 2, other_heap),
     forgery("HeapOfSmallBlocks", "FRHP", 112, 1, 8, other_heap),
@@ -139,6 +145,8 @@ const std::vector<Forgery> forgeries{
     forgery("TinyObject", std::string("BTLF\0\x08", 6), 6, 0x20, 1,
             "a heap has an object of a kind that no table has"),
     forgery("ObjectBeyondItsBlock", std::string("BTLF\0\x08", 6), 12, 0xffff, 2, end),
+    forgery("ObjectThatIsNowhere", std::string("BTLF\0\x08", 6), 7, 0xffffff, 4,
+            "a heap lacks an object"),
     forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1, "an attribute is shared"),
     forgery("AttributeOfASharedType", attribute, -8, 1, 1, "an attribute shares its type"),
     forgery("AttributeWhoseNameGoesOn", attribute, -7, 5, 2, "an attribute's name goes on"),
@@ -170,6 +178,7 @@ TEST_P(Forged, IsRefused) {
     const std::string message = refusal_of(file.bytes());
     EXPECT_NE(message.find(GetParam().reason), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_EQ(H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_ALL), 0) << "still open";
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, Forged, testing::ValuesIn(forgeries),

@@ -440,6 +440,7 @@ class ObjectHeader {
 
 void check_superblock(const Part& file) {
     const std::uint64_t version = file.number(8, 1);
+    expect(version >= 2, "it is laid out as before HDF5 1.10; h5repack --latest lays it out anew");
     expect(version <= 3 && file.number(9, 1) == 8 && file.number(10, 1) == 8 &&
                file.number(12, 8) == 0 && file.number(20, 8) == HADDR_UNDEF,
            "its superblock is none that a table has");
@@ -475,10 +476,9 @@ std::uint32_t lookup3(std::string_view bytes) {
 
 const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
                                   std::uint64_t size) noexcept {
-    constexpr const char* older = "a structure is none that tables have had since HDF5 1.10";
+    constexpr const char* older = "a structure is none that a table has";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
-    if (Part(file_, 8).number(0, 1) < 2) return nullptr;  // laid out as before HDF5 1.8
     try {
         const Part part(file_, address);
         const auto is_one_of = [&](std::initializer_list<const char*> names) {

@@ -1,9 +1,9 @@
 // What HDF5 1.10 takes for granted of the structures that it decodes, checked before it does:
 // counts, sizes and places that lead it out of its memory where they were made up.
 //
-// Known are the structures that tables consist of since HDF5 1.10; in a file that begins with the
-// superblock that came with them, all others are refused. Names and numbers are those of the HDF5
-// File Format Specification, version 3.0.
+// Known are the structures that tables consist of, which HDF5 1.10 brought; all others are refused,
+// whole files of older ones too. Names and numbers are those of the HDF5 File Format Specification,
+// version 3.0.
 #pragma once
 
 #include <cstdint>

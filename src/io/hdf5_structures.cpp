@@ -96,6 +96,8 @@ std::uint64_t check_datatype(const Part& type, bool within_another = false) {
     expect((kind == compound || kind == list) && !within_another, other);
     if (kind == list) check_datatype(type.from(at), true);
     if (kind == list) return element;
+    constexpr std::uint64_t most_members = 16;
+    expect(type.number(1, 2) <= most_members, other);
     for (std::uint64_t left = type.number(1, 2); left > 0; --left) {
         std::uint64_t name = 1;
         while (type.number(at + name - 1, 1) != 0) ++name;
@@ -227,10 +229,13 @@ class Tree {
                    records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
                    merge > 0 && 2 * merge < header_.number(14, 1),
                "a tree is none that a table has");
-        check_node(header_.number(16, 8), header_.number(24, 2), depth, check_record);
+        std::uint64_t left = most_records;
+        check_node(header_.number(16, 8), header_.number(24, 2), depth, left, check_record);
     }
 
   private:
+    static constexpr std::uint64_t most_records = 4096;
+
     struct Record {
         std::uint64_t size, key;  // bytes in all, and those before what it says of the heap
     };
@@ -241,12 +246,15 @@ class Tree {
 
     std::uint64_t kind() const { return header_.number(5, 1); }
 
+    /// Checks a node and all below it; `left` is how many records there may be yet.
     void check_node(std::uint64_t address, std::uint64_t count, std::uint64_t depth,
-                    const Check& check_record) const {
+                    std::uint64_t& left, const Check& check_record) const {
         constexpr std::uint64_t room = 502, start = 6;
         const auto [size, key] = records[kind()];
         const std::uint64_t pointer = depth == 0 ? 0 : depth == 1 ? 9 : 11;
         expect(count <= (room - pointer) / (size + pointer), "a tree has a node that is too full");
+        expect(count <= left, "a tree is larger than any table's");
+        left -= count;
         if (count == 0) return;
         const Part node = header_.elsewhere(address);
         expect(node.begins(depth > 0 ? "BTIN" : "BTLF") && node.number(4, 1) == 0 &&
@@ -257,7 +265,7 @@ class Tree {
             check_record(node.within(start + r * size + key, size - key));
         for (std::uint64_t c = 0; depth > 0 && c <= count; ++c) {
             const Part child = node.from(start + count * size + c * pointer);
-            check_node(child.number(0, 8), child.number(8, 1), depth - 1, check_record);
+            check_node(child.number(0, 8), child.number(8, 1), depth - 1, left, check_record);
         }
     }
 
@@ -281,15 +289,14 @@ class Heap {
                    header_.number(110, 2) == 4 && (first() == 512 || first() == 1024) &&
                    header_.number(120, 8) == largest_block && (bits == 32 || bits == 40),
                "a heap is none that a table has");
-        expect(rows() < 16 && size_in_row(rows() - (rows() > 0)) <= largest_block,
-               "a heap is larger than any table's");
-        std::uint64_t end = 0;
+        const char* const larger = "a heap is larger than any table's";
+        expect(rows() <= 16, larger);
         for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
-            end = offset + size;
-            if (block.size() > 0) check_block(block, "FHDB", offset, size);
+            if (block.size() == 0) return;
+            expect(size <= largest_block, larger);  // would be lists of further blocks
+            check_block(block, "FHDB", offset, size);
         });
         if (rows() > 0) check_block(header_.elsewhere(header_.number(132, 8)), "FHIB", 0, 0);
-        expect(header_.number(46, 8) <= end, "a heap is larger than its blocks");
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
         Tree(header_.elsewhere(huge)).check([&](const Part& record) {

@@ -76,6 +76,20 @@ TEST(ForgedHdf5, IsDamagedWithoutStamps) {
     EXPECT_EQ(refusal_of(bytes), "HDF5 cannot list the attributes: a structure is damaged");
 }
 
+TEST(Hdf5Table, IsNotWrittenWithMoreAttributesThanAreRead) {
+    Table table = sample_table();
+    for (int i = 0; i < 1000; ++i)
+        table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
+    const auto encode = [&] { io::encode_hdf5(table, io::metadata_of(table)); };
+    const std::string message = refusal<std::runtime_error>(encode);
+    EXPECT_TRUE(message.starts_with("cannot keep all attributes: ")) << message;
+    table.attributes.clear();
+    for (int i = 0; i < 300; ++i)
+        table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
+    const io::Bytes bytes = io::encode_hdf5(table, io::metadata_of(table));
+    EXPECT_EQ(io::decode_hdf5(bytes, io::MemoryLimit(), nullptr).attributes, table.attributes);
+}
+
 // --- Refusals ---
 
 struct Forgery {
@@ -138,8 +152,7 @@ const std::vector<Forgery> forgeries{
     forgery("HeapOfHugeBlocks", "FRHP", 120, std::uint64_t{1} << 40, 8, other_heap),
     forgery("HeapWithoutBounds", "FRHP", 128, 0xffff, 2, other_heap),
     forgery("FilteredHeap", "FRHP", 7, 8, 2, other_heap),
-    forgery("HeapOfManyRows", "FRHP", 140, 12, 2, "a heap is larger than any table's"),
-    forgery("HugeHeap", "FRHP", 46, std::uint64_t{1} << 40, 8, "a heap is larger than its blocks"),
+    forgery("HeapOfManyRows", "FRHP", 140, 17, 2, "a heap is larger than any table's"),
     forgery("BlockInAnothersPlace", "FHDB", 13, 0xffff, 2,
             "a heap has a block that is not in its place"),
     forgery("TinyObject", std::string("BTLF\0\x08", 6), 6, 0x20, 1,
@@ -154,6 +167,7 @@ const std::vector<Forgery> forgeries{
     forgery("AttributeOfNoSize", attribute, 12, 0, 4, other_type),
     forgery("HugeAttribute", attribute, 12, 0x7fffffff, 4,
             "an attribute is larger than its message"),
+    forgery("AttributeOfManyMembers", attribute, 8, 0x1116, 2, other_type),
     forgery("AttributeOfManyDimensions", attribute, 17, 200, 1,
             "a dataspace has too many dimensions"),
     forgery("ChunksOfAnotherRank", chunks, 3, 33, 1, "chunks are of another rank"),

@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <new>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -48,6 +49,8 @@ class Part {
         return size() >= name.size() && std::memcmp(content_.data(), name.data(), name.size()) == 0;
     }
 
+    std::string_view bytes() const { return {content_.data(), content_.size()}; }
+
     /// `size` bytes from `at` on.
     Part within(std::uint64_t at, std::uint64_t size) const {
         expect(at <= content_.size() && size <= content_.size() - at,
@@ -66,6 +69,13 @@ class Part {
 };
 
 using Check = std::function<void(const Part&)>;
+
+/// Checks the checksum that follows the first `size` bytes: the library finds out only when it is
+/// halfway through a tree, and loses its way back.
+void check_sum(const Part& structure, std::uint64_t size) {
+    expect(lookup3(structure.within(0, size).bytes()) == structure.within(size, 4).number(0, 4),
+           "a structure is damaged");
+}
 
 // --- Messages ---
 
@@ -86,6 +96,8 @@ std::uint64_t check_datatype(const Part& type, bool within_another = false) {
     expect((kind == compound || kind == list) && !within_another, other);
     if (kind == list) check_datatype(type.from(at), true);
     if (kind == list) return element;
+    constexpr std::uint64_t most_members = 16;
+    expect(type.number(1, 2) <= most_members, other);
     for (std::uint64_t left = type.number(1, 2); left > 0; --left) {
         std::uint64_t name = 1;
         while (type.number(at + name - 1, 1) != 0) ++name;
@@ -194,6 +206,11 @@ void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents,
                list.number(6, 1) == (filtered ? 12 + size_of_size : 8) &&
                list.number(7, 1) == layout.number(at + 1, 1) && list.number(7, 1) < 32,
            "a list of chunks is not that of its dataset");
+    check_sum(list, 24);
+    const Part entries = list.elsewhere(list.number(16, 8));
+    const bool paged = chunks > std::uint64_t{1} << list.number(7, 1);
+    if (!paged && list.number(16, 8) != HADDR_UNDEF)
+        check_sum(entries, 14 + chunks * list.number(6, 1));
 }
 
 // --- Attributes and links that lie in a heap, and the trees that find them there ---
@@ -206,15 +223,19 @@ class Tree {
     /// Checks the tree itself, and what each record says of the heap.
     void check(const Check& check_record) const {
         const std::uint64_t depth = header_.number(12, 2), merge = header_.number(15, 1);
-        expect(header_.begins("BTHD") && header_.number(6, 4) == 512 && depth <= 2 &&
-                   kind() < records.size() && records[kind()].size > 0 &&
+        check_sum(header_, 34);
+        expect(header_.begins("BTHD") && header_.number(4, 1) == 0 && header_.number(6, 4) == 512 &&
+                   depth <= 2 && kind() < records.size() && records[kind()].size > 0 &&
                    records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
                    merge > 0 && 2 * merge < header_.number(14, 1),
                "a tree is none that a table has");
-        check_node(header_.number(16, 8), header_.number(24, 2), depth, check_record);
+        std::uint64_t left = most_records;
+        check_node(header_.number(16, 8), header_.number(24, 2), depth, left, check_record);
     }
 
   private:
+    static constexpr std::uint64_t most_records = 4096;
+
     struct Record {
         std::uint64_t size, key;  // bytes in all, and those before what it says of the heap
     };
@@ -225,19 +246,26 @@ class Tree {
 
     std::uint64_t kind() const { return header_.number(5, 1); }
 
+    /// Checks a node and all below it; `left` is how many records there may be yet.
     void check_node(std::uint64_t address, std::uint64_t count, std::uint64_t depth,
-                    const Check& check_record) const {
+                    std::uint64_t& left, const Check& check_record) const {
         constexpr std::uint64_t room = 502, start = 6;
         const auto [size, key] = records[kind()];
         const std::uint64_t pointer = depth == 0 ? 0 : depth == 1 ? 9 : 11;
         expect(count <= (room - pointer) / (size + pointer), "a tree has a node that is too full");
+        expect(count <= left, "a tree is larger than any table's");
+        left -= count;
         if (count == 0) return;
         const Part node = header_.elsewhere(address);
+        expect(node.begins(depth > 0 ? "BTIN" : "BTLF") && node.number(4, 1) == 0 &&
+                   node.number(5, 1) == kind(),
+               "a tree has a node that is none");
+        check_sum(node, start + count * size + (depth > 0 ? (count + 1) * pointer : 0));
         for (std::uint64_t r = 0; r < count; ++r)
             check_record(node.within(start + r * size + key, size - key));
         for (std::uint64_t c = 0; depth > 0 && c <= count; ++c) {
             const Part child = node.from(start + count * size + c * pointer);
-            check_node(child.number(0, 8), child.number(8, 1), depth - 1, check_record);
+            check_node(child.number(0, 8), child.number(8, 1), depth - 1, left, check_record);
         }
     }
 
@@ -247,27 +275,28 @@ class Tree {
 /// A heap of blocks in rows of four: two rows of the smallest size, then twice as large each.
 class Heap {
   public:
-    explicit Heap(const Part& header) : header_(header) {}
+    Heap(const Part& file, std::uint64_t address)
+        : address_(address), header_(file.elsewhere(address)) {}
 
     /// Checks the heap itself, and the huge objects that do not lie in it.
     void check(const Check& check_message) const {
         constexpr std::uint64_t largest_block = 65536;
         const std::uint64_t managed = header_.number(10, 4), bits = header_.number(128, 2);
-        expect(header_.begins("FRHP") && header_.number(5, 2) == 3 + bits / 8 &&
-                   header_.number(7, 2) == 0 && header_.number(9, 1) <= 3 && managed >= 256 &&
-                   managed <= largest_block && header_.number(110, 2) == 4 &&
-                   (first() == 512 || first() == 1024) && header_.number(120, 8) == largest_block &&
-                   (bits == 32 || bits == 40),
+        check_sum(header_, 142);
+        expect(header_.begins("FRHP") && header_.number(4, 1) == 0 &&
+                   header_.number(5, 2) == 3 + bits / 8 && header_.number(7, 2) == 0 &&
+                   header_.number(9, 1) <= 3 && managed >= 256 && managed <= largest_block &&
+                   header_.number(110, 2) == 4 && (first() == 512 || first() == 1024) &&
+                   header_.number(120, 8) == largest_block && (bits == 32 || bits == 40),
                "a heap is none that a table has");
-        expect(rows() < 16 && size_in_row(rows() - (rows() > 0)) <= largest_block,
-               "a heap is larger than any table's");
-        std::uint64_t end = 0;
+        const char* const larger = "a heap is larger than any table's";
+        expect(rows() <= 16, larger);
         for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
-            end = offset + size;
-            expect(block.size() == 0 || block.number(13, size_of_offset()) == offset,
-                   "a heap has a block that is not in its place");
+            if (block.size() == 0) return;
+            expect(size <= largest_block, larger);  // would be lists of further blocks
+            check_block(block, "FHDB", offset, size);
         });
-        expect(header_.number(46, 8) <= end, "a heap is larger than its blocks");
+        if (rows() > 0) check_block(header_.elsewhere(header_.number(132, 8)), "FHIB", 0, 0);
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
         Tree(header_.elsewhere(huge)).check([&](const Part& record) {
@@ -282,11 +311,14 @@ class Heap {
         expect(!(id.number(8, 1) & 2), "an attribute is shared");
         if (kind == huge) return;
         expect(kind == managed, "a heap has an object of a kind that no table has");
+        bool found = false;
         for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
             if (at < offset || at - offset >= size || block.size() == 0) return;
             const std::uint64_t length = id.number(1 + size_of_offset(), 2);
-            check_message(block.within(at - offset, length));
+            check_message(block.within(0, size).within(at - offset, length));
+            found = true;
         });
+        expect(found, "a heap lacks an object");
     }
 
   private:
@@ -295,6 +327,19 @@ class Heap {
     std::uint64_t size_of_offset() const { return header_.number(128, 2) / 8; }
     std::uint64_t size_in_row(std::uint64_t row) const {
         return row < 2 ? first() : first() << (row - 1);
+    }
+
+    void check_block(const Part& block, const char* name, std::uint64_t offset,
+                     std::uint64_t size) const {
+        const std::uint64_t sum_at = 13 + size_of_offset();
+        expect(block.begins(name) && block.number(4, 1) == 0 && block.number(5, 8) == address_ &&
+                   block.number(13, size_of_offset()) == offset,
+               "a heap has a block that is not in its place");
+        if (size == 0) return check_sum(block, sum_at + 8 * 4 * rows());  // a list of blocks
+        if (!(header_.number(9, 1) & 2)) return;
+        std::string bytes(block.within(0, size).bytes());
+        bytes.replace(sum_at, 4, 4, '\0');
+        expect(lookup3(bytes) == block.number(sum_at, 4), "a structure is damaged");
     }
 
     /// Calls `visit` with each block's place in the heap, its size, and its bytes if it has any.
@@ -311,6 +356,7 @@ class Heap {
         }
     }
 
+    std::uint64_t address_;
     Part header_;
 };
 
@@ -319,7 +365,7 @@ void check_heap(const Part& message, std::uint64_t at, const Check& check_messag
     const bool ordered = message.number(1, 1) & 2;
     message.from(at + (ordered ? 24 : 16));
     if (message.number(at, 8) == HADDR_UNDEF) return;
-    const Heap heap(message.elsewhere(message.number(at, 8)));
+    const Heap heap(message, message.number(at, 8));
     heap.check(check_message);
     for (std::uint64_t tree_at = at + 8; tree_at <= at + (ordered ? 16 : 8); tree_at += 8)
         Tree(message.elsewhere(message.number(tree_at, 8))).check([&](const Part& record) {
@@ -338,11 +384,14 @@ class ObjectHeader {
 
     void check() {
         expect(header_.number(4, 1) == 2, "an object header is of another version");
-        check_messages(header_.within(start(), header_.number(size_at(), size_of_size())));
+        check_sum(header_, size() - 4);
+        check_messages(header_.within(start(), size() - 4 - start()));
         for (std::size_t c = 0; c < continued_.size(); ++c) {
             const std::uint64_t size = continued_[c].number(8, 8);
             expect(c < 100 && size >= 8, "an object header goes on as none does");
             const Part chunk = header_.elsewhere(0).within(continued_[c].number(0, 8), size);
+            expect(chunk.begins("OCHK"), "an object header goes on as none does");
+            check_sum(chunk, size - 4);
             check_messages(chunk.within(4, size - 8));
         }
         if (layout_) check_layout(*layout_, extents_, filtered_);
@@ -398,9 +447,7 @@ class ObjectHeader {
 
 void check_superblock(const Part& file) {
     const std::uint64_t version = file.number(8, 1);
-    expect(version >= 2,
-           "it is laid out as before HDF5 1.8, with nothing to check it by; h5repack "
-           "--low=2 --high=2 mends that");
+    expect(version >= 2, "it is laid out as before HDF5 1.10; h5repack --latest lays it out anew");
     expect(version <= 3 && file.number(9, 1) == 8 && file.number(10, 1) == 8 &&
                file.number(12, 8) == 0 && file.number(20, 8) == HADDR_UNDEF,
            "its superblock is none that a table has");
@@ -408,9 +455,35 @@ void check_superblock(const Part& file) {
 
 }  // namespace
 
+std::uint32_t lookup3(std::string_view bytes) {
+    std::array<std::uint32_t, 3> s;
+    s.fill(0xdeadbeef + static_cast<std::uint32_t>(bytes.size()));
+    const auto add = [&](std::string_view block) {  // up to twelve bytes, then zeros
+        for (std::size_t i = 0; i < block.size(); ++i)
+            s[i / 4] += std::uint32_t{static_cast<unsigned char>(block[i])} << (8 * (i % 4));
+    };
+    for (; bytes.size() > 12; bytes.remove_prefix(12)) {
+        add(bytes.substr(0, 12));
+        for (std::size_t i = 0; const int turn : {4, 6, 8, 16, 19, 4}) {
+            std::uint32_t &a = s[i % 3], &b = s[(i + 1) % 3], &c = s[(i + 2) % 3];
+            a = (a - c) ^ std::rotl(c, turn);
+            c += b;
+            ++i;
+        }
+    }
+    if (bytes.empty()) return s[2];
+    add(bytes);
+    for (std::size_t i = 2; const int turn : {14, 11, 25, 16, 4, 14, 24}) {
+        std::uint32_t &a = s[i % 3], &b = s[(i + 2) % 3];
+        a = (a ^ b) - std::rotl(b, turn);
+        ++i;
+    }
+    return s[2];
+}
+
 const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
                                   std::uint64_t size) noexcept {
-    constexpr const char* older = "a structure is none that tables have had since HDF5 1.10";
+    constexpr const char* older = "a structure is none that a table has";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
     try {

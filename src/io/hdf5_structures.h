@@ -1,16 +1,21 @@
 // What HDF5 1.10 takes for granted of the structures that it decodes, checked before it does:
 // counts, sizes and places that lead it out of its memory where they were made up.
 //
-// Known are the structures that tables consist of since HDF5 1.10; all others are refused. Names and
-// numbers are those of the HDF5 File Format Specification, version 3.0.
+// Known are the structures that tables consist of, which HDF5 1.10 brought; all others are refused,
+// whole files of older ones too. Names and numbers are those of the HDF5 File Format Specification,
+// version 3.0.
 #pragma once
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include <hdf5.h>
 
 namespace stratus::io {
+
+/// The checksum of HDF5's structures. [B. Jenkins 2006, lookup3, hashlittle]
+std::uint32_t lookup3(std::string_view bytes);
 
 class Hdf5Structures {
   public:

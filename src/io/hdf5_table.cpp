@@ -1,9 +1,11 @@
 // Damage is noticed three times. A seal at the file's end, where HDF5 does not look, covers all
 // bytes before it. Every structure within is of the kind that HDF5 1.10 brought, because those
-// carry checksums: the library itself notices damage before it follows a pointer, even in a file
-// whose seal another program has cut off. The checksums of samples and metadata go with them
-// wherever they are copied. Structures that were made up together with their checksums, on which
-// HDF5 1.10 crashes, are refused before it decodes them (hdf5_structures.h).
+// carry checksums, which are compared before the library follows a pointer, even in a file whose
+// seal another program has cut off. The checksums of samples and metadata go with them wherever
+// they are copied.
+//
+// Forgery, structures made up together with all checksums, is met before the library decodes them:
+// HDF5 1.10 believes what it reads and can crash on it (hdf5_structures.h).
 #include "table_content.h"
 
 #include <algorithm>
@@ -24,6 +26,9 @@
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <libdeflate.h>
+#if H5_VERSION_GE(1, 14, 0)
+#include <H5FDdevelop.h>
+#endif
 
 #include "hdf5_structures.h"
 
@@ -226,6 +231,10 @@ herr_t bytes_write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, size_t, const void*) { r
 /// The driver, which must outlive the files that it has opened.
 Handle new_driver() {
     H5FD_class_t reading{};
+#if H5_VERSION_GE(1, 14, 0)
+    reading.version = H5FD_CLASS_VERSION;
+    reading.value = H5_VFD_RESERVED;  // the first that is not the library's own
+#endif
     reading.name = "stratus-bytes";
     reading.maxaddr = std::numeric_limits<std::ptrdiff_t>::max();
     reading.fc_degree = H5F_CLOSE_STRONG;
@@ -249,9 +258,8 @@ Handle open_file(hid_t driver, const Bytes& bytes) {
 
 // --- The seal ---
 
-// The library refuses damaged files too, but on some it loses memory and complains when the program
-// ends; with the seal it never sees them. Opening a file for writing removes the seal, which is no
-// damage.
+// With the seal the library never sees what is damaged. Opening a file for writing removes the
+// seal, which is no damage.
 
 constexpr std::string_view seal_start = "\nstratus-table ";
 
@@ -723,6 +731,7 @@ void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& byte
 }  // namespace
 
 Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
+    constexpr std::uint64_t root_at = 48;  // right behind the superblock
     const QuietErrors quiet;
     Bytes bytes;
     Handle file = create_file(bytes);
@@ -740,6 +749,8 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
         write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
     write_metadata(file, metadata);
     file.close("finish the file");
+    if (const char* const fault = Hdf5Structures(bytes).fault(H5FD_MEM_OHDR, root_at, bytes.size()))
+        throw std::runtime_error(std::string("cannot keep all attributes: ") + fault);
     append_seal(bytes);
     return bytes;
 }

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <random>
 #include <string>
 #include <vector>
+
+#include <hdf5.h>
 
 #include "../io/forged_hdf5.h"
 
@@ -49,5 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         stratus::io::decode_hdf5({data, data + size}, stratus::io::MemoryLimit(max_memory));
     } catch (const std::exception&) {
     }
+    // What the library cannot close it meets again when the program ends.
+    if (H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_ALL) != 0) std::abort();
     return 0;
 }

@@ -16,34 +16,9 @@
 #include <utility>
 #include <vector>
 
-namespace stratus::test {
+#include "hdf5_structures.h"
 
-/// The checksum of HDF5's structures. [B. Jenkins 2006, lookup3, hashlittle]
-inline std::uint32_t lookup3(std::string_view bytes) {
-    std::array<std::uint32_t, 3> s;
-    s.fill(0xdeadbeef + static_cast<std::uint32_t>(bytes.size()));
-    const auto add = [&](std::string_view block) {  // up to twelve bytes, then zeros
-        for (std::size_t i = 0; i < block.size(); ++i)
-            s[i / 4] += std::uint32_t{static_cast<unsigned char>(block[i])} << (8 * (i % 4));
-    };
-    for (; bytes.size() > 12; bytes.remove_prefix(12)) {
-        add(bytes.substr(0, 12));
-        for (std::size_t i = 0; const int turn : {4, 6, 8, 16, 19, 4}) {
-            std::uint32_t &a = s[i % 3], &b = s[(i + 1) % 3], &c = s[(i + 2) % 3];
-            a = (a - c) ^ std::rotl(c, turn);
-            c += b;
-            ++i;
-        }
-    }
-    if (bytes.empty()) return s[2];
-    add(bytes);
-    for (std::size_t i = 2; const int turn : {14, 11, 25, 16, 4, 14, 24}) {
-        std::uint32_t &a = s[i % 3], &b = s[(i + 2) % 3];
-        a = (a ^ b) - std::rotl(b, turn);
-        ++i;
-    }
-    return s[2];
-}
+namespace stratus::test {
 
 /// A file's bytes, with the places where its structures begin and what they say of their lengths.
 class ForgedHdf5 {
@@ -71,7 +46,7 @@ class ForgedHdf5 {
             const std::size_t at = within ? start + 13 + heap_offset_size(start) : start + *length;
             if (at + 4 > bytes_.size()) continue;
             if (within) put(at, 0);
-            put(at, lookup3(std::string_view(bytes_).substr(start, *length)));
+            put(at, io::lookup3(std::string_view(bytes_).substr(start, *length)));
         }
     }
 

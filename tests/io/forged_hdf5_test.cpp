@@ -70,6 +70,26 @@ TEST(ForgedHdf5, EveryStructureIsStamped) {
     }
 }
 
+TEST(ForgedHdf5, IsDamagedWithoutStamps) {
+    std::string bytes = unsealed();
+    bytes.replace(bytes.find("small"), 5, "smell");
+    EXPECT_EQ(refusal_of(bytes), "HDF5 cannot list the attributes: a structure is damaged");
+}
+
+TEST(Hdf5Table, IsNotWrittenWithMoreAttributesThanAreRead) {
+    Table table = sample_table();
+    for (int i = 0; i < 1000; ++i)
+        table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
+    const auto encode = [&] { io::encode_hdf5(table, io::metadata_of(table)); };
+    const std::string message = refusal<std::runtime_error>(encode);
+    EXPECT_TRUE(message.starts_with("cannot keep all attributes: ")) << message;
+    table.attributes.clear();
+    for (int i = 0; i < 300; ++i)
+        table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
+    const io::Bytes bytes = io::encode_hdf5(table, io::metadata_of(table));
+    EXPECT_EQ(io::decode_hdf5(bytes, io::MemoryLimit(), nullptr).attributes, table.attributes);
+}
+
 // --- Refusals ---
 
 struct Forgery {
@@ -126,20 +146,21 @@ const std::vector<Forgery> forgeries{
     forgery("NodesOfNoSize", "BTHD", 6, 0, 4, other_tree),
     forgery("DeepTree", "BTHD", 12, 0xffff, 2, other_tree),
     forgery("FullNode", "BTHD", 24, 0xffff, 2, "a tree has a node that is too full"),
-    forgery("FullNodeBelow", std::string("BTIN\0\x09", 6), 27, 39, 1,
+    forgery("FullNodeBelow", std::string("BTIN\0\x09", 6), 27, 255, 1,
             "a tree has a node that is too full"),
     forgery("HeapOfNoWidth", "FRHP", 110, 0, 2, other_heap),
     forgery("HeapOfSmallBlocks", "FRHP", 112, 1, 8, other_heap),
     forgery("HeapOfHugeBlocks", "FRHP", 120, std::uint64_t{1} << 40, 8, other_heap),
     forgery("HeapWithoutBounds", "FRHP", 128, 0xffff, 2, other_heap),
     forgery("FilteredHeap", "FRHP", 7, 8, 2, other_heap),
-    forgery("HeapOfManyRows", "FRHP", 140, 12, 2, "a heap is larger than any table's"),
-    forgery("HugeHeap", "FRHP", 46, std::uint64_t{1} << 40, 8, "a heap is larger than its blocks"),
+    forgery("HeapOfManyRows", "FRHP", 140, 17, 2, "a heap is larger than any table's"),
     forgery("BlockInAnothersPlace", "FHDB", 13, 0xffff, 2,
             "a heap has a block that is not in its place"),
     forgery("TinyObject", std::string("BTLF\0\x08", 6), 6, 0x20, 1,
             "a heap has an object of a kind that no table has"),
     forgery("ObjectBeyondItsBlock", std::string("BTLF\0\x08", 6), 12, 0xffff, 2, end),
+    forgery("ObjectThatIsNowhere", std::string("BTLF\0\x08", 6), 7, 0xffffff, 4,
+            "a heap lacks an object"),
     forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1, "an attribute is shared"),
     forgery("AttributeOfASharedType", attribute, -8, 1, 1, "an attribute shares its type"),
     forgery("AttributeWhoseNameGoesOn", attribute, -7, 5, 2, "an attribute's name goes on"),
@@ -147,6 +168,7 @@ const std::vector<Forgery> forgeries{
     forgery("AttributeOfNoSize", attribute, 12, 0, 4, other_type),
     forgery("HugeAttribute", attribute, 12, 0x7fffffff, 4,
             "an attribute is larger than its message"),
+    forgery("AttributeOfManyMembers", attribute, 8, 0x1116, 2, other_type),
     forgery("AttributeOfManyDimensions", attribute, 17, 200, 1,
             "a dataspace has too many dimensions"),
     forgery("ChunksOfAnotherRank", chunks, 3, 33, 1, "chunks are of another rank"),
@@ -171,6 +193,7 @@ TEST_P(Forged, IsRefused) {
     const std::string message = refusal_of(file.bytes());
     EXPECT_NE(message.find(GetParam().reason), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_EQ(H5Fget_obj_count(static_cast<hid_t>(H5F_OBJ_ALL), H5F_OBJ_ALL), 0) << "still open";
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, Forged, testing::ValuesIn(forgeries),

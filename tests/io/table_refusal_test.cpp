@@ -575,12 +575,31 @@ TEST(Hdf5Table, RefusesMoreChunksThanAnyTable) {
               path.string() + ": reflection_multiple has more chunks than any table");
 }
 
+/// An HDF5 file without anything in it.
+void create_empty(const fs::path& path, H5F_libver_t version) {
+    const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_libver_bounds(access, version, H5F_LIBVER_V110);
+    H5Fclose(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access));
+    H5Pclose(access);
+}
+
 TEST(Hdf5Table, RefusesHdf5OfAnotherKind) {
     const TemporaryFolder folder;
     const fs::path path = folder / "other.h5";
-    H5Fclose(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT));
+    create_empty(path, H5F_LIBVER_V110);
     EXPECT_EQ(refusal_of_reading(path),
               path.string() + ": is not a stratus-table file: it names no format");
+}
+
+/// As other programs lay tables out anew, unless told to use the latest version.
+TEST(Hdf5Table, RefusesHdf5LaidOutAsBeforeItsVersion110) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "older.h5";
+    create_empty(path, H5F_LIBVER_EARLIEST);
+    EXPECT_EQ(refusal_of_reading(path),
+              path.string() +
+                  ": HDF5 cannot open the file: it is laid out as before HDF5 1.10; "
+                  "h5repack --latest lays it out anew");
 }
 
 TEST(Hdf5Table, LeavesTheLibrarysErrorPrintingAsItWas) {

@@ -134,7 +134,6 @@ const std::vector<Forgery> forgeries{
     {"AttributeThatIsThereTwice",
      [](std::string& bytes) { replace_all(bytes, "note 20", "note 21"); },
      "attribute \"note 21\" is there twice"},
-    forgery("OldLayout", "HDF", 7, 0, 1, "h5repack --low=2 --high=2 mends that"),
     forgery("SmallAddresses", "HDF", 8, 4, 1, other_superblock),
     forgery("ShiftedAddresses", "HDF", 11, 8, 8, other_superblock),
     forgery("HugeMessage", "OHDR", 8, 0xffff, 2, end),

@@ -77,16 +77,16 @@ TEST_F(CheckpointFile, TakesPiecesFromManyThreads) {
     {
         Checkpoint checkpoint(path, owner);
         std::vector<std::thread> threads;
-        for (int t = 0; t < 4; ++t)
+        for (unsigned t = 0; t < 4; ++t)
             threads.emplace_back([&checkpoint, t] {
-                for (int n = 0; n < 50; ++n)
+                for (unsigned n = 0; n < 50; ++n)
                     checkpoint.keep(std::to_string(50 * t + n), bytes(std::string(n, 'x')));
             });
         for (std::thread& thread : threads) thread.join();
     }
     const Checkpoint checkpoint(path, owner);
     EXPECT_EQ(checkpoint.pieces(), 200U);
-    for (int n = 0; n < 200; ++n)
+    for (unsigned n = 0; n < 200; ++n)
         EXPECT_EQ(found(checkpoint, std::to_string(n)), std::string(n % 50, 'x'));
 }
 

@@ -381,12 +381,11 @@ TEST(RgbBsdf, DrawsTheMeanOfItsColours) {
         const RgbBsdf::Sample drawn = rgb.sample(wi, u.u1, u.u2, u.u3);
         const float value[3] = {drawn.value.r, drawn.value.g, drawn.value.b};
         const float weight = std::abs(drawn.wo.z) / drawn.pdf;
-        float mean = 0, pdf = 0, all = 0;
+        float pdf = 0, all = 0;
         for (std::size_t c = 0; c < 3; ++c) {
             const ScatteredShares<float> shares = of_channel[c].albedo(wi);
             const float share = shares.reflected + shares.transmitted;
             EXPECT_NEAR(value[c], of_channel[c].eval(wi, drawn.wo), 3e-6 * value[c]);
-            mean += value[c];
             pdf += of_channel[c].pdf(wi, drawn.wo) * share;
             all += share;
             sum[c] += double{value[c] * weight} / count;

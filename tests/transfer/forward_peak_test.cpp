@@ -37,8 +37,8 @@ TEST(ForwardPeak, IntegratesItsPathsOverTheDepthOfTheTurn) {
     boost::math::quadrature::tanh_sinh<double> integrate;
     for (const double w : {0.3, 1.0})
         for (const double tau : {0.3, 4.0})
-            for (const auto& mu : {std::pair{0.4, 0.9}, std::pair{0.7, 0.7}}) {
-                const auto [in, out] = mu;
+            for (const auto& [mu_in, mu_out] : {std::pair{0.4, 0.9}, std::pair{0.7, 0.7}}) {
+                const double in = mu_in, out = mu_out;  // which lambdas can capture
                 const ForwardPeak peak(moments, truncation, w);
                 const std::vector<double> up = peak.reflection(tau, in, out);
                 const std::vector<double> down = peak.transmission(tau, in, out);

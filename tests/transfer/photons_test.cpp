@@ -300,7 +300,7 @@ TEST(Photons, DifferFromSeedToSeed) {
 TEST(Photons, StateStandardErrorsThatTheySpreadBy) {
     // (estimate - exact) / (standard error) over 400 seeds: mean 0 with an error of 0.05, variance
     // 1 with one of 0.07; four of those are allowed.
-    constexpr int seeds = 400;
+    constexpr unsigned seeds = 400;
     const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.5);
     const Geometry at{0.5, 0.9, 1};
     const LayerSolution layer = solve_layer(phase_function, 0.9, 1, {0.5, 0.9});
@@ -308,7 +308,7 @@ TEST(Photons, StateStandardErrorsThatTheySpreadBy) {
                             layer.transmission(0, 1, 1).total, layer.plane_albedo(0),
                             layer.diffuse_transmittance(0),    layer.spherical_albedo};
     double sum[6] = {}, squares[6] = {};
-    for (int seed = 0; seed < seeds; ++seed) {
+    for (unsigned seed = 0; seed < seeds; ++seed) {
         const PhotonSolution photons =
             solve_photons(phase_function, 0.9, 1, {at}, with_photons(2000, 100u + seed));
         const auto& [geometry, R, T] = photons.geometries[0];

@@ -281,6 +281,7 @@ class Heap {
     /// Checks the heap itself, and the huge objects that do not lie in it.
     void check(const Check& check_message) const {
         constexpr std::uint64_t largest_block = 65536;
+        const char* const other = "a heap is none that a table has";
         const std::uint64_t managed = header_.number(10, 4), bits = header_.number(128, 2);
         check_sum(header_, 142);
         expect(header_.begins("FRHP") && header_.number(4, 1) == 0 &&
@@ -288,7 +289,7 @@ class Heap {
                    header_.number(9, 1) <= 3 && managed >= 256 && managed <= largest_block &&
                    header_.number(110, 2) == 4 && (first() == 512 || first() == 1024) &&
                    header_.number(120, 8) == largest_block && (bits == 32 || bits == 40),
-               "a heap is none that a table has");
+               other);
         const char* const larger = "a heap is larger than any table's";
         expect(rows() <= 16, larger);
         for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
@@ -299,6 +300,7 @@ class Heap {
         if (rows() > 0) check_block(header_.elsewhere(header_.number(132, 8)), "FHIB", 0, 0);
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
+        expect(header_.number(86, 8) > 0, other);  // the library would delete their tree
         Tree(header_.elsewhere(huge)).check([&](const Part& record) {
             check_message(header_.elsewhere(0).within(record.number(0, 8), record.number(8, 8)));
         });

@@ -152,6 +152,7 @@ const std::vector<Forgery> forgeries{
     forgery("HeapOfHugeBlocks", "FRHP", 120, std::uint64_t{1} << 40, 8, other_heap),
     forgery("HeapWithoutBounds", "FRHP", 128, 0xffff, 2, other_heap),
     forgery("FilteredHeap", "FRHP", 7, 8, 2, other_heap),
+    forgery("HeapOfNoHugeObjectsButTheirTree", std::string("FRHP\0\x08", 6), 86, 0, 8, other_heap),
     forgery("HeapOfManyRows", "FRHP", 140, 17, 2, "a heap is larger than any table's"),
     forgery("BlockInAnothersPlace", "FHDB", 13, 0xffff, 2,
             "a heap has a block that is not in its place"),

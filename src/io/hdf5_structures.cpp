@@ -418,6 +418,12 @@ class ObjectHeader {
     }
 
     void check_message(std::uint64_t kind, const Part& message) {
+        constexpr std::size_t most_messages = 4096;
+        const bool repeats = kind == 0x00 || kind == 0x06 || kind == 0x0c || kind == 0x10;
+        expect(repeats || std::count(kinds_.begin(), kinds_.end(), kind) == 0,
+               "an object has a message twice");
+        expect(kinds_.size() < most_messages, "an object has more messages than any table's");
+        kinds_.push_back(kind);
         const bool counts = message.number(1, 1) & 1;  // those that were ever made
         switch (kind) {
             case 0x00: break;
@@ -441,6 +447,7 @@ class ObjectHeader {
     }
 
     Part header_;
+    std::vector<std::uint64_t> kinds_;  // of all messages so far
     std::vector<Part> continued_;
     std::vector<std::uint64_t> extents_;
     bool filtered_ = false;
@@ -485,7 +492,7 @@ std::uint32_t lookup3(std::string_view bytes) {
 
 const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
                                   std::uint64_t size) noexcept {
-    constexpr const char* older = "a structure is none that a table has";
+    constexpr const char* other = "a structure is none that a table has";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
     try {
@@ -502,11 +509,11 @@ const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
             header.check();
             if (header.size() > size) rest_ = address + size;
         } else if (kind == H5FD_MEM_OHDR) {
-            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), older);
+            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), other);
         } else if (kind == H5FD_MEM_BTREE) {
-            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), older);
+            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), other);
         } else {
-            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), older);
+            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), other);
         }
         return nullptr;
     } catch (const Fault& fault) {

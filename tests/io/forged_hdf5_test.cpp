@@ -139,6 +139,7 @@ const std::vector<Forgery> forgeries{
     forgery("HugeMessage", "OHDR", 8, 0xffff, 2, end),
     forgery("SharedMessage", "OHDR", 10, 2, 1, "an object header shares a message"),
     forgery("OtherMessage", "OHDR", 7, 0x0f, 1, "an object has a message that no table has"),
+    forgery("MessageThatIsThereTwice", "OHDR", 47, 0x02, 1, "an object has a message twice"),
     forgery("HugeObjectHeader", "OHDR", 6, 0xff, 1, end),
     forgery("OtherTree", "BTHD", 5, 10, 1, other_tree),
     forgery("RecordsOfNoSize", "BTHD", 10, 0, 2, other_tree),

@@ -337,7 +337,7 @@ class Heap {
         expect(block.begins(name) && block.number(4, 1) == 0 && block.number(5, 8) == address_ &&
                    block.number(13, size_of_offset()) == offset,
                "a heap has a block that is not in its place");
-        if (size == 0) return check_sum(block, sum_at + 8 * 4 * rows());  // a list of blocks
+        if (size == 0) return check_sum(block, sum_at + 32 * rows());  // a list of blocks
         if (!(header_.number(9, 1) & 2)) return;
         std::string bytes(block.within(0, size).bytes());
         bytes.replace(sum_at, 4, 4, '\0');

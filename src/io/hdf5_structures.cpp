@@ -281,6 +281,7 @@ class Heap {
     /// Checks the heap itself, and the huge objects that do not lie in it.
     void check(const Check& check_message) const {
         constexpr std::uint64_t largest_block = 65536;
+        const char* const other = "a heap is none that a table has";
         const std::uint64_t managed = header_.number(10, 4), bits = header_.number(128, 2);
         check_sum(header_, 142);
         expect(header_.begins("FRHP") && header_.number(4, 1) == 0 &&
@@ -288,7 +289,7 @@ class Heap {
                    header_.number(9, 1) <= 3 && managed >= 256 && managed <= largest_block &&
                    header_.number(110, 2) == 4 && (first() == 512 || first() == 1024) &&
                    header_.number(120, 8) == largest_block && (bits == 32 || bits == 40),
-               "a heap is none that a table has");
+               other);
         const char* const larger = "a heap is larger than any table's";
         expect(rows() <= 16, larger);
         for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
@@ -299,6 +300,7 @@ class Heap {
         if (rows() > 0) check_block(header_.elsewhere(header_.number(132, 8)), "FHIB", 0, 0);
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
+        expect(header_.number(86, 8) > 0, other);  // the library would delete their tree
         Tree(header_.elsewhere(huge)).check([&](const Part& record) {
             check_message(header_.elsewhere(0).within(record.number(0, 8), record.number(8, 8)));
         });
@@ -335,7 +337,7 @@ class Heap {
         expect(block.begins(name) && block.number(4, 1) == 0 && block.number(5, 8) == address_ &&
                    block.number(13, size_of_offset()) == offset,
                "a heap has a block that is not in its place");
-        if (size == 0) return check_sum(block, sum_at + 8 * 4 * rows());  // a list of blocks
+        if (size == 0) return check_sum(block, sum_at + 32 * rows());  // a list of blocks
         if (!(header_.number(9, 1) & 2)) return;
         std::string bytes(block.within(0, size).bytes());
         bytes.replace(sum_at, 4, 4, '\0');
@@ -416,6 +418,12 @@ class ObjectHeader {
     }
 
     void check_message(std::uint64_t kind, const Part& message) {
+        constexpr std::size_t most_messages = 4096;
+        const bool repeats = kind == 0x00 || kind == 0x06 || kind == 0x0c || kind == 0x10;
+        expect(repeats || std::count(kinds_.begin(), kinds_.end(), kind) == 0,
+               "an object has a message twice");
+        expect(kinds_.size() < most_messages, "an object has more messages than any table's");
+        kinds_.push_back(kind);
         const bool counts = message.number(1, 1) & 1;  // those that were ever made
         switch (kind) {
             case 0x00: break;
@@ -439,6 +447,7 @@ class ObjectHeader {
     }
 
     Part header_;
+    std::vector<std::uint64_t> kinds_;  // of all messages so far
     std::vector<Part> continued_;
     std::vector<std::uint64_t> extents_;
     bool filtered_ = false;
@@ -483,7 +492,7 @@ std::uint32_t lookup3(std::string_view bytes) {
 
 const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
                                   std::uint64_t size) noexcept {
-    constexpr const char* older = "a structure is none that a table has";
+    constexpr const char* other = "a structure is none that a table has";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
     try {
@@ -500,11 +509,11 @@ const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
             header.check();
             if (header.size() > size) rest_ = address + size;
         } else if (kind == H5FD_MEM_OHDR) {
-            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), older);
+            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), other);
         } else if (kind == H5FD_MEM_BTREE) {
-            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), older);
+            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), other);
         } else {
-            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), older);
+            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), other);
         }
         return nullptr;
     } catch (const Fault& fault) {

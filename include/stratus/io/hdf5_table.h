@@ -4,7 +4,8 @@
 // samples; the root tracks creation order. Samples are chunked, shuffled and deflated. The root's
 // attributes hold the rest, texts with a fixed length. Every dataset has the checksum of its
 // samples, the root that of its attributes, and the file ends, behind what HDF5 sees, with that of
-// all its bytes. Equal tables make equal files.
+// all its bytes. Equal tables make equal files. Files that other programs laid out anew are read
+// where they did so with the structures of HDF5 1.10 (h5repack --latest).
 #pragma once
 
 #include <filesystem>

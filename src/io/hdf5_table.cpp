@@ -26,9 +26,6 @@
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <libdeflate.h>
-#if H5_VERSION_GE(1, 14, 0)
-#include <H5FDdevelop.h>
-#endif
 
 #include "hdf5_structures.h"
 
@@ -231,10 +228,6 @@ herr_t bytes_write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, size_t, const void*) { r
 /// The driver, which must outlive the files that it has opened.
 Handle new_driver() {
     H5FD_class_t reading{};
-#if H5_VERSION_GE(1, 14, 0)
-    reading.version = H5FD_CLASS_VERSION;
-    reading.value = H5_VFD_RESERVED;  // the first that is not the library's own
-#endif
     reading.name = "stratus-bytes";
     reading.maxaddr = std::numeric_limits<std::ptrdiff_t>::max();
     reading.fc_degree = H5F_CLOSE_STRONG;

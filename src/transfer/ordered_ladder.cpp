@@ -16,7 +16,6 @@ Pack* packs(double* memory) { return reinterpret_cast<Pack*>(memory); }
 
 std::vector<LaneTask> unscaled_tasks(const std::vector<int>& modes, double thin_depth) {
     std::vector<LaneTask> tasks;
-    tasks.reserve(modes.size());
     for (const int mode : modes) tasks.push_back({mode, 1, 0, thin_depth});
     return tasks;
 }

@@ -75,9 +75,9 @@ struct SideView {
     return number[c];
 }
 
-/// True of a type whose lanes are the channels of one lookup: a loop over channels is one step.
-template <class F>
-static constexpr bool lanes_are_channels = false;
+/// Steps of a loop over channels: one for a type whose lanes are the channels of one lookup.
+template <int channels, class F>
+static constexpr int channel_steps = channels;
 
 #if defined(__SSE2__)
 // Compilers like to branch, and here a branch is as good as never foreseen.
@@ -408,7 +408,7 @@ template <Orders orders, int channels, class F>
     const int column = azimuths * channels;
     const auto row = (halved(high.sample * (high.sample + 3)) + low.sample) * column;
     const auto next = row + (high.sample + 2) * column;
-    constexpr int steps = lanes_are_channels<F> ? 1 : channels;
+    constexpr int steps = channel_steps<channels, F>;
     if constexpr (orders == Orders::without_azimuth) {
         for (int c = 0; c < steps; ++c) {
             const F a = sample_at(side.sample + c, row, F());
@@ -449,7 +449,7 @@ template <PhaseForm form, Orders orders, int channels, class F>
     else if constexpr (form != PhaseForm::none)
         curve[0] = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+    for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto depth = of_channel(side.optical_depth, c, F());
         const auto quarter_albedo = of_channel(side.quarter_albedo, c, F());
         Attenuation<F> both;
@@ -495,7 +495,7 @@ template <PhaseForm form, Orders orders, int channels, class F>
     F phase;
     if constexpr (form != PhaseForm::none) phase = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
-    for (int c = 0; c < (lanes_are_channels<F> ? 1 : channels); ++c) {
+    for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto depth = of_channel(side.optical_depth, c, F());
         const F path_depth = steep * depth;
         // The mean of exp(-x) over [0, z] knows no singularity at equal cosines.

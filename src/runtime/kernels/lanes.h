@@ -233,7 +233,7 @@ STRATUS_INLINE Neighbours<Channels> shared_neighbours(const float* samples, Chan
 
 }  // namespace
 
-template <>
-constexpr bool lanes_are_channels<Channels> = true;
+template <int channels>
+constexpr int channel_steps<channels, Channels> = 1;
 
 }  // namespace stratus

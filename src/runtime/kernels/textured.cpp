@@ -288,7 +288,7 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Ind
 template <Leaves leaves, PhaseForm form, bool azimuthal, class F, int width>
 STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F optical_depth,
                             F mu_in, F mu_out, F azimuth, int n, Plan<width>& plan) {
-    constexpr int lanes = static_cast<int>(sizeof(F) / sizeof(float));
+    constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(optical_depth, 0, 1e30f);
     const LightPathOf<F> path = light_path<leaves>(mu_in, mu_out, azimuth);
     const LayerWindow<F> layers = layer_window(side, co_albedo, depth);

@@ -254,7 +254,7 @@ class Labels {
         const double x = frame_.across(point.x), y = frame_.down(point.y);
         Box best{};
         double least = std::numeric_limits<double>::infinity();
-        for (double away = 5; away <= most; away += 3)
+        for (int away = 5; away <= most; away += 3)
             for (const double angle : {-0.25, 0.0, 0.25, 0.75, 1.0, -0.75, 0.5, -0.5}) {
                 const double across = std::cos(pi * angle), down = -std::sin(pi * angle);
                 const double middle_x = x + away * across + across * width / 2;

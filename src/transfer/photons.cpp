@@ -45,12 +45,15 @@ class AngleSampler {
         // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
         // far half mirrors the near one.
         std::vector<double> angles{0};
-        for (double angle = 1e-5; angle < pi / 2; angle += std::min(0.02 * angle, pi / 1024))
+        double angle = 1e-5;
+        while (angle < pi / 2) {
             angles.push_back(angle);
+            angle += std::min(0.02 * angle, pi / 1024);
+        }
         for (std::size_t i = angles.size(); i-- > 0;) angles.push_back(pi - angles[i]);
-        for (const double angle : angles) {
-            v_.push_back(std::pow(std::sin(angle / 2), 2));
-            height_.push_back(std::max(least_height, std::abs(phase_function(std::cos(angle)))));
+        for (const double turn : angles) {
+            v_.push_back(std::pow(std::sin(turn / 2), 2));
+            height_.push_back(std::max(least_height, std::abs(phase_function(std::cos(turn)))));
             if (v_.size() == 1) continue;
             const std::size_t i = v_.size() - 2;
             below_.push_back((below_.empty() ? 0 : below_.back()) +

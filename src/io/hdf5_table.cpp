@@ -522,12 +522,10 @@ void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
     }
 }
 
-/// Whether a dataset lies in chunks; otherwise its bytes lie as they are, in the file itself.
-bool check_layout(hid_t creation, const std::string& name) {
-    const H5D_layout_t layout = H5Pget_layout(creation);
-    if (H5Pget_external_count(creation) != 0 || layout == H5D_VIRTUAL || layout < 0)
-        throw std::runtime_error(name + " keeps its samples in another file");
-    return layout == H5D_CHUNKED;
+/// Whether a dataset lies in chunks; otherwise its bytes lie as they are, in the file itself: what
+/// lies in other files is refused before (hdf5_structures.h).
+bool is_chunked(hid_t creation, const std::string& name) {
+    return checked(H5Pget_layout(creation), "look at " + shown(name)) == H5D_CHUNKED;
 }
 
 /// Only the filters that this format uses are run on a file's bytes, and none twice.
@@ -676,7 +674,7 @@ std::vector<Number> read_values(hid_t dataset, const std::string& name,
         throw std::runtime_error(name + " must hold little-endian floating-point numbers of " +
                                  std::to_string(sizeof(Number)) + " bytes");
     const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read the layout of " + name);
-    const bool chunked = check_layout(creation, name);
+    const bool chunked = is_chunked(creation, name);
     if (chunked && !std::is_same_v<Number, float>)
         throw std::runtime_error(name + " lies in chunks, which only samples do");
     std::optional<Runs> runs;

@@ -7,7 +7,15 @@
 //     plain_read      the file's bytes, nothing else; `floats`: a file of nothing but the samples
 //     library_read    H5Dread, or OpenEXR's readPixels, of all samples; checks nothing
 //     read_table      what `stratus::io` gives: sealed, checked, ready for lookups
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <benchmark/benchmark.h>
+#include <hdf5.h>
 
 #include <cstddef>
 #include <cstdio>
@@ -15,18 +23,8 @@
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <vector>
-
 #include <unistd.h>
-
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
-#include <hdf5.h>
-
-#include <stratus/bake/bake.h>
-#include <stratus/io/table_file.h>
+#include <vector>
 
 namespace {
 

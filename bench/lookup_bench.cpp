@@ -1,5 +1,12 @@
 // Lookups at random points of baked tables, one thread, beside the floor: reading the same memory
 // and doing nothing with it.
+#include <stratus/bake/bake.h>
+#include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/half_table.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/slice.h>
+#include <stratus/runtime/textured_table.h>
+
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -8,13 +15,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <stratus/bake/bake.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/half_table.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/textured_table.h>
 
 namespace {
 

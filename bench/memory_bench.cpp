@@ -6,6 +6,12 @@
 // points, evenly spread over the cells of the axes, are relative to the total R or T there, but not
 // to less than 1 % of the largest value at the same depth and albedo (cosines of at least 0.1), nor
 // to less than 1e-8: as the errors that `stratus verify` states.
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/half_table.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,12 +20,6 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include <stratus/bake/accuracy.h>
-#include <stratus/bake/bake.h>
-#include <stratus/io/table_file.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/half_table.h>
 
 namespace {
 
@@ -30,7 +30,7 @@ using Lookup = Scattered (*)(const TableView&, double, double, const Geometry&) 
 constexpr int points = 100000;
 
 /// Least that a difference is relative to at one depth and albedo.
-double least_value(Lookup look_up, const TableView& table, double albedo, double depth) {
+double min_value(Lookup look_up, const TableView& table, double albedo, double depth) {
     double largest = 0;
     for (const double in : floor_cosines())
         for (const double out : floor_cosines())
@@ -64,7 +64,7 @@ std::vector<double> differences(Lookup look_up, const TableView& floats, const T
         const double expected = look_up(floats, albedo, depth, at).total();
         const double found = look_up(halves, albedo, depth, at).total();
         relative.push_back(std::abs(found - expected) /
-                           std::max(expected, least_value(look_up, floats, albedo, depth)));
+                           std::max(expected, min_value(look_up, floats, albedo, depth)));
     }
     std::sort(relative.begin(), relative.end());
     return relative;

@@ -1,19 +1,19 @@
 // What few nodes make of peaked phase functions: errors of R and T against many nodes, within 10
 // degrees of the forward direction and beyond, with delta-M and as Stratus truncates.
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
 
-#include <stratus/transfer/solve.h>
-
 namespace {
 
 using namespace stratus;
 
 const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1};
-const double pi = std::acos(-1.0);
 
 struct Regions {
     std::vector<double> forward, elsewhere;
@@ -73,7 +73,7 @@ int main() {
         for (const int nodes : {24, 32, 48, 64}) {
             std::printf("| %s | %d |", of.name, nodes);
             options.nodes = nodes;
-            for (const Truncate truncate : {Truncate::sharply, Truncate::smoothly}) {
+            for (const Truncate truncate : {Truncate::delta_m, Truncate::smooth}) {
                 options.truncate = truncate;
                 const Regions regions =
                     compare(solve_layer(phase, 1, of.optical_depth, cosines, options), expected);

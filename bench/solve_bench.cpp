@@ -1,10 +1,10 @@
 // One layer, all modes, at all Gauss nodes, one thread: what method.md calls "2.3 N^3 operations a
 // doubling and mode".
+#include <stratus/transfer/solve.h>
+
 #include <benchmark/benchmark.h>
 
 #include <string>
-
-#include <stratus/transfer/solve.h>
 
 namespace {
 

@@ -3,6 +3,12 @@
 // Three contestants: doubling from single scattering without truncation, as in the textbook;
 // doubling from the diamond rule with our truncation; the harmonic scheme. The depths at which the
 // matrix begins, 0 and 1e-300, are closed forms and left out.
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/solve.h>
+
+#include "../tests/transfer/stability_matrix.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,12 +16,6 @@
 #include <optional>
 #include <stdexcept>
 #include <vector>
-
-#include <stratus/bake/parallel.h>
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/solve.h>
-
-#include "../tests/transfer/stability_matrix.h"
 
 namespace {
 
@@ -50,7 +50,7 @@ SolverOptions options_of(std::size_t contestant, int nodes) {
     if (contestant == 2) return options;
     options.scheme = Scheme::classic;
     options.start = contestant == 0 ? ClassicStart::single : ClassicStart::diamond;
-    options.truncate = contestant == 1 ? Truncate::sharply : Truncate::nothing;
+    options.truncate = contestant == 1 ? Truncate::delta_m : Truncate::nothing;
     return options;
 }
 

@@ -1,15 +1,16 @@
 // `stratus bake`: a recipe in, a table out.
+#include <stratus/bake/bake.h>
+
+#include <stratus/bake/clock.h>
+#include <stratus/io/checkpoint.h>
+#include <stratus/io/table_file.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
 #include "stop_on_signal.h"
-
-#include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
-#include <stratus/io/checkpoint.h>
-#include <stratus/io/table_file.h>
 
 #include <cstdio>
 #include <filesystem>

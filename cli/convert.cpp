@@ -1,10 +1,10 @@
 // `stratus convert`: the same table in the other file format, lossless both ways.
+#include <stratus/io/table_file.h>
+
 #include "commands.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
-
-#include <stratus/io/table_file.h>
 
 #include <filesystem>
 #include <iostream>

@@ -1,14 +1,15 @@
 // `stratus cost`: what accuracy costs in time and in bytes, as CSV and as a figure.
+#include <stratus/bake/cost.h>
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/picture/cost_plot.h>
+#include <stratus/runtime/number_text.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
-
-#include <stratus/bake/cost.h>
-#include <stratus/io/atomic_file.h>
-#include <stratus/picture/cost_plot.h>
-#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>

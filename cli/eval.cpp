@@ -1,21 +1,20 @@
 // `stratus eval`: looks up a baked table at the rows of a query, through the same runtime library a
 // renderer links.
-#include "allowed.h"
-#include "commands.h"
-#include "query.h"
-#include "table_option.h"
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/runtime/table.h>
 
+#include "allowed.h"
+#include "commands.h"
+#include "query.h"
+#include "table_option.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
-#include <limits>
 #include <memory>
-#include <numbers>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -142,14 +141,15 @@ std::vector<Point> points_of(const CsvTable& query, const Table& table, double d
     for (const std::vector<double>& row : query.rows)
         points.push_back(
             {value_or_only_sample(row, "albedo", table.albedo),
-             denser(value_or_only_sample(row, "optical_depth", table.optical_depth), density),
+             effective_optical_depth(
+                 value_or_only_sample(row, "optical_depth", table.optical_depth), density),
              table.has_mixture() ? row[column("mixture")] : 1,
-             {row[mu_in], row[mu_out], row[azimuth] * std::numbers::pi / 180}});
+             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
     return points;
 }
 
 bool is_outside(const AxisView& axis, double value) {
-    if (axis.count == 0) return value != std::numeric_limits<double>::infinity();
+    if (axis.count == 0) return value != infinity;
     if (axis.ends_at_infinity) return value < axis.lowest;
     return value < axis.lowest || value > axis.highest;
 }
@@ -158,7 +158,7 @@ bool is_outside(const AxisView& axis, double value) {
 /// light scatters once.
 bool is_depth_outside(const TableView& table, double optical_depth) {
     const bool known_when_empty =
-        !table.lies_on_something() || table.below->kind == Below::Kind::surface;
+        !table.has_lower_boundary() || table.lower_boundary->kind == LowerBoundary::Kind::surface;
     return !(optical_depth == 0 && known_when_empty) &&
            is_outside(table.optical_depth, optical_depth);
 }
@@ -219,7 +219,7 @@ double brightened_by(const Opposition& opposition, const TableView& table, const
 
 /// What a viewer at mu_out sees of a background.
 double background_of(const TableView& table, const Point& point, const Asked& effects) {
-    if (table.lies_on_something()) return 0;
+    if (table.has_lower_boundary()) return 0;
     return transparency(effects.single ? table.phase(1) : 0, point.albedo, point.optical_depth,
                         point.geometry.mu_out);
 }

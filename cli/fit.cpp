@@ -1,14 +1,15 @@
 // `stratus fit`: what rings are made of, from how bright they were seen to be.
+#include <stratus/fit/fit.h>
+
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "query.h"
 #include "table_option.h"
-
-#include <stratus/bake/parallel.h>
-#include <stratus/fit/fit.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,21 +1,21 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
+#include <stratus/io/atomic_file.h>
+#include <stratus/picture/portrait.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/half.h>
+#include <stratus/runtime/number_text.h>
+#include <stratus/runtime/table.h>
+
 #include "commands.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
-
-#include <stratus/io/atomic_file.h>
-#include <stratus/picture/portrait.h>
-#include <stratus/runtime/half.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/table.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -79,12 +79,12 @@ std::string sides_of(const Table& table) {
 }
 
 std::string below_of(const Table& table) {
-    const std::string albedo = "albedo " + short_number(table.below.albedo, digits);
-    switch (table.below.kind) {
-        case Below::Kind::surface: return "Lambert surface, " + albedo;
-        case Below::Kind::layer:
+    const std::string albedo = "albedo " + short_number(table.lower_boundary.albedo, digits);
+    switch (table.lower_boundary.kind) {
+        case LowerBoundary::Kind::surface: return "Lambert surface, " + albedo;
+        case LowerBoundary::Kind::layer:
             return "semi-infinite layer, " + albedo + ", " +
-                   shortened(table.below.phase_function.text());
+                   shortened(table.lower_boundary.phase_function.text());
         default: return "nothing";
     }
 }
@@ -121,7 +121,7 @@ void print_content(const Table& table) {
     print("optical depth", described(table.optical_depth));
     print("mu_in", described(table.mu_in));
     print("mu_out", described(table.mu_out));
-    print("azimuth", described(table.azimuth, std::numbers::pi / 180, " degrees"));
+    print("azimuth", described(table.azimuth, pi / 180, " degrees"));
     print("sides", sides_of(table));
     print("orders", orders_of(table));
 }

@@ -1,21 +1,20 @@
 #include "methods.h"
 
-#include <cmath>
-#include <limits>
-#include <map>
-
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/transfer/isotropic.h>
 #include <stratus/transfer/markov.h>
 #include <stratus/transfer/photons.h>
 #include <stratus/transfer/stack.h>
 
+#include <cmath>
+#include <limits>
+#include <map>
+
 namespace stratus {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The distinct cosines of geometries, and where each is in the list.
 class Cosines {
@@ -264,7 +263,7 @@ Method by_photons(const LayerQuestion& question) {
     };
     Method method;
     method.more_columns = error_columns();
-    method.most_cosines = std::numeric_limits<std::size_t>::max();
+    method.max_cosines = std::numeric_limits<std::size_t>::max();
     method.rows = [=](const std::vector<Geometry>& geometries) {
         std::vector<MethodRow> rows;
         for (const PhotonGeometry& at : solve(geometries).geometries)
@@ -321,21 +320,22 @@ Method method_of(const Stack& stack, int nodes) {
     SolverOptions options;
     if (nodes) options.nodes = nodes;
     const auto solve = [=](const std::vector<double>& mu, const SolverOptions& with) {
-        return solve_stack(stack.layers, stack.below, mu, with);
+        return solve_stack(stack.layers, stack.lower_boundary, mu, with);
     };
     Method method;
     method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
     method.fluxes = [=](const std::vector<double>& mu) {
         const StackSolution solution = solve(mu, flux_only(options));
         double depth = 0;
-        bool is_conservative = !stack.below.is_something() || stack.below.albedo == 1;
+        bool is_conservative =
+            !stack.lower_boundary.is_present() || stack.lower_boundary.albedo == 1;
         for (const StackLayer& layer : stack.layers) {
             depth += layer.optical_depth;
             is_conservative = is_conservative && layer.albedo == 1;
         }
         MethodFluxes fluxes =
             fluxes_of(solution, mu, solution.is_opaque() ? infinity : depth, is_conservative);
-        if (!stack.below.is_something()) return fluxes;
+        if (!stack.lower_boundary.is_present()) return fluxes;
         fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
         if (!mu.empty())
             fluxes.lists.emplace_back("plane_ground_absorptance",

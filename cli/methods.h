@@ -1,16 +1,16 @@
 // The ways in which `stratus solve` can solve: the solver itself and the witnesses that check it.
 #pragma once
 
+#include <stratus/bake/stack_file.h>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
+
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <stratus/bake/stack_file.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 
@@ -43,7 +43,7 @@ struct MethodFluxes {
 
 struct Method {
     std::vector<std::string> more_columns;
-    std::size_t most_cosines = 64;  // solved at once: extra directions cost as much as nodes do
+    std::size_t max_cosines = 64;  // solved at once: extra directions cost as much as nodes do
     std::function<std::vector<MethodRow>(const std::vector<Geometry>&)> rows;
     std::function<MethodFluxes(const std::vector<double>& mu)> fluxes;
 };

@@ -1,14 +1,15 @@
 // `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe that
 // follows from it.
+#include <stratus/scene/plan.h>
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/runtime/argument.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
-
-#include <stratus/io/atomic_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/scene/plan.h>
 
 #include <cmath>
 #include <cstdio>

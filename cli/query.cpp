@@ -1,12 +1,10 @@
 #include "query.h"
 
-#include "signals_held.h"
-
 #include <stratus/io/atomic_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
-#include <unistd.h>
+#include "signals_held.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -18,6 +16,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <unistd.h>
 
 namespace stratus {
 namespace {

@@ -5,13 +5,13 @@
 // whole or not at all, to a file.
 #pragma once
 
+#include <stratus/runtime/csv.h>
+
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/csv.h>
 
 namespace stratus {
 

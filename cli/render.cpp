@@ -1,17 +1,18 @@
 // `stratus render`: a scene in, a picture out.
-#include "allowed.h"
-#include "commands.h"
-#include "progress.h"
-#include "query.h"
-#include "signals_held.h"
-#include "table_option.h"
+#include <stratus/scene/render.h>
 
 #include <stratus/bake/clock.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/scene/plan.h>
-#include <stratus/scene/render.h>
+
+#include "allowed.h"
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+#include "signals_held.h"
+#include "table_option.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,13 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
 // or of a stack.
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "methods.h"
 #include "query.h"
-
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ Negatives answer_query(const SolveCommand& command, const Method& method) {
             std::set<double> cosines;
             std::vector<Geometry> geometries;
             for (std::size_t row = first;
-                 row < query.rows.size() && cosines.size() <= method.most_cosines - 2; ++row) {
+                 row < query.rows.size() && cosines.size() <= method.max_cosines - 2; ++row) {
                 const std::vector<double>& of = query.rows[row];
                 geometries.push_back({of[in], of[out], radians(of[azimuth])});
                 cosines.insert({of[in], of[out]});

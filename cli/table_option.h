@@ -2,9 +2,9 @@
 // stderr.
 #pragma once
 
-#include "allowed.h"
-
 #include <stratus/io/table_file.h>
+
+#include "allowed.h"
 
 #include <filesystem>
 #include <iostream>

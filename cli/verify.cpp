@@ -1,12 +1,12 @@
 // `stratus verify`: solves again at random points between a table's samples and says how far
 // lookups are off.
+#include <stratus/bake/accuracy.h>
+#include <stratus/runtime/angle.h>
+
 #include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "table_option.h"
-
-#include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
 
 #include <algorithm>
 #include <cstdio>

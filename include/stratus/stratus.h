@@ -65,7 +65,7 @@ typedef struct stratus_table_info {
     size_t size; /* sizeof(stratus_table_info), set by the caller */
     stratus_range optical_depth, albedo, mu_in, mu_out, azimuth;
     int has_reflection, has_transmission; /* 1 or 0 */
-    int lies_on_something; /* 1: reflection is that of the layer and what lies beneath it */
+    int has_lower_boundary; /* 1: reflection is that of the layer over its lower boundary */
     int highest_order;     /* of scattering; 0: all */
     double tolerance;      /* relative error asked for at the bake; 0: unknown */
     double measured_error; /* largest relative error met at the bake's own check */

@@ -1,23 +1,21 @@
 #include <stratus/bake/accuracy.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <random>
-
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/slice.h>
 #include <stratus/transfer/quadrature.h>
 
 #include "piece_of_work.h"
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 namespace stratus {
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 /// Light fainter than this shows in no picture and no measurement: errors are not asked for
 /// relative to less.
@@ -50,9 +48,9 @@ std::ptrdiff_t quantile_place(std::size_t count, double share) {
 
 PointRange range_of(const Table& table) {
     const TableView view = table.view();
-    return {view.albedo, view.optical_depth,    view.mu_in,
-            view.mu_out, view.has_reflection(), view.has_transmission(),
-            table.below, view.mixture,          table.second_phase_function};
+    return {view.albedo,          view.optical_depth,    view.mu_in,
+            view.mu_out,          view.has_reflection(), view.has_transmission(),
+            table.lower_boundary, view.mixture,          table.second_phase_function};
 }
 
 /// A random (albedo, optical depth, mixture), evenly spread over the cells of a range.
@@ -70,7 +68,7 @@ Cell random_cell(const PointRange& range, std::mt19937& random) {
     cell.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
     const double index = uniform(random) * (tau.size() - 1);
     if (tau.count == 0)
-        cell.optical_depth = std::numeric_limits<double>::infinity();
+        cell.optical_depth = infinity;
     else if (index > tau.count - 1)
         cell.optical_depth = tau.highest / (tau.size() - 1 - index);
     else
@@ -161,7 +159,7 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
                 ? phase_function
                 : PhaseFunction::mixture(cell.mixture, phase_function, range.second_phase_function);
         const LayerSolution solution =
-            solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.below);
+            solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.lower_boundary);
         for (const Side side : sides)
             solved.push_back(side == Side::reflection ? reflection_floor(solution)
                                                       : transmission_floor(solution));
@@ -193,7 +191,7 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
 double energy_defect(const Table& table) {
     const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
     if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.highest_order > 0 ||
-        table.below.is_something())
+        table.lower_boundary.is_present())
         return -1;
     double worst = 0;
     const std::size_t mus = table.mu_in.values.size();

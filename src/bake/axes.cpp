@@ -1,11 +1,10 @@
 #include "axes.h"
 
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
-
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 
@@ -19,7 +18,7 @@ constexpr double reduced_extrapolation_length = 1.4208921792;
 
 /// Over whiter ground the length is cut off: what it is for, the light lost in the ground, is less
 /// than the tolerances that tables are made for.
-constexpr double least_absorptance = 1e-3;
+constexpr double min_absorptance = 1e-3;
 
 }  // namespace
 
@@ -28,7 +27,7 @@ Axis mu_axis(int samples) {
 }
 
 Axis azimuth_axis(int samples) {
-    return make_axis(AxisScale::linear, 0, samples == 1 ? 0 : std::numbers::pi, samples);
+    return make_axis(AxisScale::linear, 0, samples == 1 ? 0 : pi, samples);
 }
 
 Axis albedo_axis(Range range, int samples) {
@@ -59,20 +58,19 @@ std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<doub
     return compute_diffusion_exponents(recipe.phase_function, albedos, options);
 }
 
-double extrapolation_length(const PhaseFunction& phase_function, const Below& below) {
+double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary) {
     // A ground that gives back the share A of the light is as good as a black one (4/3) A / (1 - A)
     // further down: through a conservative layer of reduced depth x, which transmits t = (4/3) /
     // (x + q) [vdH80], the share (1 - A) t / (1 - A (1 - t)) reaches and stays in it.
-    double albedo = below.albedo;
-    if (below.kind == Below::Kind::layer) {
+    double albedo = boundary.albedo;
+    if (boundary.kind == LowerBoundary::Kind::layer) {
         SolverOptions flux_only;
         flux_only.modes = 1;
-        albedo = solve_layer(below.phase_function, albedo, std::numeric_limits<double>::infinity(),
-                             {}, flux_only)
-                     .spherical_albedo;
+        albedo =
+            solve_layer(boundary.phase_function, albedo, infinity, {}, flux_only).spherical_albedo;
     }
     const double further =
-        below.is_something() ? 4.0 / 3 * albedo / std::max(least_absorptance, 1 - albedo) : 0;
+        boundary.is_present() ? 4.0 / 3 * albedo / std::max(min_absorptance, 1 - albedo) : 0;
     return (reduced_extrapolation_length + further) /
            std::max(1e-4, 1 - phase_function.asymmetry());
 }

@@ -30,6 +30,6 @@ std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<doub
 
 /// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a ground that gives light
 /// back.
-double extrapolation_length(const PhaseFunction& phase_function, const Below& below);
+double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary);
 
 }  // namespace stratus

@@ -1,13 +1,5 @@
 #include <stratus/bake/bake.h>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <numbers>
-#include <span>
-#include <utility>
-
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
@@ -16,6 +8,14 @@
 #include "axes.h"
 #include "piece_of_work.h"
 #include "resolve.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <utility>
 
 namespace stratus {
 
@@ -26,7 +26,7 @@ namespace {
 /// point.
 constexpr double first_strictness = 0.5;
 constexpr double stricter = 0.6;
-constexpr int most_attempts = 3;
+constexpr int max_attempts = 3;
 
 /// The bake's own check must be met with this much to spare, so that other random points meet the
 /// tolerance too.
@@ -88,14 +88,15 @@ class TableSolver {
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         const Discretisation& d = recipe.discretisation;
         table_.phase_function = recipe.phase_function;
-        table_.below = recipe.below;
+        table_.lower_boundary = recipe.lower_boundary;
         table_.albedo = albedo_axis(recipe.albedo, d.albedo_samples);
         table_.optical_depth = optical_depth_axis(recipe.optical_depth,
                                                   std::max(1, d.optical_depth_samples_per_octave),
                                                   d.deepest_optical_depth);
         table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
         table_.azimuth = azimuth_axis(d.azimuth_samples);
-        table_.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.below);
+        table_.extrapolation_length =
+            extrapolation_length(recipe.phase_function, recipe.lower_boundary);
         const std::size_t rows = table_.albedo.values.size() * table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * mus * table_.azimuth.values.size();
@@ -156,7 +157,7 @@ class TableSolver {
                     const Geometry at{in, out, azimuth};
                     reflected_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_reflected(at)));
-                    below_phase_.push_back(phase_value_below(recipe_.below, at));
+                    boundary_phase_.push_back(boundary_phase_value(recipe_.lower_boundary, at));
                     transmitted_phase_.push_back(
                         recipe_.phase_function(cos_scattering_angle_transmitted(at)));
                 }
@@ -202,7 +203,7 @@ class TableSolver {
             return;
         }
         const auto solutions = solve_ladder(recipe_.phase_function, albedos, ladder,
-                                            table_.mu_in.values, solver_, recipe_.below);
+                                            table_.mu_in.values, solver_, recipe_.lower_boundary);
         for (std::size_t n = 0; n < rows.size(); ++n)
             store(solutions[n / depths][n % depths], rows[n]);
         if (!options_.log.keep) return;
@@ -251,7 +252,7 @@ class TableSolver {
             store_side(
                 solution.reflection_modes, reflected_phase_, cos_scattering_angle_reflected,
                 [&](int i, int j) { return solution.reflection_correction(i, j); },
-                solution.below_correction(), table_.reflection_multiple.data() + row * block_);
+                solution.boundary_correction(), table_.reflection_multiple.data() + row * block_);
         if (recipe_.transmission)
             store_side(
                 solution.transmission_modes, transmitted_phase_, cos_scattering_angle_transmitted,
@@ -273,7 +274,7 @@ class TableSolver {
     template <class Cosine, class Correction>
     void store_side(const std::vector<Eigen::MatrixXd>& modes, const std::vector<double>& phase,
                     Cosine cos_scattering_angle, Correction correction,
-                    const Eigen::MatrixXd& below, float* out) const {
+                    const Eigen::MatrixXd& boundary, float* out) const {
         const auto& mu = table_.mu_in.values;
         const auto mus = static_cast<Eigen::Index>(mu.size());
         const Eigen::Index azimuths = cosines_.cols();
@@ -297,7 +298,7 @@ class TableSolver {
                     const auto direction = static_cast<std::size_t>((i * mus + j) * azimuths + k);
                     double sample = sum(k) + correction_here.single * phase[direction] +
                                     scattered_again[static_cast<std::size_t>(k)];
-                    if (below.size()) sample += below(i, j) * below_phase_[direction];
+                    if (boundary.size()) sample += boundary(i, j) * boundary_phase_[direction];
                     out[(i * mus + j) * azimuths + k] = out[(j * mus + i) * azimuths + k] =
                         rounded_(sample);
                 }
@@ -311,7 +312,7 @@ class TableSolver {
     Table table_;
     std::size_t block_ = 0;
     Eigen::MatrixXd cosines_;
-    std::vector<double> reflected_phase_, transmitted_phase_, below_phase_;
+    std::vector<double> reflected_phase_, transmitted_phase_, boundary_phase_;
 };
 
 /// The tables of all mixtures, one after the other.
@@ -343,9 +344,9 @@ Table solve_mixtures(const Recipe& recipe, const BakeOptions& options) {
     table.mixture = mixture;
     table.phase_function = recipe.phase_function;
     table.second_phase_function = recipe.second_phase_function;
-    table.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.below);
+    table.extrapolation_length = extrapolation_length(recipe.phase_function, recipe.lower_boundary);
     table.second_extrapolation_length =
-        extrapolation_length(recipe.second_phase_function, recipe.below);
+        extrapolation_length(recipe.second_phase_function, recipe.lower_boundary);
     return table;
 }
 
@@ -362,7 +363,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table = solve_table(resolved, options);
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
-    if (recipe.below.is_something())
+    if (recipe.lower_boundary.is_present())
         table.attributes["convention_below"] =
             "reflection is that of the layer and of what lies beneath it; light scattered once, by "
             "either, is added in closed form and not in reflection_multiple";
@@ -437,7 +438,7 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
     Attempt attempt;
     std::string last;  // what the last attempt resolved to: the same again would be in vain
     double strictness = first_strictness;
-    for (int n = 0; n < most_attempts && !attempt.met; ++n, strictness *= stricter) {
+    for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
         if (n > 0) note("not within the tolerance everywhere: once more, stricter");
         BakeOptions of_attempt = options;
         of_attempt.log = part_of(options.log, "attempt " + std::to_string(n));

@@ -1,24 +1,24 @@
 #include <stratus/bake/cost.h>
 
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
+
+#include "axes.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <ostream>
 #include <random>
 #include <stdexcept>
 #include <tuple>
-
-#include <stratus/bake/accuracy.h>
-#include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
-#include <stratus/bake/parallel.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/number_text.h>
-
-#include "axes.h"
 
 namespace stratus {
 
@@ -30,7 +30,7 @@ constexpr double share_of_reference = 0.1, share_of_solver_errors = 0.2,
 
 /// A solution is converged, and more nodes say nothing more, when nothing changes by more.
 constexpr double converged = 1e-9;
-constexpr int most_reference_nodes = 256;
+constexpr int max_reference_nodes = 256;
 
 constexpr int random_points = 6000;
 constexpr unsigned point_seed = 7;  // neither the bake's check nor verify's default
@@ -54,7 +54,7 @@ SolverOptions solver_of(const Recipe& recipe) {
 /// which counts no orders and takes nothing beneath.
 std::vector<SolverOptions> solver_variants(const Recipe& recipe) {
     std::vector<SolverOptions> variants{solver_of(recipe)};
-    if (recipe.orders != 0 || recipe.below.is_something()) return variants;
+    if (recipe.orders != 0 || recipe.lower_boundary.is_present()) return variants;
     SolverOptions classic = variants.front();
     classic.scheme = Scheme::classic;
     for (const ClassicStart start : {ClassicStart::diamond, ClassicStart::single})
@@ -117,7 +117,7 @@ class Probes {
         parallel_for(static_cast<int>(albedos_.size()), threads_, [&](int a) {
             const auto at = static_cast<std::size_t>(a);
             auto solved = solve_ladder(recipe_.phase_function, {albedos_[at]}, ladder_, mu_, solver,
-                                       recipe_.below)[0];
+                                       recipe_.lower_boundary)[0];
             const std::size_t stride = std::max<std::size_t>(1, solved.size() / 6);
             for (std::size_t d = (solved.size() - 1) % stride; d < solved.size(); d += stride)
                 of_albedo[at].push_back(std::move(solved[d]));
@@ -150,11 +150,11 @@ class Probes {
     /// Seconds of one solve of the deepest and brightest layer, the best of some.
     double time_solve(const SolverOptions& solver) const {
         constexpr double enough = 5e-3;
-        double best = std::numeric_limits<double>::infinity();
+        double best = infinity;
         for (const auto begun = Clock::now(); seconds_since(begun) < enough;) {
             const auto started = Clock::now();
             solve_layer(recipe_.phase_function, recipe_.albedo.max, recipe_.optical_depth.max, mu_,
-                        solver, recipe_.below);
+                        solver, recipe_.lower_boundary);
             best = std::min(best, seconds_since(started));
         }
         return best;
@@ -245,7 +245,7 @@ class CostMeter {
             try {
                 reference_ = probes_.values(probes_.solve(solver));
             } catch (const std::runtime_error&) {  // so few nodes break the solver down
-                if (2 * solver.nodes > most_reference_nodes) throw;
+                if (2 * solver.nodes > max_reference_nodes) throw;
                 solver.nodes *= 2;
             }
         }
@@ -260,7 +260,7 @@ class CostMeter {
             study_.reference_nodes = solver.nodes;
             study_.reference_change = change.error_largest;
             constexpr double growth = 16;  // nodes cubed, and as many more modes
-            if (change.error_largest <= converged || 2 * solver.nodes > most_reference_nodes ||
+            if (change.error_largest <= converged || 2 * solver.nodes > max_reference_nodes ||
                 !is_time_left(share_of_reference, growth * seconds))
                 break;
         }
@@ -359,7 +359,7 @@ class CostMeter {
                 chosen.push_back(point);
             }
         }
-        time_solvers(chosen, std::numeric_limits<double>::infinity());
+        time_solvers(chosen, infinity);
         solvers_.insert(solvers_.begin(), chosen.begin(), chosen.end());
         for (CostPoint& point : solvers_) point.solve_seconds = best_seconds_.at(key_of(point));
     }
@@ -419,7 +419,7 @@ class CostMeter {
                                mu,
                                recipe_.reflection,
                                recipe_.transmission,
-                               recipe_.below};
+                               recipe_.lower_boundary};
         SolverOptions solver = solver_of(recipe_);
         solver.nodes = std::max(point_nodes_, chosen.nodes + 8);
         solver.mode_tolerance = 1e-4 * recipe_.tolerance;
@@ -441,7 +441,7 @@ class CostMeter {
         volatile double sink = 0;
         for (std::size_t first = 0; first < expected_.size(); first += in_a_row) {
             const std::size_t last = std::min(expected_.size(), first + in_a_row);
-            double best = std::numeric_limits<double>::infinity();
+            double best = infinity;
             for (int round = 0; round < options_.rounds; ++round) {
                 const auto started = Clock::now();
                 double sum = 0;
@@ -521,8 +521,8 @@ class CostMeter {
     bool can_vary(const SweptAxis& axis) const {
         if (axis.samples == &Discretisation::azimuth_samples)
             return !recipe_.phase_function.is_isotropic() ||
-                   (recipe_.below.kind == Below::Kind::layer &&
-                    !recipe_.below.phase_function.is_isotropic());
+                   (recipe_.lower_boundary.kind == LowerBoundary::Kind::layer &&
+                    !recipe_.lower_boundary.phase_function.is_isotropic());
         const Range& range = axis.samples == &Discretisation::albedo_samples
                                  ? recipe_.albedo
                                  : recipe_.optical_depth;
@@ -669,7 +669,7 @@ class CostMeter {
                     " times the time of the cheapest that is as accurate");
         for (const CostPoint& point : tables_) {
             if (point.tolerance == 0) continue;
-            double least = std::numeric_limits<double>::infinity();
+            double least = infinity;
             for (const CostPoint& other : tables_)
                 if (keeps(point.tolerance, other)) least = std::min(least, other.bytes);
             say("tolerance " + short_number(point.tolerance) + ": table error " +

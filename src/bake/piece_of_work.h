@@ -1,14 +1,14 @@
 // Pieces of work whose results are numbers.
 #pragma once
 
+#include <stratus/bake/work_log.h>
+
 #include <cstring>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <stratus/bake/work_log.h>
 
 namespace stratus {
 

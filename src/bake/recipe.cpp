@@ -1,23 +1,22 @@
 #include <stratus/bake/recipe.h>
 
-#include <cmath>
-#include <limits>
-#include <sstream>
-#include <stdexcept>
+#include <stratus/runtime/constants.h>
 
 #include "toml_section.h"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
 
 namespace stratus {
 
 namespace {
 
-constexpr const char* door = "recipe";
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr const char* caller = "recipe";
 
 Range read_range(const Section& recipe, const char* key, double least, double most,
                  const char* allowed) {
-    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), door, key,
+    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), caller, key,
                           {"min", "max"});
     const Range range{section.number("min", least, most, allowed),
                       section.number("max", least, most, allowed)};
@@ -30,7 +29,7 @@ Range read_range(const Section& recipe, const char* key, double least, double mo
 
 Discretisation read_discretisation(const toml::table& table) {
     const Section section(
-        table, door, "discretisation",
+        table, caller, "discretisation",
         {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
          "deepest_optical_depth", "albedo_samples", "mixture_samples", "scheme"});
     Discretisation d;
@@ -60,10 +59,10 @@ Discretisation read_discretisation(const toml::table& table) {
 void read_mixture(const Section& section, const std::string& directory,
                   std::vector<std::string>* notes, Recipe& recipe) {
     if (!section.has("second_phase_function")) {
-        require(!section.has("mixture"), door, "mixture",
+        require(!section.has("mixture"), caller, "mixture",
                 "absent where there is no second_phase_function", "given");
-        require(recipe.discretisation.mixture_samples == 0, door, "discretisation.mixture_samples",
-                "absent where there is no second_phase_function",
+        require(recipe.discretisation.mixture_samples == 0, caller,
+                "discretisation.mixture_samples", "absent where there is no second_phase_function",
                 recipe.discretisation.mixture_samples);
         return;
     }
@@ -71,7 +70,7 @@ void read_mixture(const Section& section, const std::string& directory,
         parse_phase_function(section.text("second_phase_function"), directory, notes);
     recipe.mixture =
         section.has("mixture") ? read_range(section, "mixture", 0, 1, "in [0, 1]") : Range{0, 1};
-    require(recipe.mixture->min < recipe.mixture->max, door, "mixture.max",
+    require(recipe.mixture->min < recipe.mixture->max, caller, "mixture.max",
             "above min: one mixture alone is a sum in phase_function", recipe.mixture->max);
 }
 
@@ -85,9 +84,9 @@ std::string quoted(const std::string& text) {
 
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes) {
-    const toml::table parsed = parse_toml(text, door);
+    const toml::table parsed = parse_toml(text, caller);
     const Section section(
-        parsed, door, "",
+        parsed, caller, "",
         {"title", "phase_function", "second_phase_function", "mixture", "tolerance",
          "optical_depth", "albedo", "sides", "orders", "below", "discretisation"});
     Recipe recipe;
@@ -103,7 +102,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
                 "in [1e-6, 1e9] or inf", depth);
     recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
     if (section.has("below")) {
-        recipe.below = read_below(section, door, {directory, notes});
+        recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
         recipe.transmission = false;
     }
     if (section.has("sides")) {
@@ -121,7 +120,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         if (!section.is("orders", "all"))
             recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
     }
-    if (recipe.below.is_something() && recipe.transmission)
+    if (recipe.lower_boundary.is_present() && recipe.transmission)
         throw std::invalid_argument(
             "recipe: sides must be [\"reflection\"] where there is [below]: what lies beneath lets "
             "nothing pass, got transmission");
@@ -132,7 +131,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
     read_mixture(section, directory, notes, recipe);
-    require(recipe.orders == 0 || !recipe.below.is_something(), "recipe", "orders",
+    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), "recipe", "orders",
             "\"all\" over something", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
             "discretisation.scheme", "\"harmonic\" where orders are counted", "classic");
@@ -194,11 +193,11 @@ std::string resolved_text(const Recipe& recipe) {
     choice("albedo_samples", d.albedo_samples);
     if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
     out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
-    if (recipe.below.kind == Below::Kind::surface)
-        out << "[below]\nlambert_albedo = " << recipe.below.albedo << "\n";
-    if (recipe.below.kind == Below::Kind::layer)
-        out << "[below]\nphase_function = " << quoted(recipe.below.phase_function.text())
-            << "\nalbedo = " << recipe.below.albedo << "\n";
+    if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)
+        out << "[below]\nlambert_albedo = " << recipe.lower_boundary.albedo << "\n";
+    if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)
+        out << "[below]\nphase_function = " << quoted(recipe.lower_boundary.phase_function.text())
+            << "\nalbedo = " << recipe.lower_boundary.albedo << "\n";
     return out.str();
 }
 

@@ -5,17 +5,17 @@
 // accuracy.h; a choice stands when 99.9 % of the probes are within its share of the tolerance.
 #include "resolve.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 
@@ -24,13 +24,13 @@ namespace {
 /// The probes' directions, and what does not change with depth and albedo.
 class Angles {
   public:
-    Angles(const PhaseFunction& phase_function, const Below& below, std::vector<double> cosines,
-           std::vector<double> azimuths)
+    Angles(const PhaseFunction& phase_function, const LowerBoundary& boundary,
+           std::vector<double> cosines, std::vector<double> azimuths)
         : mu(std::move(cosines)), azimuth(std::move(azimuths)) {
         for (double in : mu)
             for (double out : mu)
                 for (double phi : azimuth) {
-                    under.push_back(phase_value_below(below, {in, out, phi}));
+                    under.push_back(boundary_phase_value(boundary, {in, out, phi}));
                     reflected.push_back(
                         phase_function(cos_scattering_angle_reflected({in, out, phi})));
                     transmitted.push_back(
@@ -68,7 +68,7 @@ using Cells = std::vector<std::vector<Cell>>;  // [albedo][depth]
 
 /// Light scattered once in what lies beneath: what truncation adds to its closed form once(mu, mu),
 /// both per unit of phase function.
-struct BelowOnce {
+struct BoundaryOnce {
     Eigen::MatrixXd correction;
     const std::vector<double>& phase;
     std::function<double(double, double)> once;
@@ -78,7 +78,7 @@ template <class Single, class Cosine, class Correction>
 SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::MatrixXd>& modes,
                      const Angles& angles, const std::vector<double>& phase, Single single,
                      Cosine cos_scattering_angle, Correction correction,
-                     const BelowOnce* below = nullptr) {
+                     const BoundaryOnce* boundary = nullptr) {
     SideValues values;
     values.multiple.resize(angles.reflected.size());
     values.total.resize(angles.reflected.size());
@@ -108,9 +108,9 @@ SideValues values_of(const LayerSolution& layer, const std::vector<Eigen::Matrix
                 double multiple = sum(k) + correction_here.single * phase[at] +
                                   scattered_again[static_cast<std::size_t>(k)];
                 double total = once * phase[at];
-                if (below) {
-                    multiple += below->correction(i, j) * below->phase[at];
-                    total += below->once(layer.mu(i), layer.mu(j)) * below->phase[at];
+                if (boundary) {
+                    multiple += boundary->correction(i, j) * boundary->phase[at];
+                    total += boundary->once(layer.mu(i), layer.mu(j)) * boundary->phase[at];
                 }
                 values.multiple[at] = values.multiple[mirrored] = multiple;
                 values.total[at] = values.total[mirrored] = multiple + total;
@@ -133,7 +133,7 @@ class Resolver {
         : recipe_(recipe),
           options_(options),
           share_(recipe.tolerance * strictness),
-          q_(extrapolation_length(recipe.phase_function, recipe.below)) {
+          q_(extrapolation_length(recipe.phase_function, recipe.lower_boundary)) {
         solver_.instruction_set = options.instruction_set;
         const double most = std::sqrt(1 - recipe.albedo.min),
                      least = std::sqrt(1 - recipe.albedo.max);
@@ -304,7 +304,7 @@ class Resolver {
 
     // What samples are divided by before they are interpolated (lookup.h).
 
-    bool divides() const { return !recipe_.below.is_something(); }
+    bool divides() const { return !recipe_.lower_boundary.is_present(); }
 
     double intercepted(double optical_depth, double mu) const {
         return divides() ? intercepted_share(optical_depth, mu) : 1;
@@ -333,7 +333,7 @@ class Resolver {
             auto solved = solve_ladder(recipe_.phase_function,
                                        {albedos.begin() + static_cast<std::ptrdiff_t>(first),
                                         albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                       ladder, angles.mu, solver, recipe_.below);
+                                       ladder, angles.mu, solver, recipe_.lower_boundary);
             for (std::size_t a = first; a < last; ++a)
                 for (LayerSolution& solution : solved[a - first])
                     cells[a].push_back(evaluate(std::move(solution), angles));
@@ -344,16 +344,16 @@ class Resolver {
     Cell evaluate(LayerSolution solution, const Angles& angles) const {
         Cell cell;
         if (recipe_.reflection) {
-            const BelowOnce below{solution.below_correction(), angles.under,
-                                  [&](double in, double out) {
-                                      return single_reflection_below(
-                                          recipe_.below, 1, solution.optical_depth, in, out);
-                                  }};
+            const BoundaryOnce boundary{
+                solution.boundary_correction(), angles.under, [&](double in, double out) {
+                    return single_reflection_of_boundary(recipe_.lower_boundary, 1,
+                                                         solution.optical_depth, in, out);
+                }};
             cell.reflection = values_of(
                 solution, solution.reflection_modes, angles, angles.reflected, single_reflection,
                 cos_scattering_angle_reflected,
                 [&](int i, int j) { return solution.reflection_correction(i, j); },
-                recipe_.below.is_something() ? &below : nullptr);
+                recipe_.lower_boundary.is_present() ? &boundary : nullptr);
             cell.reflection.floor = reflection_floor(solution);
         }
         if (recipe_.transmission) {
@@ -368,7 +368,7 @@ class Resolver {
     }
 
     Angles angles(const std::vector<double>& mu) const {
-        return {recipe_.phase_function, recipe_.below, mu, azimuths_};
+        return {recipe_.phase_function, recipe_.lower_boundary, mu, azimuths_};
     }
 
     void choose_depth_range() {
@@ -546,8 +546,8 @@ class Resolver {
         int& samples = recipe_.discretisation.azimuth_samples;
         if (samples) return;
         if (recipe_.phase_function.is_isotropic() &&
-            (recipe_.below.kind != Below::Kind::layer ||
-             recipe_.below.phase_function.is_isotropic())) {
+            (recipe_.lower_boundary.kind != LowerBoundary::Kind::layer ||
+             recipe_.lower_boundary.phase_function.is_isotropic())) {
             samples = 1;
             return;
         }
@@ -559,11 +559,11 @@ class Resolver {
     double azimuth_error(int samples) const {
         std::vector<double> tests;
         // No candidate has a sample at one of these.
-        for (int n = 0; n < 16; ++n) tests.push_back(std::numbers::pi * (n + 0.37) / 16);
+        for (int n = 0; n < 16; ++n) tests.push_back(pi * (n + 0.37) / 16);
         const Axis axis = azimuth_axis(samples);
         const AxisView view = axis.view();
-        const Angles at_tests(recipe_.phase_function, recipe_.below, mu_, tests);
-        const Angles at_samples(recipe_.phase_function, recipe_.below, mu_, axis.values);
+        const Angles at_tests(recipe_.phase_function, recipe_.lower_boundary, mu_, tests);
+        const Angles at_samples(recipe_.phase_function, recipe_.lower_boundary, mu_, axis.values);
         std::vector<Stencil> stencils;
         for (double phi : tests) stencils.push_back(view.stencil(phi));
         return measure_cells(

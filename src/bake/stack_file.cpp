@@ -1,45 +1,46 @@
 #include <stratus/bake/stack_file.h>
 
-#include <cmath>
-#include <limits>
+#include <stratus/runtime/constants.h>
 
 #include "toml_section.h"
+
+#include <cmath>
 
 namespace stratus {
 
 namespace {
 
-constexpr const char* door = "stack";
+constexpr const char* caller = "stack";
 
 StackLayer read_layer(const toml::table& table, const std::string& name,
                       const PhaseSource& source) {
-    const Section section(table, door, name, {"phase_function", "albedo", "optical_depth"});
-    return {
-        parse_phase_function(section.text("phase_function"), source.directory, source.notes),
-        section.number("albedo", 0, 1, "in [0, 1]"),
-        section.number("optical_depth", 0, std::numeric_limits<double>::infinity(), "in [0, inf]")};
+    const Section section(table, caller, name, {"phase_function", "albedo", "optical_depth"});
+    return {parse_phase_function(section.text("phase_function"), source.directory, source.notes),
+            section.number("albedo", 0, 1, "in [0, 1]"),
+            section.number("optical_depth", 0, infinity, "in [0, inf]")};
 }
 
 }  // namespace
 
 Stack parse_stack(const std::string& text, const std::string& directory,
                   std::vector<std::string>* notes) {
-    const toml::table parsed = parse_toml(text, door);
-    const Section file(parsed, door, "", {"layers", "below"});
+    const toml::table parsed = parse_toml(text, caller);
+    const Section file(parsed, caller, "", {"layers", "below"});
     const PhaseSource source{directory, notes};
     const toml::array* layers = parsed.get_as<toml::array>("layers");
-    require(layers != nullptr && !layers->empty(), door, "layers", "one table [[layers]] or more",
+    require(layers != nullptr && !layers->empty(), caller, "layers", "one table [[layers]] or more",
             file.has("layers") ? "something else" : "none");
     Stack stack;
     for (const toml::node& node : *layers) {
-        require(node.is_table(), door, "layers", "one table [[layers]] or more", "something else");
+        require(node.is_table(), caller, "layers", "one table [[layers]] or more",
+                "something else");
         const std::string name = "layer " + std::to_string(stack.layers.size() + 1);
         stack.layers.push_back(read_layer(*node.as_table(), name, source));
     }
-    if (file.has("below")) stack.below = read_below(file, door, source);
+    if (file.has("below")) stack.lower_boundary = read_lower_boundary(file, caller, source);
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-        const bool last = k + 1 == stack.layers.size() && !stack.below.is_something();
-        require(last || !std::isinf(stack.layers[k].optical_depth), door,
+        const bool last = k + 1 == stack.layers.size() && !stack.lower_boundary.is_present();
+        require(last || !std::isinf(stack.layers[k].optical_depth), caller,
                 "layer " + std::to_string(k + 1) + ".optical_depth",
                 "finite, as something lies beneath", stack.layers[k].optical_depth);
     }

@@ -17,13 +17,13 @@ std::string line_of(const toml::node& node) {
 
 }  // namespace
 
-Section::Section(const toml::table& table, const char* door, const std::string& name,
+Section::Section(const toml::table& table, const char* caller, const std::string& name,
                  std::vector<std::string> known)
-    : table_(table), door_(door), prefix_(name.empty() ? "" : name + ".") {
+    : table_(table), caller_(caller), prefix_(name.empty() ? "" : name + ".") {
     for (const auto& [key, node] : table) {
         const std::string met(key.str());
         if (std::find(known.begin(), known.end(), met) != known.end()) continue;
-        throw std::invalid_argument(std::string(door) + ": unknown key '" + prefix_ + met + "'" +
+        throw std::invalid_argument(std::string(caller) + ": unknown key '" + prefix_ + met + "'" +
                                     line_of(node) + "; did you mean '" + prefix_ +
                                     nearest_name(met, known) + "'?");
     }
@@ -32,12 +32,12 @@ Section::Section(const toml::table& table, const char* door, const std::string& 
 template <class T>
 T Section::value(const char* key, const char* kind) const {
     const toml::node* node = table_.get(key);
-    require(node != nullptr, door_, prefix_ + key, "present", "nothing");
+    require(node != nullptr, caller_, prefix_ + key, "present", "nothing");
     const auto met = node->value<T>();
     if (met) return *met;
     std::ostringstream text;
     text << toml::node_view<const toml::node>(node);
-    require(false, door_, prefix_ + key + line_of(*node), kind, text.str());
+    require(false, caller_, prefix_ + key + line_of(*node), kind, text.str());
     return {};
 }
 
@@ -47,7 +47,7 @@ std::string Section::text(const char* key) const {
 
 double Section::number(const char* key, double least, double most, const char* allowed) const {
     const double met = value<double>(key, "a number");
-    require(met >= least && met <= most, door_, prefix_ + key, allowed, met);
+    require(met >= least && met <= most, caller_, prefix_ + key, allowed, met);
     return met;
 }
 
@@ -55,7 +55,7 @@ int Section::count(const char* key, int least, int most, const std::string& besi
     const std::string allowed =
         besides + "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
     const auto met = value<std::int64_t>(key, allowed.c_str());
-    require(met >= least && met <= most, door_, prefix_ + key, allowed, met);
+    require(met >= least && met <= most, caller_, prefix_ + key, allowed, met);
     return static_cast<int>(met);
 }
 
@@ -65,17 +65,17 @@ bool Section::is(const char* key, const char* text) const {
 
 const toml::table& Section::table(const char* key, const char* form) const {
     const toml::table* met = table_.get_as<toml::table>(key);
-    require(met != nullptr, door_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "something else");
     return *met;
 }
 
 std::vector<std::string> Section::texts(const char* key, const char* form) const {
     const toml::array* met = table_.get_as<toml::array>(key);
-    require(met != nullptr, door_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "something else");
     std::vector<std::string> values;
     for (const toml::node& node : *met) {
         const auto one = node.value_exact<std::string>();
-        require(one.has_value(), door_, prefix_ + key, form, "something else in the list");
+        require(one.has_value(), caller_, prefix_ + key, form, "something else in the list");
         values.push_back(*one);
     }
     return values;
@@ -85,23 +85,23 @@ std::vector<double> Section::numbers(const char* key, double least, double most,
                                      const char* allowed) const {
     const toml::array* met = table_.get_as<toml::array>(key);
     const std::string form = std::string("a list of numbers ") + allowed;
-    require(met != nullptr, door_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "something else");
     std::vector<double> values;
     for (const toml::node& node : *met) {
         const auto one = node.value<double>();
-        require(one.has_value(), door_, prefix_ + key, form, "something else in the list");
-        require(*one >= least && *one <= most, door_, prefix_ + key, form, *one);
+        require(one.has_value(), caller_, prefix_ + key, form, "something else in the list");
+        require(*one >= least && *one <= most, caller_, prefix_ + key, form, *one);
         values.push_back(*one);
     }
     return values;
 }
 
-toml::table parse_toml(const std::string& text, const char* door) {
+toml::table parse_toml(const std::string& text, const char* caller) {
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         std::ostringstream line;
-        line << door << ": line " << error.source().begin.line << ": " << error.description();
+        line << caller << ": line " << error.source().begin.line << ": " << error.description();
         throw std::invalid_argument(line.str());
     }
 }
@@ -115,17 +115,18 @@ std::string read_text(const std::filesystem::path& path) {
     return text.str();
 }
 
-Below read_below(const Section& file, const char* door, const PhaseSource& source) {
-    const Section section(file.table("below", "a table: [below]"), door, "below",
+LowerBoundary read_lower_boundary(const Section& file, const char* caller,
+                                  const PhaseSource& source) {
+    const Section section(file.table("below", "a table: [below]"), caller, "below",
                           {"lambert_albedo", "phase_function", "albedo"});
     if (section.has("lambert_albedo")) {
-        require(!section.has("phase_function") && !section.has("albedo"), door, "below",
+        require(!section.has("phase_function") && !section.has("albedo"), caller, "below",
                 "lambert_albedo alone, or phase_function and albedo", "both");
-        return Below::surface(section.number("lambert_albedo", 0, 1, "in [0, 1]"));
+        return LowerBoundary::surface(section.number("lambert_albedo", 0, 1, "in [0, 1]"));
     }
-    require(section.has("phase_function") || section.has("albedo"), door, "below",
+    require(section.has("phase_function") || section.has("albedo"), caller, "below",
             "lambert_albedo alone, or phase_function and albedo", "neither");
-    return Below::layer(
+    return LowerBoundary::layer(
         parse_phase_function(section.text("phase_function"), source.directory, source.notes),
         section.number("albedo", 0, 1, "in [0, 1]"));
 }

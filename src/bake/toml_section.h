@@ -1,14 +1,14 @@
 // What the TOML files that users write have in common: keys checked by name, values by range.
 #pragma once
 
-#include <filesystem>
-#include <string>
-#include <vector>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/lower_boundary.h>
 
 #include <toml++/toml.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/below.h>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -16,7 +16,7 @@ namespace stratus {
 /// refusals begin with the `door`, "recipe", "stack" or "scene".
 class Section {
   public:
-    Section(const toml::table& table, const char* door, const std::string& name,
+    Section(const toml::table& table, const char* caller, const std::string& name,
             std::vector<std::string> known);
 
     bool has(const char* key) const { return table_.contains(key); }
@@ -42,7 +42,7 @@ class Section {
     T value(const char* key, const char* kind) const;
 
     const toml::table& table_;
-    const char* door_;
+    const char* caller_;
     std::string prefix_;
 };
 
@@ -53,12 +53,13 @@ struct PhaseSource {
 };
 
 /// The file's root table. Errors: std::invalid_argument naming the line.
-toml::table parse_toml(const std::string& text, const char* door);
+toml::table parse_toml(const std::string& text, const char* caller);
 
 /// A whole file. Errors: std::runtime_error when it cannot be read.
 std::string read_text(const std::filesystem::path& path);
 
 /// The table [below]: lambert_albedo, or phase_function and albedo.
-Below read_below(const Section& file, const char* door, const PhaseSource& source);
+LowerBoundary read_lower_boundary(const Section& file, const char* caller,
+                                  const PhaseSource& source);
 
 }  // namespace stratus

@@ -1,5 +1,12 @@
 #include <stratus/stratus.h>
 
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/slice.h>
+#include <stratus/runtime/table.h>
+
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
@@ -10,13 +17,6 @@
 #include <string>
 #include <utility>
 #include <variant>
-
-#include <stratus/io/table_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/table.h>
 
 struct stratus_table {
     explicit stratus_table(const char* path)
@@ -238,7 +238,7 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         info->azimuth = range_of(of.azimuth);
         info->has_reflection = table->view.has_reflection();
         info->has_transmission = table->view.has_transmission();
-        info->lies_on_something = table->view.lies_on_something();
+        info->has_lower_boundary = table->view.has_lower_boundary();
         info->highest_order = of.highest_order;
         info->tolerance = of.tolerance;
         info->measured_error = of.measured_error;

@@ -1,5 +1,11 @@
 #include <stratus/fit/fit.h>
 
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/number_text.h>
+
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,16 +13,10 @@
 #include <numbers>
 #include <optional>
 
-#include <Eigen/Dense>
-
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/number_text.h>
-
 namespace stratus {
 namespace {
 
-constexpr const char* door = "fit_layer";
+constexpr const char* caller = "fit_layer";
 
 /// log2 of the optical depth, albedo and mixture, each from 0 to 1 over the table's range.
 using Place = Eigen::Vector3d;
@@ -106,20 +106,20 @@ struct Minimum {
 /// of chi-square and crosses less than its root of the cube.
 Minimum descend(const Problem& problem, Place at, std::optional<int> held = {},
                 double enough = 1e-8) {
-    constexpr int most_steps = 60;
-    constexpr double least_damping = 1e-9, most_damping = 1e9;
+    constexpr int max_steps = 60;
+    constexpr double min_damping = 1e-9, max_damping = 1e9;
     Eigen::VectorXd residuals = problem.residuals(at);
     double chi_square = residuals.squaredNorm(), damping = 1e-3;
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         const Eigen::MatrixX3d derivatives = problem.derivatives(at, held);
         const Eigen::Matrix3d curvature = derivatives.transpose() * derivatives;
         const Place slope = derivatives.transpose() * residuals;
         bool gained = false, small = true;
-        for (; !gained && damping < most_damping; damping *= gained ? 0.1 : 10) {
+        for (; !gained && damping < max_damping; damping *= gained ? 0.1 : 10) {
             Eigen::Matrix3d damped = curvature;
             Place right = -slope;
             damped.diagonal() *= 1 + damping;
-            damped.diagonal().array() += 1e-12 * curvature.trace() + least_damping;
+            damped.diagonal().array() += 1e-12 * curvature.trace() + min_damping;
             for (int p = 0; p < 3; ++p) {
                 const bool outward = (at[p] <= 0 && slope[p] > 0) || (at[p] >= 1 && slope[p] < 0);
                 if (!outward && held != p) continue;
@@ -139,7 +139,7 @@ Minimum descend(const Problem& problem, Place at, std::optional<int> held = {},
             chi_square = there.squaredNorm();
         }
         if (!gained || small) break;
-        damping = std::max(damping, least_damping);
+        damping = std::max(damping, min_damping);
     }
     return {at, chi_square};
 }
@@ -244,18 +244,20 @@ void remark_on_others(const Problem& problem, const std::vector<Minimum>& minima
 }
 
 void check(const TableView& table, const std::vector<Observation>& observations) {
-    require(table.has_mixture(), door, "table", "one with a mixture axis", "one without");
-    require(table.optical_depth.count >= 2 && table.albedo.count >= 2, door, "table",
+    require(table.has_mixture(), caller, "table", "one with a mixture axis", "one without");
+    require(table.optical_depth.count >= 2 && table.albedo.count >= 2, caller, "table",
             "one of several optical depths and albedos", "one");
-    require(observations.size() >= 3, door, "observations", "three at least", observations.size());
+    require(observations.size() >= 3, caller, "observations", "three at least",
+            observations.size());
     for (const Observation& at : observations) {
         const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
-        require(is_cosine(at.geometry.mu_in), door, "mu_in", "in (0, 1]", at.geometry.mu_in);
-        require(is_cosine(at.geometry.mu_out), door, "mu_out", "in (0, 1]", at.geometry.mu_out);
-        require(std::isfinite(at.geometry.azimuth), door, "azimuth", "finite", at.geometry.azimuth);
-        require(std::isfinite(at.brightness), door, "brightness", "finite", at.brightness);
-        require(at.sigma > 0 && std::isfinite(at.sigma), door, "sigma", "in (0, inf)", at.sigma);
-        require(at.transmitted ? table.has_transmission() : table.has_reflection(), door,
+        require(is_cosine(at.geometry.mu_in), caller, "mu_in", "in (0, 1]", at.geometry.mu_in);
+        require(is_cosine(at.geometry.mu_out), caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
+        require(std::isfinite(at.geometry.azimuth), caller, "azimuth", "finite",
+                at.geometry.azimuth);
+        require(std::isfinite(at.brightness), caller, "brightness", "finite", at.brightness);
+        require(at.sigma > 0 && std::isfinite(at.sigma), caller, "sigma", "in (0, inf)", at.sigma);
+        require(at.transmitted ? table.has_transmission() : table.has_reflection(), caller,
                 "observed side", "one that the table holds",
                 at.transmitted ? "transmission" : "reflection");
     }
@@ -280,13 +282,13 @@ Fit fit_layer(const TableView& table, const std::vector<Observation>& observatio
 
     // The covariance of the place, then of (ln depth, w1, w2). What is known of a direction that
     // changes nothing is that it ends with the table.
-    constexpr double least_curvature = 1;
+    constexpr double min_curvature = 1;
     const Eigen::MatrixX3d derivatives = problem.derivatives(best.at);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> curvature(derivatives.transpose() *
                                                                    derivatives);
     const Eigen::Matrix3d place_covariance =
         curvature.eigenvectors() *
-        curvature.eigenvalues().cwiseMax(least_curvature).cwiseInverse().asDiagonal() *
+        curvature.eigenvalues().cwiseMax(min_curvature).cwiseInverse().asDiagonal() *
         curvature.eigenvectors().transpose();
     const Eigen::Matrix3d by_place = problem.parameters(best.at);
     const Eigen::Matrix3d covariance = by_place * place_covariance * by_place.transpose();

@@ -4,10 +4,9 @@
 
 #include <atomic>
 #include <cerrno>
+#include <fcntl.h>
 #include <random>
 #include <sstream>
-
-#include <fcntl.h>
 #include <unistd.h>
 
 namespace stratus {

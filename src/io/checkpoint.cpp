@@ -1,23 +1,23 @@
 #include <stratus/io/checkpoint.h>
 
+#include "file_bytes.h"
+
+#include <libdeflate.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <fcntl.h>
 #include <initializer_list>
 #include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <sys/stat.h>
 #include <system_error>
 #include <thread>
-#include <unordered_map>
-
-#include <fcntl.h>
-#include <libdeflate.h>
-#include <sys/stat.h>
 #include <unistd.h>
-
-#include "file_bytes.h"
+#include <unordered_map>
 
 namespace stratus {
 namespace {
@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view magic = "stratus-checkpoint 1\n";
 constexpr std::string_view magic_of_any_version = "stratus-checkpoint ";
 constexpr std::size_t longest_name = 4096;  // far more than any piece's
-constexpr int most_tries = 20;              // to open what another process may still hold
+constexpr int max_tries = 20;               // to open what another process may still hold
 constexpr std::chrono::milliseconds between_tries{50};
 
 /// What stands before the name of a record. The checksum is of all that comes after it.
@@ -88,7 +88,7 @@ struct Checkpoint::File {
     /// The file at `path`, which no other process has open as a checkpoint. One that was killed
     /// holds it until the system has taken back its memory, so it is tried a few times.
     static io::Descriptor open_alone(const fs::path& path) {
-        for (int tries = 0; tries < most_tries; ++tries) {
+        for (int tries = 0; tries < max_tries; ++tries) {
             io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
             // Before it was locked, another may have finished and removed it.
             if (opened.lock() && opened.is_still_at(path)) return opened;

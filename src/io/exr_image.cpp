@@ -1,7 +1,8 @@
 #include <stratus/io/image.h>
 
-#include <algorithm>
-#include <stdexcept>
+#include "file_bytes.h"
+#include "memory_stream.h"
+#include "table_content.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -10,9 +11,8 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
-#include "file_bytes.h"
-#include "memory_stream.h"
-#include "table_content.h"
+#include <algorithm>
+#include <stdexcept>
 
 namespace stratus {
 namespace {

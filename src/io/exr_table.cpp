@@ -11,13 +11,6 @@
 #include "memory_stream.h"
 #include "table_content.h"
 
-#include <algorithm>
-#include <cstring>
-#include <set>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -27,6 +20,13 @@
 #include <OpenEXR/ImfOutputPart.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace stratus::io {
 namespace {

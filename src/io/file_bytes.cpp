@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
-#include <utility>
-
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace stratus::io {
 namespace {

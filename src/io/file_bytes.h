@@ -2,6 +2,8 @@
 // says why.
 #pragma once
 
+#include "memory_limit.h"
+
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -13,8 +15,6 @@
 #include <system_error>
 #include <utility>
 #include <vector>
-
-#include "memory_limit.h"
 
 namespace stratus::io {
 

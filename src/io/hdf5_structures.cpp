@@ -96,8 +96,8 @@ std::uint64_t check_datatype(const Part& type, bool within_another = false) {
     expect((kind == compound || kind == list) && !within_another, other);
     if (kind == list) check_datatype(type.from(at), true);
     if (kind == list) return element;
-    constexpr std::uint64_t most_members = 16;
-    expect(type.number(1, 2) <= most_members, other);
+    constexpr std::uint64_t max_members = 16;
+    expect(type.number(1, 2) <= max_members, other);
     for (std::uint64_t left = type.number(1, 2); left > 0; --left) {
         std::uint64_t name = 1;
         while (type.number(at + name - 1, 1) != 0) ++name;
@@ -171,7 +171,7 @@ bool check_filters(const Part& filters) {
 /// Where a dataset's samples lie: together, or in chunks of which all are listed.
 void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents, bool filtered) {
     constexpr unsigned compact = 0, contiguous = 1, chunked = 2, single = 1, fixed_array = 3;
-    constexpr std::uint64_t most_chunks = 1 << 20;
+    constexpr std::uint64_t max_chunks = 1 << 20;
     const std::uint64_t version = layout.number(0, 1), kind = layout.number(1, 1);
     expect(version == 3 || version == 4, "a layout is older than those of HDF5 1.6");
     if (kind == compact) layout.from(4).from(layout.number(2, 2));
@@ -202,7 +202,7 @@ void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents,
     const Part list = layout.elsewhere(layout.number(at + 2, 8));
     if (layout.number(at + 2, 8) == HADDR_UNDEF) return;
     const std::uint64_t size_of_size = 1U + (std::bit_width(bytes) + 7U) / 8;
-    expect(list.number(5, 1) == filtered && chunks <= most_chunks && list.number(8, 8) == chunks &&
+    expect(list.number(5, 1) == filtered && chunks <= max_chunks && list.number(8, 8) == chunks &&
                list.number(6, 1) == (filtered ? 12 + size_of_size : 8) &&
                list.number(7, 1) == layout.number(at + 1, 1) && list.number(7, 1) < 32,
            "a list of chunks is not that of its dataset");
@@ -229,12 +229,12 @@ class Tree {
                    records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
                    merge > 0 && 2 * merge < header_.number(14, 1),
                "a tree is none that a table has");
-        std::uint64_t left = most_records;
+        std::uint64_t left = max_records;
         check_node(header_.number(16, 8), header_.number(24, 2), depth, left, check_record);
     }
 
   private:
-    static constexpr std::uint64_t most_records = 4096;
+    static constexpr std::uint64_t max_records = 4096;
 
     struct Record {
         std::uint64_t size, key;  // bytes in all, and those before what it says of the heap
@@ -418,11 +418,11 @@ class ObjectHeader {
     }
 
     void check_message(std::uint64_t kind, const Part& message) {
-        constexpr std::size_t most_messages = 4096;
+        constexpr std::size_t max_messages = 4096;
         const bool repeats = kind == 0x00 || kind == 0x06 || kind == 0x0c || kind == 0x10;
         expect(repeats || std::count(kinds_.begin(), kinds_.end(), kind) == 0,
                "an object has a message twice");
-        expect(kinds_.size() < most_messages, "an object has more messages than any table's");
+        expect(kinds_.size() < max_messages, "an object has more messages than any table's");
         kinds_.push_back(kind);
         const bool counts = message.number(1, 1) & 1;  // those that were ever made
         switch (kind) {

@@ -6,11 +6,11 @@
 // version 3.0.
 #pragma once
 
+#include <hdf5.h>
+
 #include <cstdint>
 #include <span>
 #include <string_view>
-
-#include <hdf5.h>
 
 namespace stratus::io {
 

@@ -6,7 +6,12 @@
 //
 // Forgery, structures made up together with all checksums, is met before the library decodes them:
 // HDF5 1.10 believes what it reads and can crash on it (hdf5_structures.h).
+#include "hdf5_structures.h"
 #include "table_content.h"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <atomic>
@@ -23,12 +28,6 @@
 #include <type_traits>
 #include <utility>
 
-#include <hdf5.h>
-#include <hdf5_hl.h>
-#include <libdeflate.h>
-
-#include "hdf5_structures.h"
-
 namespace stratus::io {
 namespace {
 
@@ -40,7 +39,7 @@ constexpr std::size_t longest_axis = 1 << 20;
 
 /// Most chunks that a dataset may have: what 8 GiB take, which is the most that one may hold. HDF5
 /// goes through all of them to find one.
-constexpr std::size_t most_chunks = 1 << 15;
+constexpr std::size_t max_chunks = 1 << 15;
 
 // --- The C library's objects and errors ---
 
@@ -602,7 +601,7 @@ Runs runs_of(hid_t creation, const std::string& name, std::span<const std::size_
     const std::size_t count =
         std::accumulate(extents.begin(), extents.end(), std::size_t{1}, std::multiplies<>()) /
         runs.length();
-    if (count > most_chunks) throw std::runtime_error(name + " has more chunks than any table");
+    if (count > max_chunks) throw std::runtime_error(name + " has more chunks than any table");
     return runs;
 }
 

@@ -1,11 +1,10 @@
 #include "memory_limit.h"
 
+#include <stratus/runtime/number_text.h>
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
-
-#include <stratus/runtime/number_text.h>
-
 #include <unistd.h>
 
 namespace stratus::io {

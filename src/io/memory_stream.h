@@ -1,12 +1,12 @@
 // OpenEXR's files, in memory: on the disk only the system can fail, and it says why.
 #pragma once
 
-#include <algorithm>
-#include <stdexcept>
+#include "file_bytes.h"
 
 #include <OpenEXR/ImfIO.h>
 
-#include "file_bytes.h"
+#include <algorithm>
+#include <stdexcept>
 
 namespace stratus::io {
 

@@ -1,5 +1,11 @@
 #include "table_content.h"
 
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
+#include <libdeflate.h>
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -7,12 +13,6 @@
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
-
-#include <stratus/io/table_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
-
-#include <libdeflate.h>
 
 namespace stratus::io {
 namespace {
@@ -95,15 +95,15 @@ PhaseFunction read_phase_function(const std::string& name, const std::string& te
 constexpr const char* surface_name = "lambert surface";
 constexpr const char* layer_name = "semi-infinite layer";
 
-void add_below(const Below& below, Metadata& metadata) {
-    if (!below.is_something()) return;
-    const bool is_surface = below.kind == Below::Kind::surface;
+void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
+    if (!boundary.is_present()) return;
+    const bool is_surface = boundary.kind == LowerBoundary::Kind::surface;
     metadata["below"] = is_surface ? surface_name : layer_name;
-    metadata["below_albedo"] = shortest_text(below.albedo);
-    if (!is_surface) metadata["below_phase_function"] = below.phase_function.text();
+    metadata["below_albedo"] = shortest_text(boundary.albedo);
+    if (!is_surface) metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
-Below take_below(const Metadata& metadata) {
+LowerBoundary take_lower_boundary(const Metadata& metadata) {
     const auto kind = metadata.find("below");
     if (kind == metadata.end()) return {};
     const bool is_surface = kind->second == surface_name;
@@ -111,8 +111,8 @@ Below take_below(const Metadata& metadata) {
         throw std::runtime_error("attribute below must be \"" + std::string(surface_name) +
                                  "\" or \"" + layer_name + "\", got " + shown(kind->second));
     const double albedo = to_number("below_albedo", entry(metadata, "below_albedo"));
-    if (is_surface) return Below::surface(albedo);
-    return Below::layer(
+    if (is_surface) return LowerBoundary::surface(albedo);
+    return LowerBoundary::layer(
         read_phase_function("below_phase_function", entry(metadata, "below_phase_function")),
         albedo);
 }
@@ -178,7 +178,7 @@ Metadata metadata_of(const Table& table) {
     metadata["format_minor"] = std::to_string(table_format_minor);
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
-    add_below(table.below, metadata);
+    add_lower_boundary(table.lower_boundary, metadata);
     add_mixture(table, metadata);
     metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
     metadata["asymmetry"] = shortest_text(table.phase_function.asymmetry());
@@ -220,7 +220,7 @@ void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
 void take_metadata(const Metadata& metadata, Table& table) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
-    table.below = take_below(metadata);
+    table.lower_boundary = take_lower_boundary(metadata);
     take_mixture(metadata, table);
     check_moments(metadata, table.phase_function);
     table.extrapolation_length = number("extrapolation_length");

@@ -9,6 +9,10 @@
 // texts serves both formats.
 #pragma once
 
+#include <stratus/runtime/table.h>
+
+#include "file_bytes.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -17,10 +21,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <stratus/runtime/table.h>
-
-#include "file_bytes.h"
 
 namespace stratus::io {
 

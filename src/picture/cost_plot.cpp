@@ -1,6 +1,7 @@
 #include <stratus/picture/cost_plot.h>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 
 #include "page.h"
 
@@ -10,12 +11,9 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <numbers>
 
 namespace stratus {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 // ---- Sizes, in points of print: 1/72 inch
 
@@ -253,7 +251,7 @@ class Labels {
         const double height = ascent + descent + 2 * padding;
         const double x = frame_.across(point.x), y = frame_.down(point.y);
         Box best{};
-        double least = std::numeric_limits<double>::infinity();
+        double least = infinity;
         for (int away = 5; away <= most; away += 3)
             for (const double angle : {-0.25, 0.0, 0.25, 0.75, 1.0, -0.75, 0.5, -0.5}) {
                 const double across = std::cos(pi * angle), down = -std::sin(pi * angle);

@@ -1,11 +1,11 @@
 #include <stratus/picture/line_plot.h>
 
-#include <cmath>
-#include <numbers>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
 #include "page.h"
+
+#include <cmath>
 
 namespace stratus {
 namespace {
@@ -44,7 +44,7 @@ void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
         page.text((left + x1) / 2, y1 + 27, plot.x_title, 8, black, 0.5);
         cairo_save(cairo);
         cairo_translate(cairo, 14, (top + y1) / 2);
-        cairo_rotate(cairo, -std::numbers::pi / 2);
+        cairo_rotate(cairo, -pi / 2);
         page.text(0, 0, plot.y_title, 8, black, 0.5);
         cairo_restore(cairo);
 

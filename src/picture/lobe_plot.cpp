@@ -1,17 +1,15 @@
 #include <stratus/picture/lobe_plot.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
 #include "page.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 // In points.
 constexpr double margin = 10, left = 52, cell_width = 88, cell_height = 84, block_gap = 18;

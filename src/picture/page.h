@@ -1,13 +1,13 @@
 // Pages of print: words and lines by cairo, sizes in points (1/72 inch), as SVG.
 #pragma once
 
+#include "cairo_output.h"
+
 #include <cairo-svg.h>
 #include <cairo.h>
 
 #include <filesystem>
 #include <string>
-
-#include "cairo_output.h"
 
 namespace stratus {
 

@@ -1,5 +1,6 @@
 #include <stratus/picture/portrait.h>
 
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/runtime/single_scattering.h>
@@ -17,9 +18,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <memory>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -27,9 +26,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 constexpr double beam_angle_deg = 60;   // of the lobes, from the normal
 constexpr double phase_angle_deg = 40;  // of the spheres
@@ -416,7 +412,7 @@ void draw_side(const Canvas& canvas, const LobeSide& side, double pixels) {
     cairo_set_dash(cairo, nullptr, 0, 0);
 }
 
-/// The layer as a bar, the denser the more it hides; without end when it is infinitely deep.
+/// The layer as a bar, the effective_optical_depth the more it hides; without end when it is infinitely deep.
 void draw_layer(const Canvas& canvas, double optical_depth, double half_width, double thickness) {
     cairo_t* const cairo = canvas.cairo();
     const double opacity = 0.15 + 0.75 * -std::expm1(-optical_depth);
@@ -472,7 +468,7 @@ void draw_lobes(const Canvas& canvas, const Layout& layout, const TableView& tab
     };
     on_each_side(draw_rings);
     draw_layer(canvas, optical_depth, pixels, thickness);
-    const bool seen_below = !table.lies_on_something();
+    const bool seen_below = !table.has_lower_boundary();
     draw_beam(canvas, seen_below ? optical_depth : infinity,
               table.has_reflection() ? pixels : 0.65 * pixels, thickness);
     on_each_side(draw_side);
@@ -625,10 +621,10 @@ double draw_key(const Canvas& canvas, double x, double y, const Colour& colour, 
 }
 
 std::string below_of(const Table& table) {
-    const std::string albedo = " of albedo " + short_number(table.below.albedo, 3);
-    switch (table.below.kind) {
-        case Below::Kind::surface: return "over a Lambert surface" + albedo;
-        case Below::Kind::layer: return "over a semi-infinite layer" + albedo;
+    const std::string albedo = " of albedo " + short_number(table.lower_boundary.albedo, 3);
+    switch (table.lower_boundary.kind) {
+        case LowerBoundary::Kind::surface: return "over a Lambert surface" + albedo;
+        case LowerBoundary::Kind::layer: return "over a semi-infinite layer" + albedo;
         default: return "black below it";
     }
 }

@@ -1,6 +1,7 @@
 #include <stratus/runtime/axis.h>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +10,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double coordinate_of(AxisScale scale, double value) noexcept {
     switch (scale) {

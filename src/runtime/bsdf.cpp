@@ -1,11 +1,11 @@
 #include <stratus/runtime/bsdf.h>
 
+#include <stratus/runtime/angle.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
-
-#include <stratus/runtime/angle.h>
 
 namespace stratus {
 namespace {
@@ -73,11 +73,11 @@ float sine(const Cosine& cosine) noexcept {
 struct Part {
     int number;
 
-    Part(Leaves leaves, bool to_horizon) noexcept
-        : number(2 * static_cast<int>(leaves) + (to_horizon ? 1 : 0)) {}
+    Part(Side side, bool to_horizon) noexcept
+        : number(2 * static_cast<int>(side) + (to_horizon ? 1 : 0)) {}
     explicit Part(int number_) noexcept : number(number_) {}
 
-    Leaves leaves() const noexcept { return static_cast<Leaves>(number / 2); }
+    Side side() const noexcept { return static_cast<Side>(number / 2); }
     int line() const noexcept { return places * number; }
     /// From mu_in to its end, with a sign.
     float reach(const Cosine& in) const noexcept { return as_float(number % 2) - in.v; }
@@ -100,7 +100,7 @@ struct AzimuthScale {
     float a, b;
 };
 
-[[gnu::always_inline]] inline AzimuthScale azimuth_scale(Leaves leaves,
+[[gnu::always_inline]] inline AzimuthScale azimuth_scale(Side side,
                                                          const DirectionDensity::Peaks& peaks,
                                                          const Cosine& in,
                                                          const Cosine& out) noexcept {
@@ -110,8 +110,8 @@ struct AzimuthScale {
     const float nearer = (peaks.at_same_cosine + apart) * (peaks.at_horizon + 1);
     const float farther = (peaks.at_same_cosine + sum) * (peaks.at_horizon + elevation);
     const float both[2] = {farther, nearer};
-    const int side = static_cast<int>(leaves);
-    return {both[side], both[1 - side]};
+    const int index = static_cast<int>(side);
+    return {both[index], both[1 - index]};
 }
 
 struct Azimuth {
@@ -152,9 +152,9 @@ float inside_unit(float u) noexcept { return within(0, u, 1 - 6e-8f); }
 /// Directions of one incident cosine, to be evaluated together.
 class Geometries {
   public:
-    void add(Leaves leaves, const Cosine& in, const OutgoingCosine& out, const Azimuth& azimuth) {
+    void add(Side side, const Cosine& in, const OutgoingCosine& out, const Azimuth& azimuth) {
         const float sine_out = sine(out.cosine);
-        const bool lit = leaves == Leaves::on_the_lit_side;
+        const bool lit = side == Side::reflection;
         const float vectors[6] = {sine(in),
                                   0,
                                   in.mu,
@@ -180,16 +180,15 @@ constexpr float no_peak = 100;  // wide enough for all coordinates to be even
 
 /// The width of a peak that light at equal cosines meets as azimuth goes around: of
 /// Henyey-Greenstein's, the root of a quarter of (1 - g)^2 / g.
-float peak_width(const DirectionDensity::Light& light, Leaves leaves, float mu,
-                 bool at_same_cosine) {
+float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool at_same_cosine) {
     constexpr int octaves = 20;
-    const bool at_azimuth_0 = (leaves == Leaves::on_the_far_side) == at_same_cosine;
+    const bool at_azimuth_0 = (side == Side::transmission) == at_same_cosine;
     const Cosine cosine = cosine_of(inclination(mu));
     const auto share_at = [&](int n) { return n == 0 ? 0 : std::ldexp(1.0f, n - octaves); };
     Geometries geometries;
     for (int n = 0; n <= octaves; ++n) {
         const float share = at_azimuth_0 ? share_at(n) : 1 - share_at(n);  // sin^2(azimuth / 2)
-        geometries.add(leaves, cosine, {cosine, 0},
+        geometries.add(side, cosine, {cosine, 0},
                        {1 - 2 * share, 2 * root(share * (1 - share)), 0});
     }
     std::vector<float> value(geometries.count());
@@ -200,11 +199,11 @@ float peak_width(const DirectionDensity::Light& light, Leaves leaves, float mu,
     return no_peak;
 }
 
-DirectionDensity::Peaks peaks_of(const DirectionDensity::Light& light, Leaves leaves) {
+DirectionDensity::Peaks peaks_of(const DirectionDensity::Light& light, Side side) {
     constexpr float slanting = 0.5f, grazing = 0.02f, slope_of_width = 4, largest_slope = 0.9f;
-    const float width = peak_width(light, leaves, slanting, true);
+    const float width = peak_width(light, side, slanting, true);
     const float slope = std::min(largest_slope, slope_of_width * width);
-    return {width, peak_width(light, leaves, grazing, false), slope, 0.5f / (1 - slope)};
+    return {width, peak_width(light, side, grazing, false), slope, 0.5f / (1 - slope)};
 }
 
 float end_half(int sample, int count) { return sample == 0 || sample == count - 1 ? 0.5f : 1.0f; }
@@ -230,8 +229,8 @@ struct DirectionDensity::Place {
 };
 
 DirectionDensity::DirectionDensity(const Light& light) {
-    for (const Leaves leaves : {Leaves::on_the_lit_side, Leaves::on_the_far_side})
-        peaks_[static_cast<int>(leaves)] = peaks_of(light, leaves);
+    for (const Side side : {Side::reflection, Side::transmission})
+        peaks_[static_cast<int>(side)] = peaks_of(light, side);
     std::vector<float> value(size(lines * azimuths)), stretch(value.size());
     for (int row = 0; row < rows; ++row) {
         constexpr float lowest = 0.995f;  // mu = 1e-4: of the limit at 0, thin layers know nothing
@@ -239,14 +238,14 @@ DirectionDensity::DirectionDensity(const Light& light) {
         Geometries geometries;
         for (int line = 0; line < lines; ++line) {
             const Part part = Part(line / places);
-            const Peaks& peaks = peaks_[static_cast<int>(part.leaves())];
+            const Peaks& peaks = peaks_[static_cast<int>(part.side())];
             const OutgoingCosine out =
                 outgoing_cosine(part, peaks.slope, in, as_float(line % places) / (places - 1));
-            const AzimuthScale scale = azimuth_scale(part.leaves(), peaks, in, out.cosine);
+            const AzimuthScale scale = azimuth_scale(part.side(), peaks, in, out.cosine);
             for (int k = 0; k < azimuths; ++k) {
                 const Azimuth azimuth = azimuth_at(scale, as_float(k) / (azimuths - 1));
                 stretch[geometries.count()] = out.cosine.mu * out.stretch * azimuth.stretch;
-                geometries.add(part.leaves(), in, out, azimuth);
+                geometries.add(part.side(), in, out, azimuth);
             }
         }
         geometries.evaluate(light, value.data());
@@ -293,12 +292,12 @@ DirectionDensity::DirectionDensity(const Light& light) {
     return a + place.past_row * (b - a);
 }
 
-float DirectionDensity::pdf(Leaves leaves, const Inclination& from, const Inclination& to,
+float DirectionDensity::pdf(Side side, const Inclination& from, const Inclination& to,
                             const HalfAzimuth& half) const noexcept {
     const auto [in, out] = Cosines(from, to);
-    const Peaks& peaks = peaks_[static_cast<int>(leaves)];
-    const Part part(leaves, out.v > in.v);
-    const AzimuthScale scale = azimuth_scale(leaves, peaks, in, out);
+    const Peaks& peaks = peaks_[static_cast<int>(side)];
+    const Part part(side, out.v > in.v);
+    const AzimuthScale scale = azimuth_scale(side, peaks, in, out);
     const float x = scale.a * half.cosine, y = scale.b * half.sine;
     const float one_over = 1 / (x + y);
     const float reach = std::abs(part.reach(in));
@@ -323,11 +322,11 @@ struct DirectionDensity::Draw {
 
 /// What follows once the side is known. One function for either: the branch between them is met
 /// early, and those that come later, in the slice too, then go the same way.
-template <Leaves leaves>
+template <Side side>
 [[gnu::always_inline]] inline DirectionDensity::Direction DirectionDensity::draw(
     const Draw& given) const noexcept {
     const Part part(given.line.number / places);
-    const Peaks& peaks = peaks_[static_cast<int>(leaves)];
+    const Peaks& peaks = peaks_[static_cast<int>(side)];
     const float at_line = around_sample(given.line.number % places, places - 1, given.line.rest);
     const OutgoingCosine out =
         outgoing_cosine(part, peaks.slope, given.in, at_line * (1.0f / (places - 1)));
@@ -337,10 +336,10 @@ template <Leaves leaves>
     const Event event_along = event<azimuths>(along_azimuth_.data() + line * (azimuths + 1),
                                               inside_unit(std::abs(around)));
     const float at_azimuth = around_sample(event_along.number, azimuths - 1, event_along.rest);
-    const Azimuth azimuth = azimuth_at(azimuth_scale(leaves, peaks, given.in, out.cosine),
+    const Azimuth azimuth = azimuth_at(azimuth_scale(side, peaks, given.in, out.cosine),
                                        at_azimuth * (1.0f / (azimuths - 1)));
     const float density = at(Place(given.at_row, part.line(), at_line, at_azimuth));
-    return {leaves,
+    return {side,
             out.cosine.mu,
             sine(out.cosine),
             azimuth.cosine,
@@ -355,10 +354,10 @@ DirectionDensity::Direction DirectionDensity::sample(const Inclination& from, fl
     const auto low_row = truncated(within(0, at_row, rows - 2));
     const auto row = static_cast<std::size_t>(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
     const float* const over_lines = over_lines_.data() + row * (lines + 1);
-    if (!(over_lines[lines] > 0)) return {Leaves::on_the_lit_side, 1, 0, 1, 0, 0};
+    if (!(over_lines[lines] > 0)) return {Side::reflection, 1, 0, 1, 0, 0};
     const Draw given{in, at_row, row, event<lines>(over_lines, inside_unit(u1)), u2};
-    return given.line.number < lines / 2 ? draw<Leaves::on_the_lit_side>(given)
-                                         : draw<Leaves::on_the_far_side>(given);
+    return given.line.number < lines / 2 ? draw<Side::reflection>(given)
+                                         : draw<Side::transmission>(given);
 }
 
 std::size_t DirectionDensity::bytes() const noexcept {
@@ -412,7 +411,7 @@ template <int channels>
 float intercepted(const SliceOf<channels>& slice, int channel, float mu) noexcept {
     if (slice.is_one_sided()) return 1;
     const float depth = static_cast<float>(std::min(slice.medium().optical_depth[channel], 1e30));
-    return attenuation(depth / std::max(mu, least_cosine)).taken;
+    return attenuation(depth / std::max(mu, min_cosine)).extinguished;
 }
 
 /// The horizontal part of an incident direction; along x where it has none.
@@ -441,20 +440,20 @@ BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
     std::vector<float> value, weight;
     for (int row = 0; row < albedo_rows; ++row) {
         const Cosine in = cosine_at(as_float(row) / (albedo_rows - 1));
-        for (const Leaves leaves : {Leaves::on_the_lit_side, Leaves::on_the_far_side}) {
-            const DirectionDensity::Peaks& peaks = density_.peaks(leaves);
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            const DirectionDensity::Peaks& peaks = density_.peaks(side);
             Geometries geometries;
             weight.clear();
             for (const bool to_horizon : {false, true})
                 for (int i = 0; i < gauss.nodes; ++i) {
                     const OutgoingCosine out =
-                        outgoing_cosine(Part(leaves, to_horizon), peaks.slope, in, gauss.x[i]);
-                    const AzimuthScale scale = azimuth_scale(leaves, peaks, in, out.cosine);
+                        outgoing_cosine(Part(side, to_horizon), peaks.slope, in, gauss.x[i]);
+                    const AzimuthScale scale = azimuth_scale(side, peaks, in, out.cosine);
                     for (int k = 0; k < gauss.nodes; ++k) {
                         const Azimuth azimuth = azimuth_at(scale, gauss.x[k]);
                         weight.push_back(2 * gauss.weight[i] * gauss.weight[k] * out.cosine.mu *
                                          out.stretch * azimuth.stretch);
-                        geometries.add(leaves, in, out, azimuth);
+                        geometries.add(side, in, out, azimuth);
                     }
                 }
             value.resize(channels * weight.size());
@@ -472,10 +471,10 @@ BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
 }
 
 template <int channels>
-typename BsdfOf<channels>::Value BsdfOf<channels>::eval(Leaves leaves, float mu_in, float mu_out,
+typename BsdfOf<channels>::Value BsdfOf<channels>::eval(Side side, float mu_in, float mu_out,
                                                         float azimuth) const noexcept {
-    return times(leaves == Leaves::on_the_lit_side ? slice_.reflection(mu_in, mu_out, azimuth)
-                                                   : slice_.transmission(mu_in, mu_out, azimuth),
+    return times(side == Side::reflection ? slice_.reflection(mu_in, mu_out, azimuth)
+                                          : slice_.transmission(mu_in, mu_out, azimuth),
                  one_over_pi);
 }
 
@@ -485,10 +484,9 @@ bool BsdfOf<channels>::is_lit(const Vector& wi) const noexcept {
 }
 
 template <int channels>
-float BsdfOf<channels>::pdf(Leaves leaves, float mu_in, float mu_out,
-                            float azimuth) const noexcept {
+float BsdfOf<channels>::pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept {
     const float half = half_azimuth_of(azimuth);
-    return density_.pdf(leaves, inclination(mu_in), inclination(mu_out),
+    return density_.pdf(side, inclination(mu_in), inclination(mu_out),
                         {root(1 - half), root(half), 1});
 }
 
@@ -504,7 +502,7 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     const float m = std::max(root(in.square * square), 1e-18f);
     const float both[2] = {cross, m + std::abs(dot)};
     const int backward = dot > 0 ? 1 : 0;
-    return density_.pdf(static_cast<Leaves>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
+    return density_.pdf(static_cast<Side>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
                         {std::abs(wo.z), square},
                         {both[1 - backward], both[backward], 2 * m * both[1]});
 }
@@ -518,7 +516,7 @@ typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, flo
         density_.sample({std::abs(wi.z), in.square}, u1, u2, u3);
     const float scale = out.sine * inverse_root(in.square);
     const float along = -scale * out.cos_azimuth, aside = -scale * out.sin_azimuth;
-    const float side = 1 - 2 * as_float(static_cast<int>(out.leaves));
+    const float side = 1 - 2 * as_float(static_cast<int>(out.side));
     const Vector wo{along * in.x - aside * in.y, along * in.y + aside * in.x,
                     std::copysign(out.mu, wi.z) * side};
     return {wo, slice_.eval(wi, wo), out.pdf};
@@ -529,7 +527,7 @@ typename BsdfOf<channels>::SampleOfAngles BsdfOf<channels>::sample(float mu_in, 
                                                                    float u3) const noexcept {
     const DirectionDensity::Direction out = density_.sample(inclination(mu_in), u1, u2, u3);
     const float azimuth = std::atan2(out.sin_azimuth, out.cos_azimuth);
-    return {out.leaves, out.mu, azimuth, eval(out.leaves, mu_in, out.mu, azimuth), out.pdf};
+    return {out.side, out.mu, azimuth, eval(out.side, mu_in, out.mu, azimuth), out.pdf};
 }
 
 template <int channels>

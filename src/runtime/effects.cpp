@@ -1,9 +1,9 @@
 #include <stratus/runtime/effects.h>
 
+#include <stratus/runtime/argument.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <stratus/runtime/argument.h>
 
 namespace stratus {
 namespace {
@@ -53,7 +53,7 @@ double opposition_factor(const Opposition& opposition, double cos_scattering_ang
     return 1;
 }
 
-double denser(double optical_depth, double density) noexcept {
+double effective_optical_depth(double optical_depth, double density) noexcept {
     return optical_depth / (1 - density);
 }
 

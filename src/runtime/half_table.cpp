@@ -34,13 +34,13 @@ void halve(const Block& block, float& weight, Half* into) {
     block.each([&](std::size_t, double value) { largest = std::max(largest, std::abs(value)); });
     int exponent = 0;
     std::frexp(largest * double{weight}, &exponent);
-    constexpr int largest_exponent = 15, least_exponent = -100;  // of halves; where float has bits
-    const int scale = largest_exponent - std::max(exponent, least_exponent);
+    constexpr int largest_exponent = 15, min_exponent = -100;  // of halves; where float has bits
+    const int scale = largest_exponent - std::max(exponent, min_exponent);
     const double factor = std::ldexp(double{weight}, scale);
     block.each([&](std::size_t at, double value) {
         const auto scaled = static_cast<float>(value * factor);
         // Subnormal numbers are slow, and to some programs' settings zero: zero to all.
-        into[at] = to_half(std::abs(scaled) < least_normal_half ? 0 : scaled);
+        into[at] = to_half(std::abs(scaled) < min_normal_half ? 0 : scaled);
     });
     if (weight != 0) weight = static_cast<float>(std::ldexp(1.0, -scale));
 }

@@ -1,11 +1,11 @@
 #include "layers.h"
 
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-
-#include <stratus/runtime/diffusion.h>
-#include <stratus/runtime/single_scattering.h>
 
 namespace stratus {
 namespace {
@@ -41,7 +41,7 @@ Query query_of(const TableView& table, double albedo, double optical_depth, int 
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
     if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
-    if (table.lies_on_something()) query.albedo = 1;
+    if (table.has_lower_boundary()) query.albedo = 1;
     return query;
 }
 
@@ -58,9 +58,9 @@ double fall_with_mixture(const TableView& table, const Query& query) noexcept {
 }
 
 /// One side of a table, and the layers of it that a query needs.
-class Side {
+class TableSide {
   public:
-    Side(const TableView& table, const Samples& samples, const float* weight) noexcept
+    TableSide(const TableView& table, const Samples& samples, const float* weight) noexcept
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),
@@ -86,7 +86,8 @@ class Side {
             add(queries[m]);
         }
         layers_.optical_depth = queries[0].optical_depth;
-        layers_.fades = table_.lies_on_something() && table_.below->kind == Below::Kind::surface &&
+        layers_.fades = table_.has_lower_boundary() &&
+                        table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
                         table_.optical_depth.count > 0 &&
                         layers_.optical_depth < table_.optical_depth.lowest;
         return layers_;
@@ -120,7 +121,7 @@ class Side {
     /// deficit is spent hand their share of it on, as above.
     void add_between_last_and_infinity(const Query& query) noexcept {
         const double length = query.extrapolation_length, highest = table_.optical_depth.highest;
-        const bool over_below = table_.lies_on_something();
+        const bool over_boundary = table_.has_lower_boundary();
         const double deficit =
             reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
         const int last = table_.optical_depth.count - 1;
@@ -131,14 +132,14 @@ class Side {
                 table_.diffusion_exponent[query.mixture * table_.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
             const double weight = double{query.albedo_stencil.weight[l]};
-            const bool spent = deepest < least_deficit;
+            const bool spent = deepest < min_deficit;
             const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
             handed_on = spent ? weight + handed_on : 0;
             add(query, albedo, last + 1, query.albedo * (weight - share));
             if (!spent)
                 add(query, albedo, last,
                     query.albedo * share *
-                        (over_below ? 1 : reflection_scale(highest, exponent, length)));
+                        (over_boundary ? 1 : reflection_scale(highest, exponent, length)));
         }
     }
 
@@ -167,11 +168,11 @@ class Side {
 
 Layers reflection_layers(const TableView& table, double albedo, double optical_depth) noexcept {
     const AxisView& depth = table.optical_depth;
-    Side side(table, table.reflection_multiple, table.reflection_weight);
+    TableSide side(table, table.reflection_multiple, table.reflection_weight);
     return side.mixed(albedo, optical_depth, [&](const Query& query) {
         if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
             side.add_between_last_and_infinity(query);
-        else if (table.lies_on_something())
+        else if (table.has_lower_boundary())
             side.add_depths(query, 1);
         else
             side.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
@@ -182,7 +183,7 @@ Layers reflection_layers(const TableView& table, double albedo, double optical_d
 
 Layers transmission_layers(const TableView& table, double albedo, double optical_depth) noexcept {
     const AxisView& depth = table.optical_depth;
-    Side side(table, table.transmission_multiple, table.transmission_weight);
+    TableSide side(table, table.transmission_multiple, table.transmission_weight);
     return side.mixed(albedo, optical_depth, [&](const Query& query) {
         if (depth.count == 0) return;  // nothing passes a layer without end
         const double scale = query.albedo * fall_with_mixture(table, query) *
@@ -199,7 +200,7 @@ double directional_factor(const TableView& table, const Layers& layers, double m
                           double mu_out) noexcept {
     const double in = std::clamp(mu_in, table.mu_in.lowest, table.mu_in.highest);
     const double out = std::clamp(mu_out, table.mu_out.lowest, table.mu_out.highest);
-    if (!table.lies_on_something())
+    if (!table.has_lower_boundary())
         return intercepted_share(layers.optical_depth, in) *
                intercepted_share(layers.optical_depth, out);
     if (!layers.fades) return 1;

@@ -3,15 +3,15 @@
 // around samples that float cannot hold.
 #pragma once
 
-#include <cstddef>
-
 #include <stratus/runtime/table.h>
+
+#include <cstddef>
 
 namespace stratus {
 
 /// Where less than this of the law of diffusion is left at the deepest sample, that sample is the
 /// limit itself.
-constexpr double least_deficit = 1e-5;
+constexpr double min_deficit = 1e-5;
 
 /// One (mixture, albedo, optical_depth) of a side: where its directions start among the side's
 /// samples, its share of the answer, its depth.

@@ -185,8 +185,9 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
     Scattered scattered{};
     scattered.single =
         single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
-    if (table.lies_on_something())
-        scattered.single += single_reflection_below(*table.below, optical_depth, geometry);
+    if (table.has_lower_boundary())
+        scattered.single +=
+            single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
     if (table.has_reflection())
         scattered.multiple =
             summed(table, reflection_layers(table, albedo, optical_depth), geometry);
@@ -196,7 +197,7 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
 Scattered transmission(const TableView& table, double albedo, double optical_depth,
                        const Geometry& geometry) noexcept {
     Scattered scattered{};
-    if (table.lies_on_something()) return scattered;
+    if (table.has_lower_boundary()) return scattered;
     const double phase = table.phase(cos_scattering_angle_transmitted(geometry));
     scattered.single =
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);

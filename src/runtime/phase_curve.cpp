@@ -1,14 +1,15 @@
 #include <stratus/runtime/phase_curve.h>
 
+#include <stratus/runtime/constants.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace stratus {
 namespace {
 
-constexpr int fewest_intervals = 256, most_intervals = 1 << 15;
+constexpr int fewest_intervals = 256, max_intervals = 1 << 15;
 constexpr double sampling_accuracy = 1e-6;  // of a value, half-way between samples
 
 /// cos Theta at a place x in [0, 1] of the samples: sin(Theta/2 - pi/4) = sqrt(2) (x - 1/2).
@@ -26,7 +27,7 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
         value(cos_theta_at(static_cast<double>(i) / fewest_intervals), &samples[i * stride]);
     // Halving the intervals shows how far off straight lines were.
     std::size_t intervals = fewest_intervals;
-    for (bool straight = false; !straight && intervals < most_intervals; intervals *= 2) {
+    for (bool straight = false; !straight && intervals < max_intervals; intervals *= 2) {
         straight = true;
         std::vector<double> finer((2 * intervals + 1) * stride);
         for (std::size_t i = 0; i <= intervals; ++i) {
@@ -88,16 +89,16 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
 }
 
 PhaseCurve PhaseCurve::composed(const PhaseFunction& phase_function, const Opposition& opposition,
-                                const Below* below) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
+                                const LowerBoundary* boundary) {
     const bool with_depth = opposition.law == Opposition::Law::blinn;
     PhaseCurve curve = sampled(3, [&](double c, double* value) {
         const double phase = phase_function(c);
         const double bump = opposition_factor(opposition, c, infinity, 1, 1) - 1;
         value[0] = with_depth ? phase : phase * (1 + bump);
         value[1] = with_depth ? phase * bump : 0;
-        value[2] =
-            below != nullptr && below->kind == Below::Kind::layer ? below->phase_function(c) : 0;
+        value[2] = boundary != nullptr && boundary->kind == LowerBoundary::Kind::layer
+                       ? boundary->phase_function(c)
+                       : 0;
     });
     curve.form_ = PhaseForm::composed;
     return curve;

@@ -220,24 +220,24 @@ using Place = std::function<std::string(std::size_t)>;
 
 void check_table_rows(const std::vector<double>& angle_deg, const std::vector<double>& value,
                       const Place& place) {
-    const char* const door = "tabulated";
-    require(angle_deg.size() == value.size(), door, "value", "as many numbers as phase_angle_deg",
+    const char* const caller = "tabulated";
+    require(angle_deg.size() == value.size(), caller, "value", "as many numbers as phase_angle_deg",
             value.size());
-    require(value.size() >= 3, door, "phase table", "at least 3 rows", value.size());
+    require(value.size() >= 3, caller, "phase table", "at least 3 rows", value.size());
     bool dark = true;
     for (std::size_t i = 0; i < value.size(); ++i) {
         const std::string angle_here = "phase_angle_deg" + place(i);
-        require(std::isfinite(value[i]) && value[i] >= 0, door, "value" + place(i),
+        require(std::isfinite(value[i]) && value[i] >= 0, caller, "value" + place(i),
                 "finite and at least 0", value[i]);
-        require(i == 0 ? angle_deg[i] == 0 : angle_deg[i] > angle_deg[i - 1], door, angle_here,
+        require(i == 0 ? angle_deg[i] == 0 : angle_deg[i] > angle_deg[i - 1], caller, angle_here,
                 i == 0 ? "0 (angles must cover 0 to 180)" : "above the one before it",
                 angle_deg[i]);
-        require(angle_deg[i] <= 180, door, angle_here, "in [0, 180]", angle_deg[i]);
+        require(angle_deg[i] <= 180, caller, angle_here, "in [0, 180]", angle_deg[i]);
         dark = dark && value[i] == 0;
     }
-    require(angle_deg.back() == 180, door, "phase_angle_deg" + place(value.size() - 1),
+    require(angle_deg.back() == 180, caller, "phase_angle_deg" + place(value.size() - 1),
             "180 (angles must cover 0 to 180)", angle_deg.back());
-    require(!dark, door, "value", "above 0 somewhere", 0);
+    require(!dark, caller, "value", "above 0 somewhere", 0);
 }
 
 Tabulated make_tabulated(std::vector<double> angle_deg, std::vector<double> value,
@@ -257,11 +257,11 @@ Tabulated make_tabulated(std::vector<double> angle_deg, std::vector<double> valu
 // ---- lists of moments
 
 Moments make_moments(std::vector<double> chi, const Place& place) {
-    const char* const door = "from_moments";
-    require(!chi.empty(), door, "chi", "at least one moment", 0);
-    require(std::abs(chi[0] - 1) <= 1e-6, door, "chi_0" + place(0), "1 (to 1e-6)", chi[0]);
+    const char* const caller = "from_moments";
+    require(!chi.empty(), caller, "chi", "at least one moment", 0);
+    require(std::abs(chi[0] - 1) <= 1e-6, caller, "chi_0" + place(0), "1 (to 1e-6)", chi[0]);
     for (std::size_t l = 0; l < chi.size(); ++l)
-        require(std::abs(chi[l]) <= 1 + 1e-6, door, "chi_" + std::to_string(l) + place(l),
+        require(std::abs(chi[l]) <= 1 + 1e-6, caller, "chi_" + std::to_string(l) + place(l),
                 "in [-1, 1]", chi[l]);
     const double mean = chi[0];
     for (double& moment : chi) moment = std::clamp(moment / mean, -1.0, 1.0);
@@ -273,7 +273,7 @@ Moments make_moments(std::vector<double> chi, const Place& place) {
         least = std::min(least, value);
         greatest = std::max(greatest, value);
     }
-    require(least >= -1e-3 * greatest, door, "sum of (2 l + 1) chi_l P_l",
+    require(least >= -1e-3 * greatest, caller, "sum of (2 l + 1) chi_l P_l",
             "no lower than -1e-3 of its largest value", least);
     return moments;
 }

@@ -1,11 +1,5 @@
 #include <stratus/runtime/slice.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <utility>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
@@ -15,15 +9,21 @@
 #include "layers.h"
 #include "mu_places.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
 namespace stratus {
 namespace {
 
-constexpr const char* door = "bind";
+constexpr const char* caller = "bind";
 /// Share of the tolerance that straight lines along each of the three axes may use up.
 constexpr double share_of_tolerance = 0.2;
 
 // Intervals along an axis while its need is found out, and of the slice.
-constexpr int probed = 32, fewest = 16, most_along_mu = 176, most_along_azimuth = 128;
+constexpr int probed = 32, fewest = 16, max_along_mu = 176, max_along_azimuth = 128;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
@@ -263,7 +263,7 @@ class Refinement {
 
   private:
     double divided_by(double mu_in, double mu_out) const {
-        return table_.lies_on_something() ? 1 : directional_factor(table_, layers_, mu_in, mu_out);
+        return table_.has_lower_boundary() ? 1 : directional_factor(table_, layers_, mu_in, mu_out);
     }
 
     const TableView& table_;
@@ -292,9 +292,9 @@ std::vector<float> refined(const TableView& table, const Layers (&layers)[channe
     }
     const double allowed = share_of_tolerance * kept_tolerance(table);
     const int azimuths =
-        table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, most_along_azimuth);
+        table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, max_along_azimuth);
     const MuPlaces places(
-        table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, most_along_mu));
+        table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, max_along_mu));
     // Rows 0 to `intervals`, the last one column short.
     const std::size_t rows = size(places.intervals + 1);
     std::vector<float> samples(rows * (rows + 3) / 2 * size(azimuths) * channels + 1);
@@ -329,18 +329,19 @@ auto value_of(const float (&value)[channels], float factor) noexcept {
 
 template <int channels>
 SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
-                           const Below* below, const Medium<channels>& medium,
+                           const LowerBoundary* boundary, const Medium<channels>& medium,
                            const Effects& effects)
     : medium_(medium) {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
-        require(medium.optical_depth[c] >= 0, door, "optical_depth", "in [0, inf]",
+        require(medium.optical_depth[c] >= 0, caller, "optical_depth", "in [0, inf]",
                 medium.optical_depth[c]);
-        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, door, "albedo", "in [0, 1]",
+        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, caller, "albedo", "in [0, 1]",
                 medium.albedo[c]);
-        medium_.optical_depth[c] = denser(medium.optical_depth[c], effects.density);
+        medium_.optical_depth[c] =
+            effective_optical_depth(medium.optical_depth[c], effects.density);
     }
-    one_sided_ = below != nullptr && below->is_something();
+    one_sided_ = boundary != nullptr && boundary->is_present();
     if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
     const auto set_medium = [&](SideView<channels>& view, double deepest) {
         for (int c = 0; c < channels; ++c) {
@@ -354,15 +355,15 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         SideView<channels>& view = reflection_.view;
         set_medium(view, 1e30);
         if (effects.single) {
-            const bool layer_below = one_sided_ && below->kind == Below::Kind::layer;
+            const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
             reflection_.phase =
-                plain ? curve : PhaseCurve::composed(phase_function, effects.opposition, below);
+                plain ? curve : PhaseCurve::composed(phase_function, effects.opposition, boundary);
             reflection_.form = reflection_.phase.form();
             for (int c = 0; c < channels; ++c) {
                 view.surface[c] =
-                    one_sided_ && !layer_below ? static_cast<float>(below->albedo) : 0;
-                view.beneath[c] = layer_below ? static_cast<float>(below->albedo / 4) : 0;
+                    one_sided_ && !layer_below ? static_cast<float>(boundary->albedo) : 0;
+                view.beneath[c] = layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
             }
         }
     }
@@ -373,7 +374,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
             transmission_.form = curve.form();
         }
     }
-    for (Side* side : {&reflection_, &transmission_}) side->view.phase = side->phase.view();
+    for (BoundSide* side : {&reflection_, &transmission_}) side->view.phase = side->phase.view();
     set_kernels();
 }
 
@@ -387,13 +388,13 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
                            const Effects& effects)
     : SliceOf(table.mixed_phase_function(),
               table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
-              table.below, medium, effects) {
+              table.lower_boundary, medium, effects) {
     require(table.mu_in.count == table.mu_out.count && table.mu_in.lowest == table.mu_out.lowest &&
                 table.mu_in.highest == table.mu_out.highest,
-            door, "mu_out of the table", "the same axis as mu_in", "another");
+            caller, "mu_out of the table", "the same axis as mu_in", "another");
     if (!effects.multiple) return;
     const Orders orders = table.azimuth.count > 1 ? Orders::with_azimuth : Orders::without_azimuth;
-    const auto add_orders = [&](Side& side, bool reflected) {
+    const auto add_orders = [&](BoundSide& side, bool reflected) {
         Layers layers[channels];
         for (int c = 0; c < channels; ++c)
             layers[c] =
@@ -416,7 +417,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 
 template <int channels>
 void SliceOf<channels>::set_kernels() {
-    const auto kernel = [](const Side& side, bool reflected) -> const SideKernel<channels>* {
+    const auto kernel = [](const BoundSide& side, bool reflected) -> const SideKernel<channels>* {
         const SideKernel<channels>& found = kernel_of<channels>(reflected, side.form, side.orders);
         return found.at_angles == nullptr ? nullptr : &found;
     };
@@ -425,7 +426,8 @@ void SliceOf<channels>::set_kernels() {
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::at(const Side& side, float mu_in, float mu_out,
+typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, float mu_in,
+                                                        float mu_out,
                                                         float azimuth) const noexcept {
     float value[channels] = {};
     if (side.kernel != nullptr) side.kernel->at_angles(side.view, mu_in, mu_out, azimuth, value);
@@ -449,7 +451,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
     const float sides = wi.z * wo.z;
     if (!(sides != 0) || (one_sided_ && !(wi.z > 0 && wo.z > 0))) return Value{};
-    const Side& side = sides > 0 ? reflection_ : transmission_;
+    const BoundSide& side = sides > 0 ? reflection_ : transmission_;
     float value[channels] = {};
     if (side.kernel != nullptr) side.kernel->at_vectors(side.view, wi, wo, value);
     return value_of(value, static_cast<float>(1 / pi));
@@ -482,7 +484,7 @@ class Block {
 }  // namespace
 
 template <int channels>
-void SliceOf<channels>::many(const Side& side, std::size_t count, const float* mu_in,
+void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const float* mu_in,
                              const float* mu_out, const float* azimuth,
                              float* value) const noexcept {
     if (side.kernel == nullptr) {
@@ -573,7 +575,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const 
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = 0;
-    for (const Side* side : {&reflection_, &transmission_})
+    for (const BoundSide* side : {&reflection_, &transmission_})
         numbers += side->sample.size() + side->phase.sample_count();
     return sizeof *this + numbers * sizeof(float);
 }

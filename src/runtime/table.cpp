@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/single_scattering.h>
 
@@ -13,17 +14,16 @@
 namespace stratus {
 namespace {
 
-constexpr const char* door = "prepare";
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr const char* caller = "prepare";
 
 /// Below this a sample is too near the end of float's range to be scaled back up.
-constexpr double least_scale = 1e-35;
+constexpr double min_scale = 1e-35;
 
 void check_scale(const Axis& axis, const char* name, std::initializer_list<AxisScale> scales) {
     std::string allowed;
     for (const AxisScale scale : scales)
         allowed += (allowed.empty() ? "" : " or ") + std::string(axis_scale_name(scale));
-    require(std::find(scales.begin(), scales.end(), axis.scale) != scales.end(), door,
+    require(std::find(scales.begin(), scales.end(), axis.scale) != scales.end(), caller,
             std::string("scale of axis ") + name, allowed, axis_scale_name(axis.scale));
 }
 
@@ -34,7 +34,7 @@ void check_samples(const Axis& axis, const char* name, double lowest, double hig
     range.precision(17);
     range << "within " << (open_below ? "(" : "[") << lowest << ", " << highest << "]";
     for (const double value : axis.values)
-        require((open_below ? value > lowest : value >= lowest) && value <= highest, door, name,
+        require((open_below ? value > lowest : value >= lowest) && value <= highest, caller, name,
                 range.str(), value);
 }
 
@@ -57,7 +57,7 @@ void check_mixture(const Axis& axis) {
     if (axis.values.empty()) return;
     check_scale(axis, "mixture", {AxisScale::identity});
     check_samples(axis, "mixture", 0, 1, false);
-    require(axis.values.size() >= 2, door, "mixture", "of two samples at least",
+    require(axis.values.size() >= 2, caller, "mixture", "of two samples at least",
             axis.values.size());
 }
 
@@ -66,8 +66,8 @@ void check_azimuth(const Axis& axis) {
     check_samples(axis, "azimuth", 0, pi, false);
     // The cubic is mirrored at both ends, which is right at 0 and pi only.
     if (axis.values.size() < 2) return;
-    require(axis.values.front() == 0, door, "first azimuth", "0", axis.values.front());
-    require(pi - axis.values.back() <= 1e-9, door, "last azimuth", "pi", axis.values.back());
+    require(axis.values.front() == 0, caller, "first azimuth", "0", axis.values.front());
+    require(pi - axis.values.back() <= 1e-9, caller, "last azimuth", "pi", axis.values.back());
 }
 
 /// Product of extents; std::invalid_argument when it is more than memory could hold.
@@ -75,7 +75,7 @@ std::size_t checked_product(std::initializer_list<std::size_t> extents) {
     std::size_t product = 1;
     for (const std::size_t extent : extents) {
         require(extent == 0 || product <= std::numeric_limits<std::size_t>::max() / 16 / extent,
-                door, "product of the axes' lengths", "addressable", product);
+                caller, "product of the axes' lengths", "addressable", product);
         product *= extent;
     }
     return product;
@@ -86,14 +86,14 @@ template <class Number>
 void check_dataset(const std::vector<Number>& samples, const char* name, std::size_t extent,
                    bool required) {
     if (samples.empty() && !required) return;
-    require(samples.size() == extent, door, std::string("length of ") + name,
+    require(samples.size() == extent, caller, std::string("length of ") + name,
             std::to_string(extent), samples.size());
     int any_bad = 0;  // without a way out of the loop, which wide registers then go through
     for (const Number sample : samples) any_bad |= std::isfinite(sample) ? 0 : 1;
     if (any_bad == 0) return;
     const auto bad =
         std::find_if(samples.begin(), samples.end(), [](Number n) { return !std::isfinite(n); });
-    require(false, door,
+    require(false, caller,
             std::string(name) + " (sample " + std::to_string(bad - samples.begin()) + ")", "finite",
             *bad);
 }
@@ -106,7 +106,7 @@ void check_datasets(const Table& table) {
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
     const std::size_t samples =
         checked_product({lit, table.mu_out.values.size(), table.azimuth.values.size()});
-    require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), door,
+    require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), caller,
             "table", "given reflection_multiple or transmission_multiple", "neither");
     check_dataset(table.reflection_multiple, "reflection_multiple", samples, false);
     check_dataset(table.transmission_multiple, "transmission_multiple", samples, false);
@@ -118,28 +118,28 @@ void check_datasets(const Table& table) {
 
 void check_numbers(const Table& table) {
     for (const double exponent : table.diffusion_exponent)
-        require(exponent >= 0 && exponent <= 1e3, door, "diffusion_exponent", "in [0, 1000]",
+        require(exponent >= 0 && exponent <= 1e3, caller, "diffusion_exponent", "in [0, 1000]",
                 exponent);
     for (const auto& [name, length] :
          {std::pair("extrapolation_length", table.extrapolation_length),
           std::pair("second_extrapolation_length", table.second_extrapolation_length)})
-        require(length > 0 && length < infinity, door, name, "in (0, inf)", length);
-    require(table.tolerance >= 0 && table.tolerance < infinity, door, "tolerance", "in [0, inf)",
+        require(length > 0 && length < infinity, caller, name, "in (0, inf)", length);
+    require(table.tolerance >= 0 && table.tolerance < infinity, caller, "tolerance", "in [0, inf)",
             table.tolerance);
-    require(table.measured_error >= 0 && table.measured_error < infinity, door, "measured_error",
+    require(table.measured_error >= 0 && table.measured_error < infinity, caller, "measured_error",
             "in [0, inf)", table.measured_error);
-    require(table.highest_order >= 0, door, "highest_order", "at least 0", table.highest_order);
+    require(table.highest_order >= 0, caller, "highest_order", "at least 0", table.highest_order);
 }
 
-void check_below(const Table& table) {
-    require(table.below.albedo >= 0 && table.below.albedo <= 1, door, "albedo of what lies beneath",
-            "in [0, 1]", table.below.albedo);
-    require(!table.below.is_something() || table.transmission_multiple.empty(), door,
+void check_boundary(const Table& table) {
+    require(table.lower_boundary.albedo >= 0 && table.lower_boundary.albedo <= 1, caller,
+            "albedo of what lies beneath", "in [0, 1]", table.lower_boundary.albedo);
+    require(!table.lower_boundary.is_present() || table.transmission_multiple.empty(), caller,
             "transmission_multiple", "absent where something lies beneath", "given");
 }
 
 /// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
-float inverse(double scale) { return scale < least_scale ? 0 : static_cast<float>(1 / scale); }
+float inverse(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
 
 void work_out_weights(Table& table) {
     table.reflection_weight.clear();
@@ -157,7 +157,7 @@ void work_out_weights(Table& table) {
                                                                  table.mixture.values[a / albedos])
                                     : table.extrapolation_length;
             table.reflection_weight.push_back(
-                table.below.is_something()
+                table.lower_boundary.is_present()
                     ? 1
                     : inverse(albedo * reflection_scale(depth, exponent, length)));
             table.transmission_weight.push_back(
@@ -167,7 +167,7 @@ void work_out_weights(Table& table) {
         weights.clear();
         for (const double depth : table.optical_depth.values)
             for (const double mu : cosines.values)
-                weights.push_back(table.below.is_something()
+                weights.push_back(table.lower_boundary.is_present()
                                       ? 1
                                       : static_cast<float>(1 / intercepted_share(depth, mu)));
     };
@@ -209,7 +209,7 @@ TableView Table::view() const noexcept {
     if (has_mixture()) view.second_phase_function = &second_phase_function;
     view.mixture = mixture.view();
     view.second_extrapolation_length = second_extrapolation_length;
-    view.below = &below;
+    view.lower_boundary = &lower_boundary;
     view.albedo = albedo.view();
     view.optical_depth = optical_depth.view();
     view.mu_in = mu_in.view();
@@ -237,7 +237,7 @@ void prepare(Table& table) {
     check_azimuth(table.azimuth);
     check_datasets(table);
     check_numbers(table);
-    check_below(table);
+    check_boundary(table);
     work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }

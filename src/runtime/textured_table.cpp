@@ -1,14 +1,8 @@
 #include <stratus/runtime/textured_table.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <utility>
-#include <vector>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
 
 #include "kept_tolerance.h"
@@ -16,6 +10,12 @@
 #include "kernels/textured.h"
 #include "layers.h"
 #include "mu_places.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 
@@ -67,20 +67,19 @@ struct Resampling {
 /// The samples of one side, as lookups interpolate them.
 class Shapes {
   public:
-    Shapes(const TableView& table, Leaves leaves)
+    Shapes(const TableView& table, Side which)
         : table_(table),
-          samples_(leaves == Leaves::on_the_lit_side ? table.reflection_multiple
-                                                     : table.transmission_multiple),
-          weight_(leaves == Leaves::on_the_lit_side ? table.reflection_weight
-                                                    : table.transmission_weight),
-          leaves_(leaves) {
+          samples_(which == Side::reflection ? table.reflection_multiple
+                                             : table.transmission_multiple),
+          weight_(which == Side::reflection ? table.reflection_weight : table.transmission_weight),
+          side_(which) {
         for (int i = 0; i < table.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j)
                 for (int k = 0; k < table.azimuth.count; ++k) {
                     const Geometry at = geometry(i, j, k);
                     phase_.push_back((*table.phase_function)(
-                        leaves == Leaves::on_the_lit_side ? cos_scattering_angle_reflected(at)
-                                                          : cos_scattering_angle_transmitted(at)));
+                        which == Side::reflection ? cos_scattering_angle_reflected(at)
+                                                  : cos_scattering_angle_transmitted(at)));
                 }
     }
 
@@ -130,14 +129,14 @@ class Shapes {
             return found;
         }
         const double exponent = table_.diffusion_exponent[albedo];
-        const double scale = leaves_ == Leaves::on_the_lit_side
+        const double scale = side_ == Side::reflection
                                  ? reflection_scale(tau, exponent, table_.extrapolation_length)
                                  : transmission_scale(tau, exponent, table_.extrapolation_length);
         std::vector<float> share;
         for (int i = 0; i < table_.mu_in.count; ++i)
             share.push_back(static_cast<float>(intercepted_share(tau, table_.mu_in.value(i))));
         const auto factor = [&](int i, int j) {  // by which samples were divided
-            if (table_.lies_on_something()) return 1.0f;
+            if (table_.has_lower_boundary()) return 1.0f;
             return static_cast<float>(w * scale) * share[size(i)] * share[size(j)];
         };
         float largest = 0;
@@ -145,13 +144,14 @@ class Shapes {
         for (int i = 0; i < table_.mu_in.count; ++i)
             for (int j = 0; j <= i; ++j) {
                 const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
-                const double order = leaves_ == Leaves::on_the_lit_side
+                const double order = side_ == Side::reflection
                                          ? single_reflection(1, w, tau, mu, other)
                                          : single_transmission(1, w, tau, mu, other);
                 for (int k = 0; k < azimuths(); k += step, ++n) {
                     double single = order * phase_[size(pair(i, j) * azimuths() + k)];
-                    if (table_.lies_on_something())
-                        single += single_reflection_below(*table_.below, tau, geometry(i, j, k));
+                    if (table_.has_lower_boundary())
+                        single += single_reflection_of_boundary(*table_.lower_boundary, tau,
+                                                                geometry(i, j, k));
                     found[n] = factor(i, j) * found[n] + static_cast<float>(single);
                     if (other >= 0.1) largest = std::max(largest, found[n]);
                 }
@@ -167,8 +167,7 @@ class Shapes {
 
     /// Infinity for the last of an axis that ends there.
     double depth_of(int depth) const {
-        return depth < table_.optical_depth.count ? table_.optical_depth.value(depth)
-                                                  : std::numeric_limits<double>::infinity();
+        return depth < table_.optical_depth.count ? table_.optical_depth.value(depth) : infinity;
     }
 
   private:
@@ -179,7 +178,7 @@ class Shapes {
     const TableView& table_;
     Samples samples_;
     const float* weight_;
-    Leaves leaves_;
+    Side side_;
     std::vector<double> phase_;  // over (pair, azimuth)
 };
 
@@ -449,25 +448,25 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const Basis&
 }
 
 /// Single scattering, and of what lies beneath on the lit side.
-void set_closed_forms(const TableView& table, Leaves leaves, const TexturedKernels& all,
+void set_closed_forms(const TableView& table, Side which, const TexturedKernels& all,
                       TexturedMemory& side) {
-    const bool composed = leaves == Leaves::on_the_lit_side && table.lies_on_something() &&
-                          table.below->kind == Below::Kind::layer;
-    side.phase = composed ? PhaseCurve::composed(*table.phase_function, {}, table.below)
+    const bool composed = which == Side::reflection && table.has_lower_boundary() &&
+                          table.lower_boundary->kind == LowerBoundary::Kind::layer;
+    side.phase = composed ? PhaseCurve::composed(*table.phase_function, {}, table.lower_boundary)
                           : *table.phase_curve;
-    if (leaves == Leaves::on_the_lit_side && table.lies_on_something()) {
-        const auto albedo = static_cast<float>(table.below->albedo);
+    if (which == Side::reflection && table.has_lower_boundary()) {
+        const auto albedo = static_cast<float>(table.lower_boundary->albedo);
         side.view.over_surface = !composed;
         side.view.surface_albedo = composed ? 0 : albedo;
         side.view.beneath_quarter = composed ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    side.kernel = &(leaves == Leaves::on_the_lit_side ? all.reflected : all.transmitted)
+    side.kernel = &(which == Side::reflection ? all.reflected : all.transmitted)
                        .of(side.phase.form(), table.azimuth.count > 1);
 }
 
 /// The axes of the coefficients and the scales along them.
-void set_axes(const TableView& table, Leaves leaves, TexturedMemory& side) {
+void set_axes(const TableView& table, Side which, TexturedMemory& side) {
     TexturedSide& view = side.view;
     const AxisView &albedo = table.albedo, &depth = table.optical_depth;
     const Resampling albedos(albedo.count);
@@ -476,10 +475,10 @@ void set_axes(const TableView& table, Leaves leaves, TexturedMemory& side) {
     view.lowest_albedo = static_cast<float>(albedo.lowest);
     view.highest_albedo = static_cast<float>(albedo.highest);
     view.lowest_depth = static_cast<float>(depth.lowest);
-    view.ends_at_infinity = leaves == Leaves::on_the_lit_side && depth.ends_at_infinity;
+    view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
     view.highest_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
     view.deepest = depth.ends_at_infinity ? 1e30f : view.highest_depth;
-    view.divided = !table.lies_on_something();
+    view.divided = !table.has_lower_boundary();
     view.extrapolation_length = static_cast<float>(table.extrapolation_length);
     for (int a = 0; a < albedos.to; ++a) {
         double exponent = 0;
@@ -490,8 +489,7 @@ void set_axes(const TableView& table, Leaves leaves, TexturedMemory& side) {
         const double deficit =
             depth.count > 0 ? reflection_deficit(depth.highest, exponent, length) : 0;
         side.diffusion_exponent.push_back(static_cast<float>(exponent));
-        side.inverse_deficit.push_back(deficit < least_deficit ? 0
-                                                               : static_cast<float>(1 / deficit));
+        side.inverse_deficit.push_back(deficit < min_deficit ? 0 : static_cast<float>(1 / deficit));
         side.deepest_scale.push_back(view.divided ? static_cast<float>(1 / (1 + deficit)) : 1);
     }
     view.diffusion_exponent = side.diffusion_exponent.data();
@@ -626,17 +624,17 @@ class Blocks {
     std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
 };
 
-std::unique_ptr<const TexturedMemory> textured(const TableView& table, Leaves leaves,
+std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side which,
                                                const TexturedKernels& all) {
     auto side = std::make_unique<TexturedMemory>();
-    set_closed_forms(table, leaves, all, *side);
-    set_axes(table, leaves, *side);
+    set_closed_forms(table, which, all, *side);
+    set_axes(table, which, *side);
     side->view.azimuths = table.azimuth.count;
-    const bool held = leaves == Leaves::on_the_lit_side
+    const bool held = which == Side::reflection
                           ? table.has_reflection()
                           : table.has_transmission() && table.optical_depth.count > 0;
     if (held)
-        Blocks(Shapes(table, leaves), *side);
+        Blocks(Shapes(table, which), *side);
     else
         set_nothing(*side, table.azimuth.count);
     side->view.block = side->blocks.data();
@@ -686,9 +684,9 @@ TexturedTable::TexturedTable(const TableView& table, const char* instruction_set
     require(wanted != nullptr, "TexturedTable", "instruction_set",
             "avx512, avx2 or generic, and one that this processor has",
             instruction_set ? instruction_set : "none");
-    reflection_ = textured(table, Leaves::on_the_lit_side, *wanted->textured);
-    if (!table.lies_on_something())
-        transmission_ = textured(table, Leaves::on_the_far_side, *wanted->textured);
+    reflection_ = textured(table, Side::reflection, *wanted->textured);
+    if (!table.has_lower_boundary())
+        transmission_ = textured(table, Side::transmission, *wanted->textured);
 }
 
 TexturedTable::TexturedTable(TexturedTable&&) noexcept = default;

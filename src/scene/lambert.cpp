@@ -1,18 +1,18 @@
-#include <algorithm>
-#include <cmath>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 namespace {
 
 constexpr int solver_nodes = 48;
-constexpr int cosine_count = 101;          // 0.01 to 1, closer together below
-constexpr int azimuth_count = 64;          // of a mean
-constexpr double least_compared_mu = 0.2;  // nearer to the horizon no cloud is plane
+constexpr int cosine_count = 101;        // 0.01 to 1, closer together below
+constexpr int azimuth_count = 64;        // of a mean
+constexpr double min_compared_mu = 0.2;  // nearer to the horizon no cloud is plane
 
 double mean_reflection(const LayerSolution& layer, int in, int out) {
     std::vector<double> azimuths(azimuth_count);
@@ -47,7 +47,7 @@ LambertComparison compare_with_lambert(const LambertFigure& figure) {
     auto compare = [&](Line& line, int in, int out, double value, double& worst, double& at) {
         const double ratio = value / layer.plane_albedo(in), cosine = layer.mu(out);
         line.points.emplace_back(cosine, ratio);
-        if (cosine < least_compared_mu || std::abs(ratio - 1) <= worst) return false;
+        if (cosine < min_compared_mu || std::abs(ratio - 1) <= worst) return false;
         worst = std::abs(ratio - 1);
         at = cosine;
         return true;

@@ -1,11 +1,11 @@
 #include <stratus/scene/layer_light.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 namespace {

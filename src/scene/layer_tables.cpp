@@ -1,18 +1,17 @@
 #include <stratus/scene/layer_tables.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 namespace {
 
-constexpr const char* door = "scene";
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr const char* caller = "scene";
 
 /// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
 constexpr double thinnest = 0.02;
@@ -25,7 +24,7 @@ Range merged(const Range& range) {
     return range.max - range.min < 1e-9 ? Range{range.max, range.max} : range;
 }
 
-constexpr double least_mixture_range = 1e-6;  // below, one mixture is enough
+constexpr double min_mixture_range = 1e-6;  // below, one mixture is enough
 
 /// Ranges of what the layer is made of, with the effect of density.
 struct MatterRange {
@@ -61,34 +60,34 @@ bool has_ground(const Scene& scene) {
 
 /// Refuses a table that a scene cannot do with.
 void check_table(const Scene& scene, const Table& table) {
-    require(!table.below.is_something(), door, "table.below", "nothing", "something");
+    require(!table.lower_boundary.is_present(), caller, "table.below", "nothing", "something");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
-        require(met.text() == own.text(), door, name, own.text(), met.text());
+        require(met.text() == own.text(), caller, name, own.text(), met.text());
     };
     same("table.phase_function", needed->phase_function, table.phase_function);
-    require(table.has_mixture() == needed->mixture.has_value(), door, "table",
+    require(table.has_mixture() == needed->mixture.has_value(), caller, "table",
             needed->mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (needed->mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
     auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
-        require(axis.lowest <= range.min, door, name + ".min",
+        require(axis.lowest <= range.min, caller, name + ".min",
                 "at most the scene's, " + shortest_text(range.min), axis.lowest);
-        require(axis.highest >= range.max || axis.ends_at_infinity, door, name + ".max",
+        require(axis.highest >= range.max || axis.ends_at_infinity, caller, name + ".max",
                 "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
     if (needed->mixture) covers("table.mixture", table.mixture.view(), *needed->mixture);
     const AxisView depths = table.optical_depth.view();
     if (std::isinf(needed->optical_depth.max))
-        require(depths.ends_at_infinity, door, "table.optical_depth.max", "inf", depths.highest);
+        require(depths.ends_at_infinity, caller, "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
-    require(!needed->reflection || !table.reflection_multiple.empty(), door, "table",
+    require(!needed->reflection || !table.reflection_multiple.empty(), caller, "table",
             "one with reflection", "none");
-    require(!needed->transmission || !table.transmission_multiple.empty(), door, "table",
+    require(!needed->transmission || !table.transmission_multiple.empty(), caller, "table",
             "one with transmission", "none");
 }
 
@@ -112,7 +111,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     recipe.title = scene.title;
     recipe.phase_function = scene.layer.components[0];
     if (scene.layer.components.size() > 1) {
-        if (range.mixture.max - range.mixture.min < least_mixture_range) {
+        if (range.mixture.max - range.mixture.min < min_mixture_range) {
             const double share = (range.mixture.min + range.mixture.max) / 2;
             recipe.phase_function =
                 PhaseFunction::mixture(share, scene.layer.components[0], scene.layer.components[1]);

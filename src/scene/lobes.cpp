@@ -1,9 +1,9 @@
-#include <cmath>
-
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
+
+#include <cmath>
 
 namespace stratus {
 namespace {

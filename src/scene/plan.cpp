@@ -1,5 +1,8 @@
 #include <stratus/scene/plan.h>
 
+#include <stratus/bake/clock.h>
+#include <stratus/scene/render.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -8,14 +11,11 @@
 #include <optional>
 #include <utility>
 
-#include <stratus/bake/clock.h>
-#include <stratus/scene/render.h>
-
 namespace stratus {
 namespace {
 
 constexpr double coarse_tolerance = 1e-2;  // of tables that contributions are looked up in
-constexpr double most_pixels = 16384;      // looked at
+constexpr double max_pixels = 16384;       // looked at
 constexpr double darkest_share =
     0.01;  // of the brightest pixel, least that changes are relative to
 constexpr double sparse_share =
@@ -44,9 +44,9 @@ Scene without(const Scene& scene, bool SceneEffects::*effect) {
 
 /// The same picture of at most so many pixels, one ray each through the middle of what they stand
 /// for.
-Scene sparse(Scene scene, double most_pixels) {
+Scene sparse(Scene scene, double max_pixels) {
     const double pixels = static_cast<double>(scene.width) * scene.height;
-    const double step = std::max(1.0, std::sqrt(pixels / most_pixels));
+    const double step = std::max(1.0, std::sqrt(pixels / max_pixels));
     scene.width = std::max(1, static_cast<int>(scene.width / step));
     scene.height = std::max(1, static_cast<int>(scene.height / step));
     scene.samples = 1;
@@ -133,7 +133,7 @@ class BakeCosts {
 };
 
 double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
-    const Scene few = sparse(scene, most_pixels / 8);
+    const Scene few = sparse(scene, max_pixels / 8);
     const LayerLight light(scene, tables);
     RenderOptions options;
     options.threads = 1;
@@ -199,7 +199,7 @@ class Coarse {
         const LayerLight light(scene, tables(effects));
         RenderOptions options;
         options.threads = options_.threads;
-        return render(sparse(scene, most_pixels), light, options);
+        return render(sparse(scene, max_pixels), light, options);
     }
 
     double ray_ns(const SceneEffects& effects) const {
@@ -311,7 +311,7 @@ AskedRange measure_range(const Scene& scene) {
     light.watch(&asked);
     RenderOptions options;
     options.threads = 1;
-    render(sparse(once, most_pixels), light, options);
+    render(sparse(once, max_pixels), light, options);
     return asked;
 }
 

@@ -1,18 +1,18 @@
 #include <stratus/scene/render.h>
 
-#include <algorithm>
-#include <cmath>
-#include <variant>
-
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/angle.h>
 
 #include "subjects.h"
 
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
 namespace stratus {
 namespace {
 
-constexpr int least_suns = 9;  // of a sun that is a disk, in each pixel
+constexpr int min_suns = 9;  // of a sun that is a disk, in each pixel
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
              const std::vector<Vector3>& suns, int x, int y) {
@@ -43,7 +43,7 @@ Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
 std::vector<Vector3> sun_directions(const Scene& scene) {
     if (scene.sun_diameter == 0 || !scene.effects.sun_size) return {scene.to_sun};
     const int samples = scene.samples * scene.samples;
-    const int count = (least_suns + samples - 1) / samples * samples;
+    const int count = (min_suns + samples - 1) / samples * samples;
     const bool upright = std::abs(scene.to_sun.z) > 0.9;
     const Vector3 across =
         normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));

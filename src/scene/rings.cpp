@@ -1,13 +1,12 @@
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <stratus/runtime/constants.h>
 
 #include "subjects.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A ray's way to the plane of the rings, and the radius at which it gets there; infinity: never.
 struct Crossing {

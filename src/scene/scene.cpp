@@ -1,22 +1,21 @@
 #include <stratus/scene/scene.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-
 #include <stratus/picture/png.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/csv.h>
 
 #include "toml_section.h"
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
 namespace stratus {
 namespace {
 
-constexpr const char* door = "scene";
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr const char* caller = "scene";
 constexpr double largest = 1e12;  // of lengths and radiances
 
 /// What a file is read with, at any of its keys.
@@ -27,7 +26,7 @@ struct Source {
     std::shared_ptr<const Image> image(const Section& section, const char* key) const {
         const std::filesystem::path path = directory / section.text(key);
         const std::string ending = path.extension().string();
-        require(ending == ".png" || ending == ".exr", door, section.full_name(key),
+        require(ending == ".png" || ending == ".exr", caller, section.full_name(key),
                 "a .png or .exr file", path.string());
         return std::make_shared<const Image>(ending == ".png" ? read_png(path)
                                                               : read_exr_image(path));
@@ -48,7 +47,7 @@ void take(double& into, const Section& section, const char* key, double least, d
 Vector3 read_vector(const Section& section, const char* key) {
     const std::vector<double> v =
         section.numbers(key, -largest, largest, "in [-1e12, 1e12], three of them");
-    require(v.size() == 3, door, section.full_name(key), "a list of three numbers", v.size());
+    require(v.size() == 3, caller, section.full_name(key), "a list of three numbers", v.size());
     return {v[0], v[1], v[2]};
 }
 
@@ -65,7 +64,8 @@ std::array<double, 3> read_three(const Section& section, const char* key, double
         return {grey, grey, grey};
     }
     const std::vector<double> v = section.numbers(key, 0, most, allowed);
-    require(v.size() == 3, door, section.full_name(key), "a number, or a list of three", v.size());
+    require(v.size() == 3, caller, section.full_name(key), "a number, or a list of three",
+            v.size());
     return {v[0], v[1], v[2]};
 }
 
@@ -84,7 +84,7 @@ constexpr const char* surface_form = "a number, a list of three, or a table";
 
 Texture read_pattern(const Section& section, const Source& source) {
     Texture texture;
-    require(section.has("image") != section.has("pattern"), door, section.full_name("pattern"),
+    require(section.has("image") != section.has("pattern"), caller, section.full_name("pattern"),
             "there, or else image", section.has("image") ? "both" : "neither");
     if (section.has("image")) {
         texture.pattern = Texture::Pattern::image;
@@ -98,7 +98,7 @@ Texture read_pattern(const Section& section, const Source& source) {
         {"bands", Texture::Pattern::bands}};
     const auto found = std::find_if(patterns.begin(), patterns.end(),
                                     [&](const auto& pattern) { return pattern.first == name; });
-    require(found != patterns.end(), door, section.full_name("pattern"),
+    require(found != patterns.end(), caller, section.full_name("pattern"),
             "\"squares\", \"continents\" or \"bands\"", name);
     texture.pattern = found->second;
     texture.colour = {0.02f, 0.05f, 0.12f};
@@ -117,7 +117,7 @@ Texture read_surface(const Section& section, const char* key, const Source& sour
         texture.colour = read_colour(section, key, 1, "in [0, 1]");
         return texture;
     }
-    return read_pattern(Section(section.table(key, surface_form), door, section.full_name(key),
+    return read_pattern(Section(section.table(key, surface_form), caller, section.full_name(key),
                                 {"image", "pattern", "colour", "other", "scale", "seed"}),
                         source);
 }
@@ -129,9 +129,9 @@ DepthMap read_depth(const Section& section, const Source& source) {
         map.most = section.number(key, 0, infinity, "in [0, inf], or a table");
         return map;
     }
-    const Section table(section.table(key, "a number or a table"), door, section.full_name(key),
+    const Section table(section.table(key, "a number or a table"), caller, section.full_name(key),
                         {"image", "clouds", "most", "scale", "coverage", "seed"});
-    require(table.has("image") != table.has("clouds"), door, section.full_name(key),
+    require(table.has("image") != table.has("clouds"), caller, section.full_name(key),
             "{ clouds = true, ... } or { image = ..., ... }",
             table.has("image") ? "both" : "neither");
     map.most = table.number("most", 0, 1e4, "in [0, 1e4]");
@@ -150,7 +150,7 @@ DepthMap read_depth(const Section& section, const Source& source) {
 // ---- The parts of a scene
 
 void read_picture(const Section& root, Scene& scene) {
-    const Section section(root.table("picture", "a table: [picture]"), door, "picture",
+    const Section section(root.table("picture", "a table: [picture]"), caller, "picture",
                           {"width", "height", "samples", "white"});
     if (section.has("width")) scene.width = section.count("width", 1, 16384);
     if (section.has("height")) scene.height = section.count("height", 1, 16384);
@@ -159,15 +159,15 @@ void read_picture(const Section& root, Scene& scene) {
 }
 
 Camera read_camera(const Section& root) {
-    const Section section(root.table("camera", "a table: [camera]"), door, "camera",
+    const Section section(root.table("camera", "a table: [camera]"), caller, "camera",
                           {"position", "distance", "elevation_deg", "azimuth_deg", "look_at",
                            "field_of_view_deg", "orthographic_width"});
     Camera camera;
     if (section.has("look_at")) camera.look_at = read_vector(section, "look_at");
-    require(section.has("position") != section.has("distance"), door, "camera.position",
+    require(section.has("position") != section.has("distance"), caller, "camera.position",
             "there, or else distance", section.has("position") ? "both" : "neither");
     if (section.has("position")) {
-        require(!section.has("elevation_deg") && !section.has("azimuth_deg"), door,
+        require(!section.has("elevation_deg") && !section.has("azimuth_deg"), caller,
                 "camera.position", "without elevation_deg and azimuth_deg", "them");
         camera.position = read_vector(section, "position");
     } else {
@@ -178,9 +178,9 @@ Camera read_camera(const Section& root) {
         camera.position =
             camera.look_at + distance * direction_at(radians(elevation), radians(azimuth));
     }
-    require(length(camera.look_at - camera.position) > 0, door, "camera.position",
+    require(length(camera.look_at - camera.position) > 0, caller, "camera.position",
             "another point than look_at", "the same");
-    require(section.has("field_of_view_deg") != section.has("orthographic_width"), door,
+    require(section.has("field_of_view_deg") != section.has("orthographic_width"), caller,
             "camera.field_of_view_deg", "there, or else orthographic_width",
             section.has("field_of_view_deg") ? "both" : "neither");
     camera.orthographic = section.has("orthographic_width");
@@ -192,15 +192,15 @@ Camera read_camera(const Section& root) {
 
 void read_sun(const Section& root, Scene& scene) {
     const Section section(
-        root.table("sun", "a table: [sun]"), door, "sun",
+        root.table("sun", "a table: [sun]"), caller, "sun",
         {"direction", "elevation_deg", "azimuth_deg", "phase_angle_deg", "angular_diameter_deg"});
     const bool by_angles = section.has("elevation_deg") || section.has("azimuth_deg");
-    require(section.has("direction") + by_angles + section.has("phase_angle_deg") == 1, door, "sun",
-            "given by direction, by elevation_deg and azimuth_deg, or by phase_angle_deg",
+    require(section.has("direction") + by_angles + section.has("phase_angle_deg") == 1, caller,
+            "sun", "given by direction, by elevation_deg and azimuth_deg, or by phase_angle_deg",
             "none or several of them");
     if (section.has("direction")) {
         const Vector3 direction = read_vector(section, "direction");
-        require(length(direction) > 0, door, "sun.direction", "longer than 0", "0");
+        require(length(direction) > 0, caller, "sun.direction", "longer than 0", "0");
         scene.to_sun = normalised(direction);
     } else if (by_angles) {
         double azimuth = 0;
@@ -218,10 +218,10 @@ void read_sun(const Section& root, Scene& scene) {
 }
 
 Texture read_background(const Section& root, const Source& source) {
-    const Section section(root.table("background", "a table: [background]"), door, "background",
+    const Section section(root.table("background", "a table: [background]"), caller, "background",
                           {"colour", "image"});
     Texture texture;
-    require(section.has("colour") != section.has("image"), door, "background.colour",
+    require(section.has("colour") != section.has("image"), caller, "background.colour",
             "there, or else image", section.has("image") ? "both" : "neither");
     if (section.has("image")) {
         texture.pattern = Texture::Pattern::image;
@@ -233,10 +233,10 @@ Texture read_background(const Section& root, const Source& source) {
 }
 
 Opposition read_opposition(const Section& layer) {
-    const Section section(layer.table("opposition", "a table"), door, "layer.opposition",
+    const Section section(layer.table("opposition", "a table"), caller, "layer.opposition",
                           {"law", "density", "amplitude", "width"});
     const std::string law = section.text("law");
-    require(law == "blinn" || law == "hapke", door, "layer.opposition.law",
+    require(law == "blinn" || law == "hapke", caller, "layer.opposition.law",
             "\"blinn\" or \"hapke\"", law);
     if (law == "blinn")
         return Opposition::blinn(section.number("density", 1e-9, 1 - 1e-9, "in (0, 1)"));
@@ -251,12 +251,12 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
         known.push_back("components");
     else
         known.insert(known.end(), {"phase_function", "optical_depth"});
-    const Section section(root.table("layer", "a table: [layer]"), door, "layer", known);
+    const Section section(root.table("layer", "a table: [layer]"), caller, "layer", known);
     SceneLayer layer;
     if (of_rings) {
         const std::vector<std::string> texts =
             section.texts("components", "a list of two phase functions, of w1 and of w2");
-        require(texts.size() == 2, door, "layer.components",
+        require(texts.size() == 2, caller, "layer.components",
                 "a list of two phase functions, of w1 and of w2", texts.size());
         for (const std::string& text : texts)
             layer.components.push_back(source.phase_function(text));
@@ -267,7 +267,7 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     if (section.has("albedo"))
         layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
     else
-        require(of_rings, door, "layer.albedo", "present", "nothing");
+        require(of_rings, caller, "layer.albedo", "present", "nothing");
     take(layer.density, section, "density", 0, 1 - 1e-9, "in [0, 1)");
     if (section.has("opposition")) layer.opposition = read_opposition(section);
     return layer;
@@ -292,17 +292,18 @@ RingProfile read_profile(const std::filesystem::path& path, double unit) {
         const std::string line = csv.name + ", line " + std::to_string(csv.lines[r]) + ": ";
         for (const Column& column : columns) {
             const double value = csv.rows[r][static_cast<std::size_t>(csv.column(column.name))];
-            require(value >= 0 && value <= column.most, door, line + column.name, column.allowed,
+            require(value >= 0 && value <= column.most, caller, line + column.name, column.allowed,
                     value);
             (profile.*column.into).push_back(value);
         }
-        require(profile.w1[r] + profile.w2[r] <= 1, door, line + "w1 + w2", "in [0, 1]",
+        require(profile.w1[r] + profile.w2[r] <= 1, caller, line + "w1 + w2", "in [0, 1]",
                 profile.w1[r] + profile.w2[r]);
         profile.radius[r] /= unit;
-        require(r == 0 || profile.radius[r] > profile.radius[r - 1], door, line + "radius",
+        require(r == 0 || profile.radius[r] > profile.radius[r - 1], caller, line + "radius",
                 "above the one before", unit * profile.radius[r]);
     }
-    require(csv.rows.size() >= 2, door, csv.name, "a profile of at least 2 rows", csv.rows.size());
+    require(csv.rows.size() >= 2, caller, csv.name, "a profile of at least 2 rows",
+            csv.rows.size());
     return profile;
 }
 
@@ -324,7 +325,7 @@ RingProfile cut(const RingProfile& whole, double inner, double outer) {
 }
 
 Rings read_rings(const Section& root, const Source& source) {
-    const Section section(root.table("rings", "a table: [rings]"), door, "rings",
+    const Section section(root.table("rings", "a table: [rings]"), caller, "rings",
                           {"profile", "planet_radius", "inner", "outer", "surface", "flattening"});
     Rings rings;
     double unit = 1;
@@ -333,8 +334,8 @@ Rings read_rings(const Section& root, const Source& source) {
     double inner = rings.profile.inner(), outer = rings.profile.outer();
     take(inner, section, "inner", inner, outer, "within the profile");
     take(outer, section, "outer", inner, outer, "within the profile and from inner on");
-    require(inner >= 1, door, "rings.inner", "at least the planet's radius, 1", inner);
-    require(inner < outer, door, "rings.outer", "above inner", outer);
+    require(inner >= 1, caller, "rings.inner", "at least the planet's radius, 1", inner);
+    require(inner < outer, caller, "rings.outer", "above inner", outer);
     rings.profile = cut(rings.profile, inner, outer);
     rings.surface = read_surface(section, "surface", source);
     take(rings.flattening, section, "flattening", 0, 0.9, "in [0, 0.9]");
@@ -342,12 +343,12 @@ Rings read_rings(const Section& root, const Source& source) {
 }
 
 Planet read_planet(const Section& root, const Source& source) {
-    const Section section(root.table("planet", "a table: [planet]"), door, "planet", {"surface"});
+    const Section section(root.table("planet", "a table: [planet]"), caller, "planet", {"surface"});
     return {read_surface(section, "surface", source)};
 }
 
 Slab read_slab(const Section& root, const Source& source, const Camera& camera) {
-    const Section section(root.table("slab", "a table: [slab]"), door, "slab",
+    const Section section(root.table("slab", "a table: [slab]"), caller, "slab",
                           {"surface", "height", "size", "image_size"});
     Slab slab;
     if (section.has("surface")) slab.surface = read_surface(section, "surface", source);
@@ -357,7 +358,7 @@ Slab read_slab(const Section& root, const Source& source, const Camera& camera) 
     slab.size = size / 2;
     take(slab.image_size, section, "image_size", 1e-6, 1e6, "in [1e-6, 1e6]");
     if (slab.surface)
-        require(camera.position.z > 0, door, "camera.position",
+        require(camera.position.z > 0, caller, "camera.position",
                 "above a slab that has ground beneath it", camera.position.z);
     return slab;
 }
@@ -369,18 +370,18 @@ std::string subject_of(const Section& root) {
     std::string subject;
     for (const std::string& name : subjects) {
         if (!root.has(name.c_str())) continue;
-        require(subject.empty(), door, "scene",
+        require(subject.empty(), caller, "scene",
                 "of one kind: [rings], [planet], [slab], [lobes] or [lambert]",
                 "[" + subject + "] and [" + name + "]");
         subject = name;
     }
-    require(!subject.empty(), door, "scene",
+    require(!subject.empty(), caller, "scene",
             "of one kind: [rings], [planet], [slab], [lobes] or [lambert]", "none");
     return subject;
 }
 
 Scene read_panel(const toml::table& table, const Source& source) {
-    const Section root(table, door, "",
+    const Section root(table, caller, "",
                        {"title", "tolerance", "effects", "columns", "picture", "camera", "sun",
                         "background", "layer", "rings", "planet", "slab", "panels"});
     Scene scene;
@@ -423,16 +424,16 @@ void read_panels(const Section& root, const toml::table& parsed, const Source& s
         return;
     }
     const toml::array* const panels = parsed.get_as<toml::array>("panels");
-    require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, door, "panels",
-            "1 to 64 tables: [[panels]]", "something else");
+    require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, caller,
+            "panels", "1 to 64 tables: [[panels]]", "something else");
     toml::table base = parsed;
     base.erase("panels");
     base.erase("title");
     for (const toml::node& panel : *panels)
         file.panels.push_back(read_panel(changed(base, *panel.as_table()), source));
     for (const Scene& scene : file.panels)
-        require(scene.width == file.panels[0].width && scene.height == file.panels[0].height, door,
-                "panels", "pictures of one size", "several sizes");
+        require(scene.width == file.panels[0].width && scene.height == file.panels[0].height,
+                caller, "panels", "pictures of one size", "several sizes");
     file.columns = static_cast<int>(file.panels.size());
     if (root.has("columns")) file.columns = root.count("columns", 1, 64);
 }
@@ -440,14 +441,14 @@ void read_panels(const Section& root, const toml::table& parsed, const Source& s
 // ---- Figures
 
 Figure read_figure(const toml::table& table, const std::string& subject, const Source& source) {
-    const Section root(table, door, "", {"title", subject});
+    const Section root(table, caller, "", {"title", subject});
     if (subject == "lobes") {
-        const Section section(root.table("lobes", "a table: [lobes]"), door, "lobes",
+        const Section section(root.table("lobes", "a table: [lobes]"), caller, "lobes",
                               {"phase_function", "incident_deg", "optical_depths", "albedos"});
         LobeFigure figure;
         figure.phase_function = source.phase_function(section.text("phase_function"));
         for (const double angle : section.numbers("incident_deg", 0, 180, "in [0, 180]")) {
-            require(std::abs(angle - 90) > 0.1, door, "lobes.incident_deg",
+            require(std::abs(angle - 90) > 0.1, caller, "lobes.incident_deg",
                     "not along the layer, 90", angle);
             figure.incident.push_back(radians(angle));
         }
@@ -456,18 +457,18 @@ Figure read_figure(const toml::table& table, const std::string& subject, const S
         for (const auto& [key, count] : {std::pair("incident_deg", figure.incident.size()),
                                          std::pair("optical_depths", figure.optical_depths.size()),
                                          std::pair("albedos", figure.albedos.size())})
-            require(count >= 1 && count <= 8, door, section.full_name(key),
+            require(count >= 1 && count <= 8, caller, section.full_name(key),
                     "a list of 1 to 8 numbers", count);
         return figure;
     }
-    const Section section(root.table("lambert", "a table: [lambert]"), door, "lambert",
+    const Section section(root.table("lambert", "a table: [lambert]"), caller, "lambert",
                           {"phase_function", "albedo", "optical_depth", "mu_in"});
     LambertFigure figure;
     figure.phase_function = source.phase_function(section.text("phase_function"));
     figure.albedo = section.number("albedo", 0, 1, "in [0, 1]");
     figure.optical_depth = section.number("optical_depth", 0, infinity, "in [0, inf]");
     figure.mu_in = section.numbers("mu_in", 1e-3, 1, "in [1e-3, 1]");
-    require(!figure.mu_in.empty() && figure.mu_in.size() <= 8, door, "lambert.mu_in",
+    require(!figure.mu_in.empty() && figure.mu_in.size() <= 8, caller, "lambert.mu_in",
             "a list of 1 to 8 numbers", figure.mu_in.size());
     return figure;
 }
@@ -507,7 +508,7 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
         if (found == scene_effects().end()) {
             std::vector<std::string> known{"all"};
             for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
-            throw std::invalid_argument(std::string(door) + ": unknown effect '" + name +
+            throw std::invalid_argument(std::string(caller) + ": unknown effect '" + name +
                                         "'; did you mean '" + nearest_name(name, known) + "'?");
         }
         effects.*found->second = on;
@@ -538,13 +539,13 @@ Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) cons
 
 SceneFile parse_scene(const std::string& text, const std::string& directory,
                       std::vector<std::string>* notes) {
-    const toml::table parsed = parse_toml(text, door);
+    const toml::table parsed = parse_toml(text, caller);
     std::vector<std::string> all_notes;  // panels repeat one another's
     const Source source{directory, &all_notes};
     std::vector<std::string> known{"title",  "tolerance", "effects",    "columns", "picture",
                                    "camera", "sun",       "background", "layer",   "panels"};
     known.insert(known.end(), subjects.begin(), subjects.end());
-    const Section root(parsed, door, "", known);
+    const Section root(parsed, caller, "", known);
     SceneFile file;
     file.text = text;
     if (root.has("title")) file.title = root.text("title");
@@ -563,7 +564,8 @@ SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>
 }
 
 double seen_depth(const Scene& scene, double optical_depth) noexcept {
-    return scene.effects.density ? denser(optical_depth, scene.layer.density) : optical_depth;
+    return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
+                                 : optical_depth;
 }
 
 }  // namespace stratus

@@ -1,7 +1,7 @@
+#include "subjects.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "subjects.h"
 
 namespace stratus {
 namespace {

@@ -1,10 +1,10 @@
 #include <stratus/scene/texture.h>
 
+#include <stratus/runtime/angle.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-
-#include <stratus/runtime/angle.h>
 
 namespace stratus {
 namespace {

@@ -1,12 +1,12 @@
 #include <stratus/transfer/adding.h>
 
-#include <string>
-
-#include <Eigen/LU>
-
 #include <stratus/runtime/argument.h>
 
 #include "beam_matrix.h"
+
+#include <Eigen/LU>
+
+#include <string>
 
 namespace stratus {
 

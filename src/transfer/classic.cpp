@@ -1,11 +1,11 @@
 #include "classic.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <stratus/runtime/single_scattering.h>
 
 #include "beam_matrix.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 

@@ -2,10 +2,10 @@
 // compare with.
 #pragma once
 
-#include <vector>
-
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>
+
+#include <vector>
 
 namespace stratus {
 

@@ -1,14 +1,14 @@
 #include <stratus/transfer/forward_peak.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/special_functions/expint.hpp>
 #include <boost/math/special_functions/gamma.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 
 namespace stratus {
 
@@ -128,7 +128,7 @@ double ForwardPeak::path_curvature(std::size_t l) const {
 
 std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, double mu_out,
                                             const Eigen::VectorXd& weights) const {
-    if (weights.size()) return sum_orders(weights, turned_path, optical_depth, mu_in, mu_out);
+    if (weights.size()) return sum_orders(weights, reflected_path, optical_depth, mu_in, mu_out);
     std::vector<double> sum = path_moments(optical_depth / mu_in + optical_depth / mu_out);
     for (double& coefficient : sum) coefficient /= 4 * (mu_in + mu_out);
     return sum;
@@ -136,7 +136,7 @@ std::vector<double> ForwardPeak::reflection(double optical_depth, double mu_in, 
 
 std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in, double mu_out,
                                               const Eigen::VectorXd& weights) const {
-    if (weights.size()) return sum_orders(weights, crossed_path, optical_depth, mu_in, mu_out);
+    if (weights.size()) return sum_orders(weights, transmitted_path, optical_depth, mu_in, mu_out);
     if (std::isinf(optical_depth)) return {};
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
     // The mean of F between the two slant depths, times tau / (4 mu mu0).
@@ -182,13 +182,13 @@ std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& weights, Orde
     return sum;
 }
 
-double turned_path(int n, double optical_depth, double mu_in, double mu_out) {
+double reflected_path(int n, double optical_depth, double mu_in, double mu_out) {
     const double s = optical_depth / mu_in + optical_depth / mu_out;
     const double share = std::isinf(s) ? 1 : boost::math::gamma_p(n, s);
     return share / (4 * (mu_in + mu_out));
 }
 
-double crossed_path(int n, double optical_depth, double mu_in, double mu_out) {
+double transmitted_path(int n, double optical_depth, double mu_in, double mu_out) {
     if (std::isinf(optical_depth)) return 0;
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
     const double factor = optical_depth / (4 * mu_in * mu_out);

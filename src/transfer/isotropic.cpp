@@ -1,19 +1,18 @@
 #include <stratus/transfer/isotropic.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <string>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/quadrature.h>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-
 #include <boost/math/special_functions/expint.hpp>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/quadrature.h>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace stratus {
 
@@ -40,7 +39,6 @@ constexpr int H_iterations = 70;
 
 HFunction::HFunction(double albedo) : albedo_(albedo) {
     require(albedo >= 0 && albedo <= 1, "HFunction", "albedo", "in [0, 1]", albedo);
-    const double pi = std::acos(-1.0);
     for (int i = -H_steps; i <= H_steps; ++i) {
         const double t = i * H_step, e = std::exp(-pi * std::sinh(t));
         mu_.push_back(1 / (1 + e));
@@ -181,7 +179,7 @@ class Descent {
 
 /// Newton's method for b at the stages: given b every direction has its own linear equations.
 Descent::Panel Descent::solve_panel(double start, double end) const {
-    constexpr int most_steps = 20;  // 3 are the most that were seen
+    constexpr int max_steps = 20;  // 3 are the most that were seen
     // b to rounding, but for what absorption leaves at great depth
     constexpr double relative = 1e-14, smallest = 1e-290;
     const Index n = directions_.size();
@@ -201,7 +199,7 @@ Descent::Panel Descent::solve_panel(double start, double end) const {
     panel.b = beam_b.array() + half * share.dot(y_);
     const Stages enter = radau_.inverse.rowwise().sum();
     for (int step = 0;; ++step) {
-        if (step == most_steps)
+        if (step == max_steps)
             throw std::runtime_error("solve_isotropic: no solution at optical depth " +
                                      std::to_string(end));
         const StageMatrix bA = h * panel.b.asDiagonal() * radau_.A;
@@ -314,8 +312,7 @@ IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
 IsotropicSolution solve_isotropic(double albedo, double optical_depth,
                                   const std::vector<double>& mu, int nodes) {
     require(albedo >= 0 && albedo <= 1, "solve_isotropic", "albedo", "in [0, 1]", albedo);
-    require((optical_depth >= 0 && optical_depth <= deepest) ||
-                optical_depth == std::numeric_limits<double>::infinity(),
+    require((optical_depth >= 0 && optical_depth <= deepest) || optical_depth == infinity,
             "solve_isotropic", "optical_depth", "in [0, 1024] or inf", optical_depth);
     require(nodes >= 1 && nodes <= 512, "solve_isotropic", "nodes", "in [1, 512]", nodes);
     for (const double cosine : mu)

@@ -21,7 +21,7 @@ double transmitted_share_beyond(double deepest, double of_half, double of_deepes
     return 1 / (1 + growth * of_deepest * (optical_depth - deepest));
 }
 
-int most_doublings_to_infinity(double optical_depth) {
+int max_doublings_to_infinity(double optical_depth) {
     return 120 + std::max(0, -std::ilogb(optical_depth));
 }
 
@@ -100,7 +100,7 @@ bool LaneLadder::is_converged() const {
 }
 
 void LaneLadder::double_to_infinity() {
-    const int most = most_doublings_to_infinity(2 * layer_.half_depth[0]);
+    const int most = max_doublings_to_infinity(2 * layer_.half_depth[0]);
     for (int k = 0; !is_converged(); ++k) {
         if (k == most)
             throw std::runtime_error("solve: infinite depth not reached after " +

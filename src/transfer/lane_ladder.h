@@ -2,13 +2,13 @@
 // memory.
 #pragma once
 
-#include <cstdlib>
-#include <memory>
-#include <vector>
-
 #include <stratus/transfer/layer.h>
 
 #include "lanes/lanes.h"
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
 
 namespace stratus {
 
@@ -28,7 +28,7 @@ double transmitted_share_beyond(double deepest, double of_half, double of_deepes
 
 /// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
 /// until the rest is rounding, and some for g near 1.
-int most_doublings_to_infinity(double optical_depth);
+int max_doublings_to_infinity(double optical_depth);
 
 /// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
 struct LaneTask {

@@ -1,12 +1,12 @@
 #include "layer_modes.h"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
 #include <stratus/runtime/single_scattering.h>
 
 #include "options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace stratus {
 
@@ -73,8 +73,8 @@ void LayerModes::solve_pack(int first) {
             continue;
         }
         if (beyond && tasks[lane].mode == 0) {
-            const double kept = transmitted_share_beyond(last, of_half, transmittance(T),
-                                                         task_.optical_depth);
+            const double kept =
+                transmitted_share_beyond(last, of_half, transmittance(T), task_.optical_depth);
             R += (1 - kept) * T;
             T *= kept;
         }

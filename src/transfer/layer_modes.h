@@ -1,12 +1,12 @@
 // A homogeneous layer of one depth, mode after mode.
 #pragma once
 
-#include <vector>
-
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
 
 #include "lane_ladder.h"
+
+#include <vector>
 
 namespace stratus {
 

@@ -1,15 +1,15 @@
 #include <stratus/transfer/markov.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include <Eigen/LU>
-
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/layer.h>
 
 #include "classic.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
 
 namespace stratus {
 
@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// 512 MiB of a dense matrix.
-constexpr int most_states = 8192;
+constexpr int max_states = 8192;
 
 /// Modes that add less than this share of mode 0 are left out: far below the error in K.
 constexpr double mode_tolerance = 1e-10;
@@ -27,7 +27,7 @@ constexpr double mode_tolerance = 1e-10;
 /// The least error stated, as a share of the last step in K. With it none of 24000 values of R and
 /// T at K = 32 (isotropic to g = 0.3, depths 0.01 to 8, cosines from 0.02) was off by more than
 /// stated; at K = 16, 38 were.
-constexpr double least_error = 0.1;
+constexpr double min_error = 0.1;
 
 /// 1 - (1 - exp(-z))/z: of light that starts evenly over an optical path z, the share that ends in
 /// it.
@@ -40,13 +40,13 @@ double caught_within(double z) {
 
 /// The layer cut into K sublayers, and the shares of light that fly between them, downwards. What
 /// flies up is the mirror image, k <-> K - 1 - k.
-struct Cut {
+struct Discretisation {
     int K;
     MatrixXd start;   // n x K: of a beam from above, what first collides in a sublayer
     MatrixXd escape;  // n x K: of light scattered in a sublayer, what leaves below
     MatrixXd hit;     // N x K^2: what flies from k to l, at column k K + l
 
-    Cut(const Directions& directions, double optical_depth, int count)
+    Discretisation(const Directions& directions, double optical_depth, int count)
         : K(count),
           start(directions.size(), K),
           escape(directions.size(), K),
@@ -82,11 +82,11 @@ struct Cut {
 
 /// The chain of light that is symmetric (sign = 1) or antisymmetric (-1) about the mid-plane:
 /// downward light of sublayer k stands for the upward light of K - 1 - k as well. Returns T +- R.
-std::vector<MatrixXd> run_chain(const Cut& cut, const Directions& directions,
+std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Directions& directions,
                                 const PhaseKernels& kernels, double albedo, double sign,
                                 int orders) {
     const Eigen::Index N = directions.nodes, n = directions.size();
-    const int K = cut.K;
+    const int K = discretisation.K;
     const VectorXd weight = albedo / 2 * directions.weight.head(N);
     const MatrixXd same = kernels.same.leftCols(N), other = sign * kernels.other.leftCols(N);
     MatrixXd Q(N * K, N * K), B(N * K, n), E(n, N * K);
@@ -94,20 +94,20 @@ std::vector<MatrixXd> run_chain(const Cut& cut, const Directions& directions,
         // [EH78]: P into the same hemisphere stays at l, P into the other one is mirrored.
         MatrixXd ahead = MatrixXd::Zero(n, N), back = MatrixXd::Zero(n, N);
         for (int l = 0; l < K; ++l) {
-            const VectorXd to = cut.hit.col(cut.column(k, l));
-            const VectorXd to_mirror = cut.hit.col(cut.column(k, K - 1 - l));
+            const VectorXd to = discretisation.hit.col(discretisation.column(k, l));
+            const VectorXd to_mirror = discretisation.hit.col(discretisation.column(k, K - 1 - l));
             Q.block(l * N, k * N, N, N) =
                 weight.asDiagonal() *
                 (same.topRows(N) * to.asDiagonal() + other.topRows(N) * to_mirror.asDiagonal());
-            ahead += cut.escape.col(l) * to.transpose();
-            back += cut.escape.col(l) * to_mirror.transpose();
+            ahead += discretisation.escape.col(l) * to.transpose();
+            back += discretisation.escape.col(l) * to_mirror.transpose();
         }
         E.middleCols(k * N, N) = (albedo / 4 * directions.mu.cwiseInverse()).asDiagonal() *
                                  (same.cwiseProduct(ahead) + other.cwiseProduct(back));
         B.middleRows(k * N, N) =
             weight.asDiagonal() *
-            (kernels.same.topRows(N) * cut.start.col(k).asDiagonal() +
-             sign * kernels.other.topRows(N) * cut.start.col(K - 1 - k).asDiagonal());
+            (kernels.same.topRows(N) * discretisation.start.col(k).asDiagonal() +
+             sign * kernels.other.topRows(N) * discretisation.start.col(K - 1 - k).asDiagonal());
     }
     std::vector<MatrixXd> result;
     if (orders == 0) {
@@ -124,11 +124,12 @@ std::vector<MatrixXd> run_chain(const Cut& cut, const Directions& directions,
 
 /// R_m of orders n >= 2 between all directions, unscaled, on top of T_m: one after another up to
 /// the highest asked for, or one sum of all.
-std::vector<MatrixXd> run_mode(const Cut& cut, const Directions& directions,
+std::vector<MatrixXd> run_mode(const Discretisation& discretisation, const Directions& directions,
                                const PhaseKernels& kernels, double albedo, int orders) {
-    const std::vector<MatrixXd> sum = run_chain(cut, directions, kernels, albedo, 1, orders);
+    const std::vector<MatrixXd> sum =
+        run_chain(discretisation, directions, kernels, albedo, 1, orders);
     const std::vector<MatrixXd> difference =
-        run_chain(cut, directions, kernels, albedo, -1, orders);
+        run_chain(discretisation, directions, kernels, albedo, -1, orders);
     const Eigen::RowVectorXd share =
         directions.s.head(directions.nodes).cwiseAbs2();  // 2 mu weight
     std::vector<MatrixXd> result;
@@ -149,7 +150,7 @@ Extrapolated extrapolate(const MatrixXd& half, const MatrixXd& once, const Matri
     const MatrixXd step = twice - once, before = once - half;
     const MatrixXd change = step + (step - before) / 3;
     // The change passes through 0 where the true error need not.
-    return {twice + step / 3, change.cwiseAbs().cwiseMax(least_error * step.cwiseAbs())};
+    return {twice + step / 3, change.cwiseAbs().cwiseMax(min_error * step.cwiseAbs())};
 }
 
 class MarkovRun {
@@ -181,17 +182,18 @@ class MarkovRun {
             return std::move(solution_);
         }
         const int K = options_.sublayers;
-        const Cut cuts[] = {{directions_, layer.optical_depth, K / 2},
-                            {directions_, layer.optical_depth, K},
-                            {directions_, layer.optical_depth, 2 * K}};
+        const Discretisation discretisations[] = {{directions_, layer.optical_depth, K / 2},
+                                                  {directions_, layer.optical_depth, K},
+                                                  {directions_, layer.optical_depth, 2 * K}};
         int most = 2 * options_.nodes;
         while (most > 1 && moments_[static_cast<std::size_t>(most - 1)] == 0) --most;
         if (options_.modes) most = std::min(options_.modes, most);
         for (int mode = 0; mode < most; ++mode) {
             const PhaseKernels kernels = compute_phase_kernels(directions_, moments_, mode);
             std::vector<std::vector<MatrixXd>> at;
-            for (const Cut& cut : cuts)
-                at.push_back(run_mode(cut, directions_, kernels, layer.albedo, options_.orders));
+            for (const Discretisation& discretisation : discretisations)
+                at.push_back(
+                    run_mode(discretisation, directions_, kernels, layer.albedo, options_.orders));
             Extrapolated sum = none;
             for (std::size_t order = 0; order < at[0].size(); ++order) {
                 Extrapolated of = extrapolate(at[0][order], at[1][order], at[2][order]);
@@ -296,18 +298,17 @@ double MarkovSolution::transmission_of_order(int n, int in, int out, double azim
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,
                             const MarkovOptions& options) {
-    const char* const door = "markov";
-    require(albedo >= 0 && albedo <= 1, door, "albedo", "in [0, 1]", albedo);
-    require(optical_depth >= 0 && !std::isinf(optical_depth), door, "optical_depth",
+    const char* const caller = "markov";
+    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
+    require(optical_depth >= 0 && !std::isinf(optical_depth), caller, "optical_depth",
             "in [0, inf) (a layer without end cannot be cut into sublayers)", optical_depth);
-    require(
-        options.sublayers >= 4 && options.sublayers <= most_states && options.sublayers % 2 == 0,
-        door, "sublayers", "even and in [4, 8192]", options.sublayers);
-    require(options.modes >= 0, door, "modes", ">= 0", options.modes);
-    require(options.orders >= 0, door, "orders", ">= 0", options.orders);
-    require(options.nodes >= 1 && options.nodes <= 512, door, "nodes", "in [1, 512]",
+    require(options.sublayers >= 4 && options.sublayers <= max_states && options.sublayers % 2 == 0,
+            caller, "sublayers", "even and in [4, 8192]", options.sublayers);
+    require(options.modes >= 0, caller, "modes", ">= 0", options.modes);
+    require(options.orders >= 0, caller, "orders", ">= 0", options.orders);
+    require(options.nodes >= 1 && options.nodes <= 512, caller, "nodes", "in [1, 512]",
             options.nodes);
-    require(2 * options.sublayers * options.nodes <= most_states, door, "2 sublayers x nodes",
+    require(2 * options.sublayers * options.nodes <= max_states, caller, "2 sublayers x nodes",
             "at most 8192 (a dense matrix of 512 MiB)", 2 * options.sublayers * options.nodes);
     return MarkovRun(phase_function, albedo, optical_depth, mu, options).run();
 }

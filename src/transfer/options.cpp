@@ -1,9 +1,9 @@
 #include "options.h"
 
+#include <stratus/runtime/argument.h>
+
 #include <stdexcept>
 #include <string>
-
-#include <stratus/runtime/argument.h>
 
 namespace stratus {
 
@@ -29,26 +29,27 @@ const LaneMethods& methods_of(const SolverOptions& options) {
 const char* widest_instruction_set() { return lane_methods().instruction_set; }
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
-                         bool sharply) {
+                         bool delta_m) {
     const int L = 2 * options.nodes;
     if (options.truncate == Truncate::nothing) return no_truncation(phase_function, L);
-    return truncate_peak(phase_function, L, sharply || options.truncate == Truncate::sharply);
+    return truncate_peak(phase_function, L, delta_m || options.truncate == Truncate::delta_m);
 }
 
-Truncation truncation_of(const Below& below, const SolverOptions& options) {
-    return below.kind == Below::Kind::layer ? truncation_of(below.phase_function, options, true)
-                                            : Truncation{};
+Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options) {
+    return boundary.kind == LowerBoundary::Kind::layer
+               ? truncation_of(boundary.phase_function, options, true)
+               : Truncation{};
 }
 
-Below truncated(const Below& below, const Truncation& truncation) {
-    Below changed = below;
-    changed.albedo = truncation.single_scattering_albedo(below.albedo);
+LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation) {
+    LowerBoundary changed = boundary;
+    changed.albedo = truncation.single_scattering_albedo(boundary.albedo);
     return changed;
 }
 
-void check_below(const Below& below) {
-    require(below.albedo >= 0 && below.albedo <= 1, "solve", "albedo of what lies beneath",
-            "in [0, 1]", below.albedo);
+void check_boundary(const LowerBoundary& boundary) {
+    require(boundary.albedo >= 0 && boundary.albedo <= 1, "solve", "albedo of what lies beneath",
+            "in [0, 1]", boundary.albedo);
 }
 
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions) {

@@ -17,16 +17,16 @@ const LaneMethods& methods_of(const SolverOptions& options);
 /// As many moments of a phase function as the nodes resolve, truncated where the options say so;
 /// `sharply` in stacks, where nobody puts back what a narrow peak scatters more than once.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
-                         bool sharply);
+                         bool delta_m);
 
 /// That of what lies beneath: of a layer's phase function; a surface has none.
-Truncation truncation_of(const Below& below, const SolverOptions& options);
+Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options);
 
 /// What lies beneath with the albedo that its single scattering has after truncation. [NT88]
-Below truncated(const Below& below, const Truncation& truncation);
+LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation);
 
 /// Throws std::invalid_argument when its albedo is out of range.
-void check_below(const Below& below);
+void check_boundary(const LowerBoundary& boundary);
 
 /// Throws std::runtime_error, asking for more nodes, when a mode of a layer came out not finite.
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions);

@@ -11,13 +11,13 @@
 // series in w as well.
 #pragma once
 
-#include <cstdlib>
-#include <memory>
-#include <vector>
-
 #include <stratus/transfer/layer.h>
 
 #include "lane_ladder.h"
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
 
 namespace stratus {
 

@@ -1,5 +1,10 @@
 #include <stratus/transfer/photons.h>
 
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/argument.h>
+
+#include <boost/math/special_functions/expint.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,11 +13,6 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-
-#include <boost/math/special_functions/expint.hpp>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
 
 namespace stratus {
 
@@ -53,16 +53,16 @@ class AngleSampler {
         for (std::size_t i = angles.size(); i-- > 0;) angles.push_back(pi - angles[i]);
         for (const double turn : angles) {
             v_.push_back(std::pow(std::sin(turn / 2), 2));
-            height_.push_back(std::max(least_height, std::abs(phase_function(std::cos(turn)))));
+            height_.push_back(std::max(min_height, std::abs(phase_function(std::cos(turn)))));
             if (v_.size() == 1) continue;
             const std::size_t i = v_.size() - 2;
-            below_.push_back((below_.empty() ? 0 : below_.back()) +
-                             (v_[i + 1] - v_[i]) * (height_[i] + height_[i + 1]) / 2);
+            cumulative_.push_back((cumulative_.empty() ? 0 : cumulative_.back()) +
+                                  (v_[i + 1] - v_[i]) * (height_[i] + height_[i + 1]) / 2);
         }
     }
 
     double sample(Random& random) const {
-        const std::size_t i = bin(below_, random() * below_.back());
+        const std::size_t i = bin(cumulative_, random() * cumulative_.back());
         // Within the bin the density is a + (b - a) x: invert a x + (b - a) x^2/2 = u (a + b)/2.
         const double a = height_[i], b = height_[i + 1], u = random();
         const double x = u * (a + b) / (a + std::sqrt(a * a + u * (b - a) * (b + a)));
@@ -73,7 +73,7 @@ class AngleSampler {
     double density(double v) const {
         const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
         const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
-        return (height_[i] + x * (height_[i + 1] - height_[i])) / below_.back();
+        return (height_[i] + x * (height_[i + 1] - height_[i])) / cumulative_.back();
     }
 
   private:
@@ -83,10 +83,10 @@ class AngleSampler {
     }
 
     /// Where phi is smaller, 0 and sign changes included, it is still met (mean 1).
-    static constexpr double least_height = 1e-3;
+    static constexpr double min_height = 1e-3;
 
     std::vector<double> v_, height_;  // at the grid
-    std::vector<double> below_;       // the density's integral up to each bin's end
+    std::vector<double> cumulative_;  // the density's integral up to each bin's end
 };
 
 /// A unit vector; z points up, out of the lit side.
@@ -132,12 +132,12 @@ struct Tally {
     }
 };
 
-enum Side { lit, far };
+enum Face { lit, far };
 
 /// What one photon adds, or the tallies of many: R and T of order 1 and of orders n >= 2 at every
 /// exit, then fluxes.
 template <class Number>
-struct Books {
+struct Tallies {
     struct Exit {
         std::array<Number, 2> single{}, multiple{};  // by side
     };
@@ -146,13 +146,13 @@ struct Books {
     Number absorbed{};
 
     template <class Other>
-    void add(const Books<Other>& other) {
+    void add(const Tallies<Other>& other) {
         for (std::size_t e = 0; e < exits.size(); ++e)
-            for (const Side side : {lit, far}) {
+            for (const Face side : {lit, far}) {
                 exits[e].single[side].add(other.exits[e].single[side]);
                 exits[e].multiple[side].add(other.exits[e].multiple[side]);
             }
-        for (const Side side : {lit, far}) flux[side].add(other.flux[side]);
+        for (const Face side : {lit, far}) flux[side].add(other.flux[side]);
         absorbed.add(other.absorbed);
     }
 };
@@ -176,14 +176,14 @@ class PhotonRun {
           along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
           angles_(phase_function) {}
 
-    Books<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
+    Tallies<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
         std::vector<Exit> exits;
         for (const Geometry& of : beam.geometries)
             exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1),
                              beam_direction(of.mu_out, of.azimuth, -1)});
-        Books<Tally> tallies;
+        Tallies<Tally> tallies;
         tallies.exits.resize(exits.size());
-        Books<double> photon;
+        Tallies<double> photon;
         for (std::uint64_t i = 0; i < photons; ++i) {
             photon = {std::move(photon.exits), {}, {}};
             photon.exits.assign(exits.size(), {});
@@ -208,19 +208,19 @@ class PhotonRun {
     /// in few orders would otherwise hang on a few photons.
     static constexpr double even_share = 0.1;
     static constexpr double thin_depth = 0.1;  // below, see `scatter`
-    static constexpr int most_collisions = 100'000'000;
+    static constexpr int max_collisions = 100'000'000;
 
     void follow(double mu_in, const std::vector<Exit>& exits, Random& random,
-                Books<double>& photon) const {
+                Tallies<double>& photon) const {
         Direction direction = beam_direction(mu_in, 0, -1);
-        double depth = 0, weight = 1, least_weight = 0;
+        double depth = 0, weight = 1, min_weight = 0;
         double slant = optical_depth_ / mu_in;  // optical distance to the face ahead
-        for (int order = 1; order <= most_collisions; ++order) {
+        for (int order = 1; order <= max_collisions; ++order) {
             weight *= -std::expm1(-slant);  // the flight is made to end inside
-            if (order == 2) least_weight = roulette_share * std::abs(weight);
-            if (order > 2 && std::abs(weight) < least_weight) {
-                if (random() * least_weight >= std::abs(weight)) return;
-                weight = std::copysign(least_weight, weight);
+            if (order == 2) min_weight = roulette_share * std::abs(weight);
+            if (order > 2 && std::abs(weight) < min_weight) {
+                if (random() * min_weight >= std::abs(weight)) return;
+                weight = std::copysign(min_weight, weight);
             }
             if (weight == 0) return;
             const double length = fly(slant, order == 1 ? even_share : 0, random, weight);
@@ -241,7 +241,7 @@ class PhotonRun {
 
     /// What lies before a photon that has just been scattered.
     struct Flight {
-        Side ahead;     // the face that it heads for
+        Face ahead;     // the face that it heads for
         double mu;      // cosine to the normal
         double before;  // vertical depth of the part of the layer ahead, and of the part behind
         double behind;
@@ -288,13 +288,13 @@ class PhotonRun {
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
     void book_collision(double weight, double depth, const Direction& direction,
-                        const std::vector<Exit>& exits, Books<double>& photon) const {
+                        const std::vector<Exit>& exits, Tallies<double>& photon) const {
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const double height[] = {depth, optical_depth_ - depth};
             const double phase[] = {phase_function_(dot(direction, up)),
                                     phase_function_(dot(direction, down))};
-            for (const Side side : {lit, far})
+            for (const Face side : {lit, far})
                 photon.exits[e].single[side] +=
                     weight / 4 * phase[side] * std::exp(-height[side] / mu) / mu;
         }
@@ -303,11 +303,11 @@ class PhotonRun {
     /// A flight is a beam onto the part of the layer ahead: all that its next collision can send
     /// towards an exit is single scattering there, dimmed by the part behind if it turns back.
     void book_flight(double weight, const Flight& flight, const Direction& direction,
-                     const std::vector<Exit>& exits, Books<double>& photon) const {
+                     const std::vector<Exit>& exits, Tallies<double>& photon) const {
         const double w = weight * albedo_;
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
-            const Side back = flight.ahead == lit ? far : lit;
+            const Face back = flight.ahead == lit ? far : lit;
             const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
             const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
             auto& booked = photon.exits[e].multiple;
@@ -326,19 +326,19 @@ class PhotonRun {
 
 void check(double albedo, double optical_depth, const std::vector<Geometry>& geometries,
            const PhotonOptions& options) {
-    const char* const door = "photons";
-    require(albedo >= 0 && albedo <= 1, door, "albedo", "in [0, 1]", albedo);
-    require(optical_depth >= 0, door, "optical_depth", "in [0, inf]", optical_depth);
-    require(options.highest_order >= 0, door, "highest_order", ">= 0", options.highest_order);
-    require(options.photons >= 2, door, "photons", ">= 2", options.photons);
+    const char* const caller = "photons";
+    require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
+    require(optical_depth >= 0, caller, "optical_depth", "in [0, inf]", optical_depth);
+    require(options.highest_order >= 0, caller, "highest_order", ">= 0", options.highest_order);
+    require(options.photons >= 2, caller, "photons", ">= 2", options.photons);
     if (albedo == 1 && options.highest_order == 0)
-        require(!std::isinf(optical_depth), door, "optical_depth",
+        require(!std::isinf(optical_depth), caller, "optical_depth",
                 "finite at albedo 1 (paths in an infinite layer have no mean length)",
                 optical_depth);
     for (const Geometry& of : geometries) {
-        require(of.mu_in > 0 && of.mu_in <= 1, door, "mu_in", "in (0, 1]", of.mu_in);
-        require(of.mu_out > 0 && of.mu_out <= 1, door, "mu_out", "in (0, 1]", of.mu_out);
-        require(std::isfinite(of.azimuth), door, "azimuth", "finite", of.azimuth);
+        require(of.mu_in > 0 && of.mu_in <= 1, caller, "mu_in", "in (0, 1]", of.mu_in);
+        require(of.mu_out > 0 && of.mu_out <= 1, caller, "mu_out", "in (0, 1]", of.mu_out);
+        require(std::isfinite(of.azimuth), caller, "azimuth", "finite", of.azimuth);
     }
 }
 
@@ -358,12 +358,12 @@ std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
 }
 
 /// Tallies of every beam; the batches of a beam are added up in their order, whichever ended first.
-std::vector<Books<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam>& beams,
-                                    const PhotonOptions& options) {
-    constexpr std::uint64_t least_batch = 1024, most_batches = 256;
+std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam>& beams,
+                                      const PhotonOptions& options) {
+    constexpr std::uint64_t min_batch = 1024, max_batches = 256;
     const std::uint64_t batches =
-        std::clamp(options.photons / least_batch, std::uint64_t{1}, most_batches);
-    std::vector<Books<Tally>> slots(beams.size() * batches);
+        std::clamp(options.photons / min_batch, std::uint64_t{1}, max_batches);
+    std::vector<Tallies<Tally>> slots(beams.size() * batches);
     const auto work = [&](int at) {
         const Beam& beam = beams[static_cast<std::size_t>(at) / batches];
         const std::uint64_t batch = static_cast<std::size_t>(at) % batches;
@@ -377,7 +377,7 @@ std::vector<Books<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam
         options.parallel_for(count, work);
     else
         for (int i = 0; i < count; ++i) work(i);
-    std::vector<Books<Tally>> totals;
+    std::vector<Tallies<Tally>> totals;
     for (std::size_t b = 0; b < beams.size(); ++b) {
         totals.push_back(std::move(slots[b * batches]));
         for (std::size_t i = 1; i < batches; ++i) totals[b].add(slots[b * batches + i]);
@@ -426,7 +426,7 @@ PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
     if (optical_depth == 0 || albedo == 0) return solution;
 
     const PhotonRun run(phase_function, albedo, optical_depth, options.highest_order);
-    const std::vector<Books<Tally>> totals = run_beams(run, beams, options);
+    const std::vector<Tallies<Tally>> totals = run_beams(run, beams, options);
     for (std::size_t b = 0; b < beams.size(); ++b) {
         const auto estimate = [&](const Tally& of) { return of.estimate(options.photons); };
         PhotonFluxes& fluxes = beams[b].mu_in > 0 ? solution.plane[b] : solution.uniform;
@@ -435,7 +435,7 @@ PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
         fluxes.absorptance = estimate(totals[b].absorbed);
         for (std::size_t e = 0; e < beams[b].geometries.size(); ++e) {
             PhotonGeometry& at = solution.geometries[beams[b].asked_at[e]];
-            for (const Side side : {lit, far}) {
+            for (const Face side : {lit, far}) {
                 PhotonValue& of = side == lit ? at.reflection : at.transmission;
                 const Estimate multiple = estimate(totals[b].exits[e].multiple[side]);
                 of.value.multiple = multiple.value;

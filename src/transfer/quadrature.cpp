@@ -1,10 +1,10 @@
 #include <stratus/transfer/quadrature.h>
 
-#include <cmath>
+#include <stratus/runtime/argument.h>
 
 #include <boost/math/special_functions/legendre.hpp>
 
-#include <stratus/runtime/argument.h>
+#include <cmath>
 
 namespace stratus {
 

@@ -1,24 +1,25 @@
 #include <stratus/transfer/solve.h>
 
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/adding.h>
+#include <stratus/transfer/layer.h>
+#include <stratus/transfer/stack.h>
+
+#include "boundary_modes.h"
+#include "classic.h"
+#include "lane_ladder.h"
+#include "options.h"
+#include "ordered_ladder.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
-#include <stratus/runtime/argument.h>
-#include <stratus/transfer/adding.h>
-#include <stratus/transfer/layer.h>
-#include <stratus/transfer/stack.h>
-
-#include "classic.h"
-#include "lane_ladder.h"
-#include "options.h"
-#include "ordered_ladder.h"
-#include "surface.h"
 
 namespace stratus {
 
@@ -26,8 +27,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// single_reflection or single_transmission.
 using SingleScattering = double (*)(double phase_value, double albedo, double optical_depth,
@@ -53,21 +52,22 @@ class LadderRun {
     /// `order_weights` of each albedo, none: all orders.
     LadderRun(const PhaseFunction& phase_function, const std::vector<double>& albedos,
               const std::vector<VectorXd>& order_weights, const DepthLadder& ladder,
-              const std::vector<double>& mu, const SolverOptions& options, const Below& below)
+              const std::vector<double>& mu, const SolverOptions& options,
+              const LowerBoundary& boundary)
         : albedos_(albedos),
           order_weights_(order_weights),
           ladder_(ladder),
           options_(options),
-          truncation_(truncation_of(phase_function, options, below.is_something())),
-          truncation_below_(truncation_of(below, options)),
-          directions_(
-              gauss_directions(options.nodes,
-                               joint_map(choose_node_map(truncation_.moments, options.nodes),
-                                         choose_node_map(truncation_below_.moments, options.nodes)),
-                               mu)),
+          truncation_(truncation_of(phase_function, options, boundary.is_present())),
+          boundary_truncation_(truncation_of(boundary, options)),
+          directions_(gauss_directions(
+              options.nodes,
+              joint_map(choose_node_map(truncation_.moments, options.nodes),
+                        choose_node_map(boundary_truncation_.moments, options.nodes)),
+              mu)),
           first_asked_(mu.empty() ? 0 : options.nodes),
-          below_(below),
-          below_modes_(below, truncation_below_, directions_, methods_of(options)) {
+          boundary_(boundary),
+          boundary_modes_(boundary, boundary_truncation_, directions_, methods_of(options)) {
         results_.resize(albedos.size());
         const std::vector<double> moments =
             truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
@@ -89,7 +89,7 @@ class LadderRun {
         // Modes beyond the last moment are empty.
         int most = static_cast<int>(truncation_.moments.size());
         while (most > 1 && truncation_.moments[static_cast<std::size_t>(most - 1)] == 0) --most;
-        most = std::max(most, below_modes_.count());
+        most = std::max(most, boundary_modes_.count());
         if (options_.modes) most = std::min(options_.modes, most);
         const auto lanes = static_cast<std::size_t>(lane_count);
         // Enough modes at a time to fill whole packs; two, so that both parities of l - m are seen
@@ -135,8 +135,8 @@ class LadderRun {
         solution.phase_function = phase_function;
         solution.truncation = truncation_;
         solution.peak = peaks_[a];
-        solution.below = below_;
-        solution.truncation_below = truncation_below_;
+        solution.lower_boundary = boundary_;
+        solution.boundary_truncation = boundary_truncation_;
         return solution;
     }
 
@@ -148,11 +148,11 @@ class LadderRun {
         const VectorXd& weights = solution.order_weights;
         const auto reflection = [&](double in, double out) {
             if (weights.size() == 0) return single_reflection(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(turned_path, solution, 1, in, out);
+            return (1 - truncation_.fraction) * sum_paths(reflected_path, solution, 1, in, out);
         };
         const auto transmission = [&](double in, double out) {
             if (weights.size() == 0) return single_transmission(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(crossed_path, solution, 1, in, out);
+            return (1 - truncation_.fraction) * sum_paths(transmitted_path, solution, 1, in, out);
         };
         for (Eigen::Index j = 0; j < count; ++j)
             for (Eigen::Index i = 0; i <= j; ++i) {
@@ -269,7 +269,7 @@ class LadderRun {
             record_all(depth);
         }
         if (!ladder_.to_infinity) return;
-        const int most = most_doublings_to_infinity(first);
+        const int most = max_doublings_to_infinity(first);
         for (int k = 0; !ladder.is_opaque(); ++k) {
             if (k == most)
                 throw std::runtime_error("solve: infinite depth not reached after " +
@@ -285,7 +285,7 @@ class LadderRun {
         LayerSolution& solution = results_[a][static_cast<std::size_t>(depth)];
         const SingleFactors& single = singles_[a][static_cast<std::size_t>(depth)];
         const bool infinite = std::isinf(solution.optical_depth);
-        const bool opaque = infinite || below_.is_something();
+        const bool opaque = infinite || boundary_.is_present();
         const auto count = solution.mu.size();
         const auto at = static_cast<std::size_t>(mode);
         const VectorXd s = directions_.s.tail(count);
@@ -293,17 +293,17 @@ class LadderRun {
         require_finite(layer, mode, directions_);
         if (infinite)
             layer.reflection += layer.transmission;  // LaneLadder::is_converged
-        else if (below_.is_something())
-            layer.reflection = over_below(layer, mode, solution);
+        else if (boundary_.is_present())
+            layer.reflection = over_boundary(layer, mode, solution);
         solution.reflection_modes[at] = unscale.asDiagonal() *
                                         layer.reflection.bottomRightCorner(count, count) *
                                         unscale.asDiagonal();
         solution.reflection_modes[at] -=
             single.reflection.cwiseProduct(kernels.other.bottomRightCorner(count, count));
-        if (!infinite && mode < below_modes_.count()) {
+        if (!infinite && mode < boundary_modes_.count()) {
             const VectorXd beam = beam_of(solution).tail(count);
             solution.reflection_modes[at] -=
-                beam.asDiagonal() * below_modes_.once(mode).bottomRightCorner(count, count) *
+                beam.asDiagonal() * boundary_modes_.once(mode).bottomRightCorner(count, count) *
                 beam.asDiagonal();
         }
         if (opaque) {
@@ -326,11 +326,11 @@ class LadderRun {
     }
 
     /// R of the layer and what lies beneath it.
-    MatrixXd over_below(const ModeMatrices& layer, int mode, const LayerSolution& solution) {
-        if (mode >= below_modes_.count()) return layer.reflection;
+    MatrixXd over_boundary(const ModeMatrices& layer, int mode, const LayerSolution& solution) {
+        if (mode >= boundary_modes_.count()) return layer.reflection;
         const LayerMode above{layer.reflection, layer.reflection, layer.transmission,
                               beam_of(solution)};
-        return add(above, below_modes_.layer(mode), directions_.nodes).reflection;
+        return add(above, boundary_modes_.layer(mode), directions_.nodes).reflection;
     }
 
     void record_fluxes(LayerSolution& solution, const ModeMatrices& layer, bool opaque) const {
@@ -405,12 +405,12 @@ class LadderRun {
     const std::vector<VectorXd>& order_weights_;
     const DepthLadder& ladder_;
     const SolverOptions& options_;
-    const Truncation truncation_, truncation_below_;
+    const Truncation truncation_, boundary_truncation_;
     const Directions directions_;
     const int first_asked_;
     std::vector<std::shared_ptr<const ForwardPeak>> peaks_;  // of each albedo
-    const Below& below_;
-    BelowModes below_modes_;
+    const LowerBoundary& boundary_;
+    BoundaryModes boundary_modes_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<SingleFactors>> singles_;
 };
@@ -434,8 +434,8 @@ LayerSolution as_layer(StackSolution stack) {
     solution.albedo = stack.layers[0].albedo;
     solution.optical_depth = stack.layers[0].optical_depth;
     solution.truncation = stack.truncations[0];
-    solution.below = stack.below;
-    solution.truncation_below = stack.truncation_below;
+    solution.lower_boundary = stack.lower_boundary;
+    solution.boundary_truncation = stack.boundary_truncation;
     solution.mu = stack.mu;
     solution.reflection_modes = std::move(stack.reflection_modes);
     solution.transmission_modes.assign(solution.reflection_modes.size(),
@@ -507,15 +507,15 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
                                                      const SolverOptions& options,
-                                                     const Below& below) {
+                                                     const LowerBoundary& boundary) {
     check(albedos, ladder, options);
-    check_below(below);
-    require(options.orders == 0 || !below.is_something(), "solve", "orders",
+    check_boundary(boundary);
+    require(options.orders == 0 || !boundary.is_present(), "solve", "orders",
             "0 (all) over something", options.orders);
     std::vector<VectorXd> weights;
     for (std::size_t a = 0; options.orders > 0 && a < albedos.size(); ++a)
         weights.push_back(powers(albedos[a], options.orders));
-    return LadderRun(phase_function, albedos, weights, ladder, mu, options, below).run();
+    return LadderRun(phase_function, albedos, weights, ladder, mu, options, boundary).run();
 }
 
 std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, double albedo,
@@ -532,7 +532,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
         weights.push_back(VectorXd::Zero(options.orders + 1));
         weights.back()(n) = powers(albedo, options.orders)(n);
     }
-    const Below nothing;
+    const LowerBoundary nothing;
     std::vector<LayerSolution> orders;
     for (const auto& of_order :
          LadderRun(phase_function, albedos, weights, ladder, mu, options, nothing).run())
@@ -544,12 +544,13 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
 
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options,
-                          const Below& below) {
+                          const LowerBoundary& boundary) {
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     if (std::isinf(optical_depth))
-        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options, below)[0][0];
-    if (below.is_something() && options.scheme == Scheme::harmonic)
-        return as_layer(solve_stack({{phase_function, albedo, optical_depth}}, below, mu, options));
+        return solve_ladder(phase_function, {albedo}, {1, 0, true}, mu, options, boundary)[0][0];
+    if (boundary.is_present() && options.scheme == Scheme::harmonic)
+        return as_layer(
+            solve_stack({{phase_function, albedo, optical_depth}}, boundary, mu, options));
     const double last = conservative_depth / std::max(1e-16, 1 - phase_function.asymmetry());
     if (albedo == 1 && options.orders == 0 && optical_depth > last) {
         std::vector<LayerSolution> octave =
@@ -586,15 +587,15 @@ std::vector<SolvedValue> LayerSolution::reflection(int in, int out,
     std::vector<SolvedValue> values =
         values_of(*this, reflection_modes, reflection_correction(in, out), single_reflection,
                   cos_scattering_angle_reflected, in, out, azimuths);
-    if (!below.is_something()) return values;
-    const Below corrected = truncated(below, truncation_below);
+    if (!lower_boundary.is_present()) return values;
+    const LowerBoundary corrected = truncated(lower_boundary, boundary_truncation);
     const double depth = truncation.optical_depth(optical_depth, albedo);
     for (std::size_t k = 0; k < azimuths.size(); ++k) {
         const Geometry geometry{mu(in), mu(out), azimuths[k]};
-        const double met = single_reflection_below(below, optical_depth, geometry);
+        const double met = single_reflection_of_boundary(lower_boundary, optical_depth, geometry);
         SolvedValue& value = values[k];
         value.single += met;
-        value.multiple += single_reflection_below(corrected, depth, geometry) - met;
+        value.multiple += single_reflection_of_boundary(corrected, depth, geometry) - met;
         value.total = value.single + value.multiple;
     }
     return values;
@@ -606,7 +607,7 @@ SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
 
 std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
                                                      const std::vector<double>& azimuths) const {
-    if (below.is_something()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    if (lower_boundary.is_present()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
     return values_of(*this, transmission_modes, transmission_correction(in, out),
                      single_transmission, cos_scattering_angle_transmitted, in, out, azimuths);
 }
@@ -614,7 +615,6 @@ std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
 double LayerSolution::most_negative() const {
     constexpr int count = 65;
     constexpr double rounding = 1e-15;
-    const double pi = std::acos(-1.0);
     std::vector<double> azimuths;
     for (int k = 0; k < count; ++k) azimuths.push_back(k * pi / (count - 1));
     double share = 0;
@@ -636,26 +636,27 @@ double LayerSolution::most_negative() const {
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    return {single_correction(*this, single_reflection, turned_path, x, y),
+    return {single_correction(*this, single_reflection, reflected_path, x, y),
             peak ? peak->reflection(optical_depth, x, y, order_weights) : std::vector<double>{}};
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
-    return {single_correction(*this, single_transmission, crossed_path, x, y),
+    return {single_correction(*this, single_transmission, transmitted_path, x, y),
             peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
 }
 
-MatrixXd LayerSolution::below_correction() const {
+MatrixXd LayerSolution::boundary_correction() const {
     MatrixXd result = MatrixXd::Zero(mu.size(), mu.size());
-    if (truncation.fraction == 0 && truncation_below.fraction == 0) return result;
+    if (truncation.fraction == 0 && boundary_truncation.fraction == 0) return result;
     const double depth = truncation.optical_depth(optical_depth, albedo);
-    const Below corrected = truncated(below, truncation_below);
+    const LowerBoundary corrected = truncated(lower_boundary, boundary_truncation);
     for (Eigen::Index i = 0; i < mu.size(); ++i)
         for (Eigen::Index j = 0; j < mu.size(); ++j)
-            result(i, j) = single_reflection_below(corrected, 1, depth, mu(i), mu(j)) -
-                           single_reflection_below(below, 1, optical_depth, mu(i), mu(j));
+            result(i, j) =
+                single_reflection_of_boundary(corrected, 1, depth, mu(i), mu(j)) -
+                single_reflection_of_boundary(lower_boundary, 1, optical_depth, mu(i), mu(j));
     return result;
 }
 

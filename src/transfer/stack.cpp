@@ -1,17 +1,17 @@
 #include <stratus/transfer/stack.h>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <utility>
-
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
 
+#include "boundary_modes.h"
 #include "layer_modes.h"
 #include "options.h"
-#include "surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
 
 namespace stratus {
 
@@ -54,11 +54,11 @@ double single_transmission_at(const Place& place, double phase_value, double alb
 
 class StackSolver {
   public:
-    StackSolver(const std::vector<StackLayer>& layers, const Below& below,
+    StackSolver(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                 const std::vector<double>& mu, const SolverOptions& options)
-        : options_(options), directions_(solved_directions(layers, below, mu, options)) {
+        : options_(options), directions_(solved_directions(layers, boundary, mu, options)) {
         solution_.layers = layers;
-        solution_.below = below;
+        solution_.lower_boundary = boundary;
         solution_.mu =
             directions_.mu.tail(mu.empty() ? options.nodes : static_cast<Eigen::Index>(mu.size()));
         for (const StackLayer& layer : layers) {
@@ -66,7 +66,7 @@ class StackSolver {
                 truncation_of(layer.phase_function, options, true));
             depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
         }
-        solution_.truncation_below = truncation_of(below, options);
+        solution_.boundary_truncation = truncation_of(boundary, options);
         places_ = places_of(depths_);
     }
 
@@ -80,12 +80,13 @@ class StackSolver {
                                            truncation.co_albedo(albedo), depths_[k]},
                                  methods);
         }
-        BelowModes below(solution_.below, solution_.truncation_below, directions_, methods);
-        int most = std::max(1, below.count());
+        BoundaryModes boundary(solution_.lower_boundary, solution_.boundary_truncation, directions_,
+                               methods);
+        int most = std::max(1, boundary.count());
         for (const LayerModes& layer : layers_) most = std::max(most, layer.count());
         if (options_.modes) most = std::min(options_.modes, most);
         for (int mode = 0; mode < most; ++mode) {
-            solve_mode(mode, below);
+            solve_mode(mode, boundary);
             const bool end_of_pack = (mode + 1) % lane_count == 0;
             if (!options_.modes && end_of_pack && mode >= lane_count && is_negligible(mode)) break;
         }
@@ -94,13 +95,14 @@ class StackSolver {
 
   private:
     /// One set for all layers, fine near mu = 1 when any of them asks for it.
-    static Directions solved_directions(const std::vector<StackLayer>& layers, const Below& below,
+    static Directions solved_directions(const std::vector<StackLayer>& layers,
+                                        const LowerBoundary& boundary,
                                         const std::vector<double>& mu,
                                         const SolverOptions& options) {
         auto map_of = [&](const Truncation& truncation) {
             return choose_node_map(truncation.moments, options.nodes);
         };
-        NodeMap map = map_of(truncation_of(below, options));
+        NodeMap map = map_of(truncation_of(boundary, options));
         for (const StackLayer& layer : layers)
             map = joint_map(map, map_of(truncation_of(layer.phase_function, options, true)));
         return gauss_directions(options.nodes, map, mu);
@@ -113,17 +115,17 @@ class StackSolver {
         return {none, none, none, layers_[k].layer(0).beam};
     }
 
-    void solve_mode(int mode, BelowModes& below) {
+    void solve_mode(int mode, BoundaryModes& boundary) {
         LayerMode sum = mode_of(0, mode);
         for (std::size_t k = 1; k < layers_.size(); ++k)
             sum = add(sum, mode_of(k, mode), directions_.nodes);
-        if (solution_.below.is_something()) {
-            const LayerMode ground = below.layer(mode);
-            if (mode == 0) record_ground(sum, ground, below.entering());
+        if (solution_.lower_boundary.is_present()) {
+            const LayerMode ground = boundary.layer(mode);
+            if (mode == 0) record_ground(sum, ground, boundary.entering());
             sum = add(sum, ground, directions_.nodes);
         }
         if (mode == 0) record_fluxes(sum);
-        const Once once = scattered_once(mode, below);
+        const Once once = scattered_once(mode, boundary);
         solution_.reflection_modes.push_back(unscaled(sum.reflection) - once.reflection);
         if (!sum.is_opaque())
             solution_.transmission_modes.push_back(unscaled(sum.transmission) - once.transmission);
@@ -136,7 +138,7 @@ class StackSolver {
     }
 
     /// Closed form of one mode, layer by layer.
-    Once scattered_once(int mode, BelowModes& below) {
+    Once scattered_once(int mode, BoundaryModes& boundary) {
         const VectorXd& mu = solution_.mu;
         const auto count = mu.size();
         Once sum{MatrixXd::Zero(count, count), MatrixXd::Zero(count, count)};
@@ -154,11 +156,12 @@ class StackSolver {
                         places_[k], same(out, in), w, depths_[k], mu(in), mu(out));
                 }
         }
-        if (solution_.below.is_something()) {
+        if (solution_.lower_boundary.is_present()) {
             const VectorXd beam = mu.unaryExpr([this](double cosine) {
                 return direct_transmittance(places_.back().above + depths_.back(), cosine);
             });
-            sum.reflection += beam.asDiagonal() * below.once(mode).bottomRightCorner(count, count) *
+            sum.reflection += beam.asDiagonal() *
+                              boundary.once(mode).bottomRightCorner(count, count) *
                               beam.asDiagonal();
         }
         if (mode == 0) mean_ = sum;
@@ -232,7 +235,7 @@ class StackSolver {
 
 }  // namespace
 
-StackSolution solve_stack(const std::vector<StackLayer>& layers, const Below& below,
+StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
@@ -243,16 +246,16 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const Below& be
                 "in [0, 1]", layers[k].albedo);
         const double depth = layers[k].optical_depth;
         require(depth >= 0, "solve_stack", "optical_depth" + of, "in [0, inf]", depth);
-        const bool may_be_infinite = k + 1 == layers.size() && !below.is_something();
+        const bool may_be_infinite = k + 1 == layers.size() && !boundary.is_present();
         require(!std::isinf(depth) || may_be_infinite, "solve_stack", "optical_depth" + of,
                 "finite, as something lies beneath", depth);
     }
-    check_below(below);
-    return StackSolver(layers, below, mu, options).run();
+    check_boundary(boundary);
+    return StackSolver(layers, boundary, mu, options).run();
 }
 
 bool StackSolution::is_opaque() const {
-    return below.is_something() || std::isinf(layers.back().optical_depth);
+    return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
 }
 
 SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
@@ -271,10 +274,10 @@ SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
         place.above += depth;
         place_corrected.above += depth_corrected;
     }
-    if (below.is_something()) {
-        single += single_reflection_below(below, place.above, geometry);
-        corrected += single_reflection_below(truncated(below, truncation_below),
-                                             place_corrected.above, geometry);
+    if (lower_boundary.is_present()) {
+        single += single_reflection_of_boundary(lower_boundary, place.above, geometry);
+        corrected += single_reflection_of_boundary(truncated(lower_boundary, boundary_truncation),
+                                                   place_corrected.above, geometry);
     }
     return put_together(single, corrected, sum_modes(reflection_modes, out, in, azimuth));
 }

@@ -34,14 +34,14 @@ double rounded_off(double x, double width) {
 
 }  // namespace
 
-Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count, bool sharply) {
+Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count, bool delta_m) {
     const auto L = static_cast<std::size_t>(moment_count);
     std::vector<double> moments = phase_function.moments(moment_count + 2);
     const double last = moments[L];
     const bool forward = last > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
     // A large share is chi_l some way before the end: 0.8 to 0.9 do nearly as well.
     const auto knee = static_cast<std::size_t>(std::lround(0.85 * moment_count));
-    const double f = !sharply && last > smooth_share ? std::max(moments[knee], last) : last;
+    const double f = !delta_m && last > smooth_share ? std::max(moments[knee], last) : last;
     moments.resize(L);
     if (!forward) return {0, std::move(moments)};
     for (std::size_t l = 0; l < L; ++l) {

@@ -1,16 +1,16 @@
 #include <stratus/bake/accuracy.h>
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/angle.h>
 
 #include "refusal.h"
 #include "small_recipe.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace stratus {
 namespace {

@@ -1,16 +1,16 @@
 #include <stratus/bake/bake.h>
 
+#include <stratus/bake/accuracy.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/lookup.h>
+
+#include "small_recipe.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/lookup.h>
-
-#include "small_recipe.h"
 
 namespace stratus {
 namespace {
@@ -20,8 +20,6 @@ using test::deep_recipe;
 using test::expect_same_bits;
 using test::explicit_recipe;
 using test::rayleigh_recipe;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// What a stored float loses of a flux.
 constexpr double float_rounding = 6e-8;
@@ -128,20 +126,20 @@ TEST(Bake, MeetsItsToleranceAtPointsThatItHasNotSeen) {
     }
 }
 
-Recipe over(const Below& below, Recipe recipe) {
-    recipe.below = below;
+Recipe over(const LowerBoundary& boundary, Recipe recipe) {
+    recipe.lower_boundary = boundary;
     recipe.transmission = false;
     return recipe;
 }
 
 TEST(Bake, MeetsItsToleranceOverGround) {
     const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.6);
-    for (const Recipe& recipe :
-         {over(Below::surface(0.4), rayleigh_recipe()), over(Below::surface(1), deep_recipe()),
-          over(Below::layer(forward, 0.9), rayleigh_recipe()),
-          over(Below::layer(forward, 0.9), deep_recipe())}) {
+    for (const Recipe& recipe : {over(LowerBoundary::surface(0.4), rayleigh_recipe()),
+                                 over(LowerBoundary::surface(1), deep_recipe()),
+                                 over(LowerBoundary::layer(forward, 0.9), rayleigh_recipe()),
+                                 over(LowerBoundary::layer(forward, 0.9), deep_recipe())}) {
         const Table table = bake(recipe);
-        EXPECT_EQ(table.below.kind, recipe.below.kind);
+        EXPECT_EQ(table.lower_boundary.kind, recipe.lower_boundary.kind);
         EXPECT_TRUE(table.transmission_multiple.empty());
         EXPECT_TRUE(table.diffuse_transmittance.empty());
         VerifyOptions options;
@@ -157,7 +155,7 @@ TEST(Bake, MeetsItsToleranceOverGround) {
 
 TEST(Bake, OverBlackGroundHoldsWhatTheBareLayerReflects) {
     const Table bare = bake(over({}, explicit_recipe()));
-    const Table black = bake(over(Below::surface(0), explicit_recipe()));
+    const Table black = bake(over(LowerBoundary::surface(0), explicit_recipe()));
     ASSERT_EQ(black.reflection_multiple.size(), bare.reflection_multiple.size());
     for (std::size_t i = 0; i < bare.reflection_multiple.size(); ++i)
         // a sum more or less, before samples are rounded to a 500th of the tolerance
@@ -176,7 +174,7 @@ TEST(Bake, OverBlackGroundHoldsWhatTheBareLayerReflects) {
 }
 
 TEST(Bake, OverGroundSolvesEverySchemeAlike) {
-    const Below ground = Below::layer(PhaseFunction::henyey_greenstein(-0.3), 0.8);
+    const LowerBoundary ground = LowerBoundary::layer(PhaseFunction::henyey_greenstein(-0.3), 0.8);
     const Table harmonic = bake(over(ground, explicit_recipe()));
     const Table classic = bake(over(ground, explicit_recipe("classic")));
     for (std::size_t i = 0; i < harmonic.reflection_multiple.size(); ++i)

@@ -1,20 +1,17 @@
 // BSDFs of baked tables: what they scatter in all against the fluxes that the solver worked out.
+#include <stratus/bake/bake.h>
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/constants.h>
+
+#include "bsdf_estimate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
-
-#include <stratus/bake/bake.h>
-
-#include "bsdf_estimate.h"
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Mean of eval * cos / pdf, and `albedo`, of a table of one layer against its fluxes, at each of
 /// its cosines.

@@ -1,5 +1,11 @@
 #include <stratus/bake/cost.h>
 
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+
+#include "refusal.h"
+#include "small_recipe.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,12 +15,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <stratus/bake/accuracy.h>
-#include <stratus/bake/bake.h>
-
-#include "refusal.h"
-#include "small_recipe.h"
 
 namespace stratus {
 namespace {
@@ -284,8 +284,8 @@ TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
 }
 
 /// The least error of so many nodes, whatever the modes.
-double least_error(const CostStudy& study, int nodes, Scheme scheme,
-                   ClassicStart start = ClassicStart::diamond, double start_depth = 0) {
+double min_error(const CostStudy& study, int nodes, Scheme scheme,
+                 ClassicStart start = ClassicStart::diamond, double start_depth = 0) {
     double least = INFINITY;
     for (const CostPoint& point : study.points)
         if (point.kind == Kind::solver && point.solver.nodes == nodes &&
@@ -299,9 +299,9 @@ TEST(Cost, SweepsEveryStartOfClassicDoubling) {
     const CostStudy& study = measured().study;
     constexpr int nodes = 16;
     const auto classic = [&](ClassicStart start, double start_depth) {
-        return least_error(study, nodes, Scheme::classic, start, start_depth);
+        return min_error(study, nodes, Scheme::classic, start, start_depth);
     };
-    const double harmonic = least_error(study, nodes, Scheme::harmonic);
+    const double harmonic = min_error(study, nodes, Scheme::harmonic);
     for (const ClassicStart start : {ClassicStart::diamond, ClassicStart::single}) {
         // what 16 nodes leave is left by both schemes; a start at 3e-8 adds less than 1e-6: the
         // error is of the first order, and 3e-5 at 1e-6
@@ -327,12 +327,12 @@ CostStudy study_of(const std::string& lines) {
 }
 
 TEST(Cost, MeasuresWhatTheRecipeCountsAndLiesOn) {
-    const double plain = least_error(study_of(""), 4, Scheme::harmonic);
+    const double plain = min_error(study_of(""), 4, Scheme::harmonic);
     for (const char* const lines : {"orders = 3\n", "[below]\nlambert_albedo = 0.8\n",
                                     "[below]\nphase_function = 'rayleigh'\nalbedo = 0.7\n"}) {
         const CostStudy study = study_of(lines);
-        EXPECT_TRUE(std::isfinite(least_error(study, 4, Scheme::harmonic)));
-        EXPECT_NE(least_error(study, 4, Scheme::harmonic), plain) << lines;
+        EXPECT_TRUE(std::isfinite(min_error(study, 4, Scheme::harmonic)));
+        EXPECT_NE(min_error(study, 4, Scheme::harmonic), plain) << lines;
         int chosen = 0;
         for (const CostPoint& point : study.points) {
             EXPECT_EQ(point.solver.scheme, Scheme::harmonic) << lines;

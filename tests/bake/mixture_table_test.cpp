@@ -4,13 +4,13 @@
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 
+#include "small_recipe.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
-
-#include "small_recipe.h"
 
 namespace stratus {
 namespace {
@@ -63,7 +63,7 @@ TEST(MixtureTable, HoldsTheTablesOfItsMixtures) { expect_tables_of_mixtures(smal
 
 TEST(MixtureTable, HoldsTheTablesOfItsMixturesOverGround) {
     Recipe recipe = small_recipe();
-    recipe.below = Below::surface(0.3);
+    recipe.lower_boundary = LowerBoundary::surface(0.3);
     recipe.transmission = false;
     expect_tables_of_mixtures(recipe);
 }

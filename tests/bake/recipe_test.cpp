@@ -1,20 +1,19 @@
 #include <stratus/bake/recipe.h>
 
+#include <stratus/runtime/constants.h>
+
+#include "refusal.h"
+#include "temporary_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <stdexcept>
-
-#include "refusal.h"
-#include "temporary_folder.h"
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A recipe of the keys that cannot be left out, and more lines.
 std::string recipe_with(const std::string& lines) {
@@ -250,17 +249,17 @@ TEST(ReadRecipe, RefusesWhatIsNotAFile) {
 
 TEST(Recipe, MayPutTheLayerOnGround) {
     const Recipe bare = parse_recipe(recipe_with(""));
-    EXPECT_FALSE(bare.below.is_something());
+    EXPECT_FALSE(bare.lower_boundary.is_present());
     const Recipe ground = parse_recipe(recipe_with("[below]\nlambert_albedo = 0.3\n"));
-    EXPECT_EQ(ground.below.kind, Below::Kind::surface);
-    EXPECT_EQ(ground.below.albedo, 0.3);
+    EXPECT_EQ(ground.lower_boundary.kind, LowerBoundary::Kind::surface);
+    EXPECT_EQ(ground.lower_boundary.albedo, 0.3);
     EXPECT_TRUE(ground.reflection);
     EXPECT_FALSE(ground.transmission);
     const Recipe dust = parse_recipe(recipe_with(
         "sides = ['reflection']\n[below]\nphase_function = 'lambert_sphere'\nalbedo = 1"));
-    EXPECT_EQ(dust.below.kind, Below::Kind::layer);
-    EXPECT_EQ(dust.below.phase_function.text(), PhaseFunction::lambert_sphere().text());
-    EXPECT_EQ(dust.below.albedo, 1);
+    EXPECT_EQ(dust.lower_boundary.kind, LowerBoundary::Kind::layer);
+    EXPECT_EQ(dust.lower_boundary.phase_function.text(), PhaseFunction::lambert_sphere().text());
+    EXPECT_EQ(dust.lower_boundary.albedo, 1);
 }
 
 TEST(Recipe, RefusesTransmissionThroughGround) {
@@ -327,9 +326,9 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
     EXPECT_EQ(a.albedo.min, b.albedo.min);
     EXPECT_EQ(a.albedo.max, b.albedo.max);
-    EXPECT_EQ(a.below.kind, b.below.kind);
-    EXPECT_EQ(a.below.albedo, b.below.albedo);
-    EXPECT_EQ(a.below.phase_function.text(), b.below.phase_function.text());
+    EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
+    EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
+    EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
     EXPECT_EQ(a.reflection, b.reflection);
     EXPECT_EQ(a.transmission, b.transmission);
     EXPECT_EQ(a.discretisation.nodes, b.discretisation.nodes);
@@ -380,9 +379,10 @@ TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
     recipe.discretisation.scheme = Scheme::harmonic;
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
-    recipe.below = Below::surface(1.0 / 7);
+    recipe.lower_boundary = LowerBoundary::surface(1.0 / 7);
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
-    recipe.below = Below::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
+    recipe.lower_boundary =
+        LowerBoundary::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.mixture = {1.0 / 7, 1};

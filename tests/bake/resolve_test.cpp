@@ -1,11 +1,11 @@
+#include <stratus/bake/bake.h>
+
+#include "small_recipe.h"
+
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
-
-#include <stratus/bake/bake.h>
-
-#include "small_recipe.h"
 
 namespace stratus {
 namespace {

@@ -1,14 +1,14 @@
+#include <stratus/bake/bake.h>
+
+#include "small_recipe.h"
+
+#include <gtest/gtest.h>
+
 #include <atomic>
 #include <map>
 #include <mutex>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-
-#include <stratus/bake/bake.h>
-
-#include "small_recipe.h"
 
 namespace stratus::test {
 namespace {
@@ -53,7 +53,7 @@ Recipe recipe_of_attempts() {
 
 Recipe recipe_over_ground() {
     Recipe recipe = explicit_recipe();
-    recipe.below = Below::surface(0.3);
+    recipe.lower_boundary = LowerBoundary::surface(0.3);
     recipe.transmission = false;
     recipe.discretisation.albedo_samples = 11;
     return recipe;

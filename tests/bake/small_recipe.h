@@ -1,14 +1,14 @@
 // Recipes small enough to bake in every test.
 #pragma once
 
-#include <string>
-
-#include <gtest/gtest.h>
-
 #include <stratus/bake/recipe.h>
 #include <stratus/runtime/table.h>
 
 #include "../runtime/table_equality.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
 
 namespace stratus::test {
 

@@ -1,12 +1,12 @@
 #include <stratus/bake/stack_file.h>
 
+#include "refusal.h"
+#include "temporary_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
-
-#include "refusal.h"
-#include "temporary_folder.h"
 
 namespace stratus {
 namespace {
@@ -39,19 +39,19 @@ TEST(StackFile, HoldsWhatItsTextSays) {
     EXPECT_EQ(stack.layers[1].phase_function.asymmetry(), 0.7);
     EXPECT_EQ(stack.layers[1].albedo, 0.95);
     EXPECT_EQ(stack.layers[1].optical_depth, 4);
-    EXPECT_EQ(stack.below.kind, Below::Kind::surface);
-    EXPECT_EQ(stack.below.albedo, 0.3);
+    EXPECT_EQ(stack.lower_boundary.kind, LowerBoundary::Kind::surface);
+    EXPECT_EQ(stack.lower_boundary.albedo, 0.3);
 }
 
 TEST(StackFile, MayEndInALayerWithoutEnd) {
     const Stack last = parse_stack(air + deep("inf"));
     EXPECT_TRUE(std::isinf(last.layers[1].optical_depth));
-    EXPECT_FALSE(last.below.is_something());
+    EXPECT_FALSE(last.lower_boundary.is_present());
     const Stack below =
         parse_stack(air + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.5");
-    EXPECT_EQ(below.below.kind, Below::Kind::layer);
-    EXPECT_EQ(below.below.albedo, 0.5);
-    EXPECT_EQ(below.below.phase_function.text(), PhaseFunction::lambert_sphere().text());
+    EXPECT_EQ(below.lower_boundary.kind, LowerBoundary::Kind::layer);
+    EXPECT_EQ(below.lower_boundary.albedo, 0.5);
+    EXPECT_EQ(below.lower_boundary.phase_function.text(), PhaseFunction::lambert_sphere().text());
 }
 
 TEST(StackFile, FindsThePhaseFunctionsBesideIt) {

@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
     demand(stratus_table_open(argv[1], &table) == STRATUS_OK, "open");
     demand(stratus_table_describe(table, &info) == STRATUS_OK, "describe");
     demand(info.optical_depth.lowest == 0.5 && info.optical_depth.highest == 2, "its depths");
-    demand(info.mu_in.samples == 16 && info.has_transmission && !info.lies_on_something,
+    demand(info.mu_in.samples == 16 && info.has_transmission && !info.has_lower_boundary,
            "its shape");
     demand(strcmp(stratus_table_text(table, "title"), "Called from elsewhere") == 0, "its title");
 

@@ -1,20 +1,9 @@
 // The C interface beside the C++ one: the same bits, and every refusal in words.
 #include <stratus/stratus.h>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <memory>
-#include <random>
-#include <string>
-#include <thread>
-#include <vector>
-
-#include <gtest/gtest.h>
-
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 
@@ -22,9 +11,20 @@
 #include "../picture/synthetic_table.h"
 #include "../runtime/small_table.h"
 
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using stratus::infinity;
 
 using Slice = std::unique_ptr<stratus_slice, decltype(&stratus_slice_free)>;
 
@@ -99,7 +99,7 @@ TEST_F(C, DescribesTheTable) {
     EXPECT_EQ(info.azimuth.samples, 5u);
     EXPECT_EQ(info.has_reflection, 1);
     EXPECT_EQ(info.has_transmission, 1);
-    EXPECT_EQ(info.lies_on_something, 0);
+    EXPECT_EQ(info.has_lower_boundary, 0);
     EXPECT_EQ(info.tolerance, 1e-3);
     EXPECT_EQ(info.measured_error, 8.1e-4);
     EXPECT_EQ(stratus_table_text(handle_, "phase_function"), table_.phase_function.text());

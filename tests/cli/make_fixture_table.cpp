@@ -4,10 +4,10 @@
 //
 // `full` has both sides and every axis; `endless` reflection only, at one albedo and infinite
 // depth; `mixed` is `full` at mixture 1 and the same samples with isotropic scattering at 0.
+#include <stratus/io/table_file.h>
+
 #include "small_table.h"
 #include "synthetic_table.h"
-
-#include <stratus/io/table_file.h>
 
 #include <exception>
 #include <iostream>

@@ -5,6 +5,7 @@
 // SUNLIT has no sky and light that bounced once; FURNACE has no sun. Says nothing when all is
 // right.
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 
 #include <algorithm>
@@ -13,8 +14,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
-#include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,8 +25,7 @@ constexpr std::array albedo{1.0, 0.97, 0.9};
 constexpr double half_width = 1.6;
 const double root_half = std::sqrt(0.5), root_third = std::sqrt(1.0 / 3);
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-using std::numbers::pi;
+using stratus::infinity, stratus::pi;
 
 struct Vector {
     double x, y, z;

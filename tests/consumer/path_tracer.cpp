@@ -7,6 +7,7 @@
 // holds radiance, linear, 1 is white.
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/constants.h>
 
 #include <cmath>
 #include <cstdio>
@@ -99,7 +100,6 @@ int main(int argc, char** argv) {
         return argc > i ? std::strtof(argv[i], nullptr) : usual;
     };
     // Dust without end, so no light passes through it; a little redder than white.
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     const stratus::Table table = stratus::read_table(argv[1]);
     stratus::RgbSlice dust = table.view().bind_rgb({infinity, infinity, infinity}, {1, 0.97, 0.9});
     const Scene scene{stratus::RgbBsdf(std::move(dust)), number(3, 2.5f), number(4, 0.05f),

@@ -1,8 +1,8 @@
-#include <cmath>
+#include "observed_rings.h"
 
 #include <gtest/gtest.h>
 
-#include "observed_rings.h"
+#include <cmath>
 
 namespace stratus {
 namespace {

@@ -1,17 +1,17 @@
 #include <stratus/fit/fit.h>
 
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+
+#include "observed_rings.h"
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
-
-#include <stratus/runtime/angle.h>
-
-#include "observed_rings.h"
-#include "refusal.h"
 
 namespace stratus {
 namespace {
@@ -145,7 +145,6 @@ void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& ch
 
 TEST(Fit, RefusesWhatCannotBeObserved) {
     using Views = std::vector<Observation>;
-    const double infinity = std::numeric_limits<double>::infinity();
     expect_fit_refusal([](Views& v) { v.resize(2); }, {"fit_layer", "observations", "three", "2"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out", "(0, 1]", "1.1"});

@@ -1,12 +1,12 @@
 // Rings as they would be observed: made by the solver, which knows nothing of tables.
 #pragma once
 
-#include <random>
-#include <vector>
-
 #include <stratus/bake/bake.h>
 #include <stratus/fit/fit.h>
 #include <stratus/transfer/solve.h>
+
+#include <random>
+#include <vector>
 
 namespace stratus::test {
 

@@ -1,6 +1,9 @@
 // Any bytes at all as TABLE.h5: refused with a reason or read. What is damaged is forged, too, or
 // the library's checksums would keep nearly all of it from being decoded.
+#include "../io/forged_hdf5.h"
 #include "table_content.h"
+
+#include <hdf5.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -10,10 +13,6 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include <hdf5.h>
-
-#include "../io/forged_hdf5.h"
 
 /// What HDF5 loses when it meets a damaged file is not ours to find.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }

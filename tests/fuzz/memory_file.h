@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string>
-
 #include <sys/mman.h>
 #include <unistd.h>
 

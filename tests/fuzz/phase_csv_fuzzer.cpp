@@ -1,9 +1,9 @@
 // Any bytes at all as a phase curve and as a list of moments.
 #include <stratus/runtime/phase_function.h>
 
-#include <exception>
-
 #include "memory_file.h"
+
+#include <exception>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const stratus::test::MemoryFile file(data, size);

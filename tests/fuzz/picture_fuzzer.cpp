@@ -2,9 +2,9 @@
 #include <stratus/io/image.h>
 #include <stratus/picture/png.h>
 
-#include <exception>
-
 #include "memory_file.h"
+
+#include <exception>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     constexpr std::uintmax_t max_memory = 64 << 20;

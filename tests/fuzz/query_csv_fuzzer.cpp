@@ -1,9 +1,8 @@
 // Any bytes at all as the query of `stratus eval`.
+#include "memory_file.h"
 #include "query.h"
 
 #include <exception>
-
-#include "memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const stratus::test::MemoryFile file(data, size);

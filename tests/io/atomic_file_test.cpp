@@ -1,21 +1,21 @@
 #include <stratus/io/atomic_file.h>
 
-#include <csignal>
-#include <fstream>
-#include <stdexcept>
-#include <system_error>
-
-#include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"
 #include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <stdexcept>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
 
 namespace stratus::test {
 namespace {

@@ -1,17 +1,17 @@
 #include <stratus/io/checkpoint.h>
 
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
 #include <chrono>
 #include <csignal>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <sys/resource.h>
 #include <thread>
 #include <vector>
-
-#include <gtest/gtest.h>
-#include <sys/resource.h>
-
-#include "temporary_folder.h"
 
 namespace stratus::test {
 namespace {

@@ -5,6 +5,8 @@
 // B-trees of up to two levels, fractal heaps of one level of blocks, and fixed arrays of one page.
 #pragma once
 
+#include "hdf5_structures.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -15,8 +17,6 @@
 #include <string_view>
 #include <utility>
 #include <vector>
-
-#include "hdf5_structures.h"
 
 namespace stratus::test {
 

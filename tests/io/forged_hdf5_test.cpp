@@ -4,18 +4,18 @@
 
 #include <stratus/io/table_file.h>
 
+#include "sample_table.h"
+#include "table_content.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
 #include <functional>
 #include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-#include <hdf5.h>
-
-#include "sample_table.h"
-#include "table_content.h"
-#include "temporary_folder.h"
 
 namespace stratus::test {
 namespace {

@@ -2,18 +2,18 @@
 // from them then, text by line: tests/golden. They must load to the same values forever.
 #include <stratus/io/table_file.h>
 
+#include "sample_table.h"
+#include "table_content.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
 #include <charconv>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-
-#include "sample_table.h"
-#include "table_content.h"
-#include "temporary_folder.h"
 
 namespace stratus::test {
 namespace {
@@ -70,8 +70,9 @@ TEST_P(Golden, LoadsToTheSameAttributes) {
     EXPECT_EQ(table.tolerance, 0.01);
     EXPECT_EQ(table.highest_order, 0);
     EXPECT_EQ(table.has_mixture(), name == "mixture");
-    EXPECT_EQ(table.below.kind, name == "ground" ? Below::Kind::surface : Below::Kind::nothing);
-    EXPECT_EQ(table.below.albedo, name == "ground" ? 0.3 : 0.0);
+    EXPECT_EQ(table.lower_boundary.kind,
+              name == "ground" ? LowerBoundary::Kind::surface : LowerBoundary::Kind::none);
+    EXPECT_EQ(table.lower_boundary.albedo, name == "ground" ? 0.3 : 0.0);
     EXPECT_NEAR(table.phase_function.asymmetry(), name == "mixture" ? 0.4 : 0.24, 1e-12);
     if (table.has_mixture()) {
         EXPECT_EQ(table.second_phase_function.asymmetry(), 0);

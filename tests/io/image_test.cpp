@@ -1,13 +1,13 @@
 #include <stratus/io/image.h>
 
+#include "temporary_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-
-#include "temporary_folder.h"
 
 namespace stratus {
 namespace {

@@ -3,8 +3,10 @@
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/lookup.h>
 
+#include "sample_table.h"
+#include "temporary_folder.h"
+
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <array>
@@ -13,12 +15,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
+#include <malloc.h>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "sample_table.h"
-#include "temporary_folder.h"
 
 namespace stratus {
 namespace {
@@ -37,8 +37,7 @@ std::vector<Question> questions() {
     for (Question& at : all)
         at = {share(random),
               0.01 * std::pow(1000, share(random)),
-              {0.03 + 0.97 * share(random), 0.03 + 0.97 * share(random),
-               2 * test::pi * share(random)}};
+              {0.03 + 0.97 * share(random), 0.03 + 0.97 * share(random), 2 * pi * share(random)}};
     return all;
 }
 

@@ -2,15 +2,16 @@
 // no format can guess.
 #pragma once
 
-#include <random>
-#include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/table.h>
 
 #include "../runtime/table_equality.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 
@@ -25,8 +26,6 @@ struct Shape {
     bool transmission = true;
     int mixtures = 0;
 };
-
-inline constexpr double pi = 3.14159265358979323846;
 
 /// Fills an axis in its own scale.
 inline void sample_axis(Axis& axis, double lowest, double highest, int count,

@@ -4,6 +4,11 @@
 // A share runs always; STRATUS_ALL_DAMAGE in the environment asks for all.
 #include <stratus/io/table_file.h>
 
+#include "sample_table.h"
+#include "table_content.h"
+
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -12,13 +17,8 @@
 #include <exception>
 #include <random>
 #include <string>
-#include <vector>
-
-#include <gtest/gtest.h>
 #include <unistd.h>
-
-#include "sample_table.h"
-#include "table_content.h"
+#include <vector>
 
 /// What HDF5 loses when it meets a damaged file is not ours to find.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }

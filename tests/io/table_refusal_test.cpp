@@ -1,24 +1,24 @@
 // What is not a table, or no longer the one that was written, is refused with one sentence; nothing
 // crashes and no other table is returned for it.
+#include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/constants.h>
+
+#include "sample_table.h"
+#include "table_content.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <random>
 #include <ostream>
+#include <random>
 #include <string>
-
-#include <gtest/gtest.h>
-#include <hdf5.h>
-
-#include <stratus/io/hdf5_table.h>
-
-#include "sample_table.h"
-#include "table_content.h"
-#include "temporary_folder.h"
 
 namespace stratus::test {
 namespace {
@@ -302,7 +302,6 @@ std::ostream& operator<<(std::ostream& stream, const WrongContent& row) {
 }
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const std::vector<WrongContent> wrong_contents{
     {"AxisWithoutNumber", [](Table& t) { t.albedo.values[1] = nan; },

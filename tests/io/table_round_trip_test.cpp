@@ -1,18 +1,17 @@
+#include <stratus/io/exr_table.h>
+#include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
+
+#include "sample_table.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
 #include <ostream>
 #include <string>
 #include <vector>
-
-#include <gtest/gtest.h>
-
-#include <stratus/io/exr_table.h>
-#include <stratus/io/hdf5_table.h>
-
-#include "sample_table.h"
-#include "temporary_folder.h"
 
 namespace stratus::test {
 namespace {
@@ -120,10 +119,10 @@ void clear_reflection(Table& table) {
     table.reflection_multiple.assign(table.reflection_multiple.size(), 0.0F);
 }
 
-void put_on_ground(Table& table) { table.below = Below::surface(1.0 / 3); }
+void put_on_ground(Table& table) { table.lower_boundary = LowerBoundary::surface(1.0 / 3); }
 
 void put_on_dust(Table& table) {
-    table.below = Below::layer(
+    table.lower_boundary = LowerBoundary::layer(
         PhaseFunction::sum({{1, PhaseFunction::tabulated({0, 90, 180}, {3.5, 2.0 / 3, 0.1})}}),
         0.1 + 0.2);
 }

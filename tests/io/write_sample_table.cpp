@@ -1,12 +1,12 @@
 // Writes the tests' sample table to the path given, for the programs of others to open: with so
 // many mixtures as are asked for.
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
-
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
 
 int main(int count, char** arguments) {
     if (count != 2 && count != 3) return 2;

@@ -2,13 +2,14 @@
 // good it looks is for eyes.
 #include <stratus/picture/cost_plot.h>
 
+#include <stratus/runtime/constants.h>
+
 #include "refusal.h"
 #include "temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -168,7 +169,6 @@ TEST_F(CostPlot, RefusesToDrawNothing) {
 }
 
 TEST_F(CostPlot, RefusesWhatALogarithmCannotShow) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     for (double PlotPoint::*value : {&PlotPoint::x, &PlotPoint::y})
         for (const double bad : {0.0, -1.0, infinity, std::nan("")}) {
             PlotPanel wrong = panel();

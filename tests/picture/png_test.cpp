@@ -1,5 +1,7 @@
 #include <stratus/picture/png.h>
 
+#include "temporary_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,8 +9,6 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include "temporary_folder.h"
 
 /// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
 /// ours.

@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Portrait, EveryTable, ::testing::ValuesIn(kinds),
 TEST_F(Portrait, IsDrawnOfLayersOverGround) {
     Table bare = make_synthetic_table({.transmission = false});
     Table table = bare;
-    table.below = Below::surface(0.3);
+    table.lower_boundary = LowerBoundary::surface(0.3);
     prepare(table);
     draw_portrait(bare, folder / "bare.png");
     draw_portrait(table, folder / "ground.png");

@@ -3,13 +3,12 @@
 #pragma once
 
 #include <stratus/runtime/axis.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/table.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <string>
 
 namespace stratus::test {
@@ -55,8 +54,8 @@ inline Table make_synthetic_table(const SyntheticOptions& options = {}) {
                   options.finite_depths, options.and_infinity);
     table.mu_in = make_axis(table.mu_in.scale, 0.01, 1, 8);
     table.mu_out = table.mu_in;
-    table.azimuth = make_axis(table.azimuth.scale, 0, options.azimuths > 1 ? std::numbers::pi : 0,
-                              options.azimuths);
+    table.azimuth =
+        make_axis(table.azimuth.scale, 0, options.azimuths > 1 ? pi : 0, options.azimuths);
     const double g = table.phase_function.asymmetry();
     table.extrapolation_length = 0.7104 / (1 - g);
     for (const double albedo : table.albedo.values) {

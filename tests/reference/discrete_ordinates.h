@@ -1,6 +1,8 @@
 // The reference values of discrete_ordinates*.csv, layer by layer.
 #pragma once
 
+#include <stratus/runtime/phase_function.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -8,8 +10,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/phase_function.h>
 
 namespace stratus::test {
 

@@ -1,6 +1,7 @@
 #include <stratus/runtime/axis.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
 
 #include "refusal.h"
 
@@ -9,14 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The coordinates once more, as the header words them.
 double coordinate(AxisScale scale, double value) {

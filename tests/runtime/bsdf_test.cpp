@@ -1,5 +1,10 @@
 #include <stratus/runtime/bsdf.h>
 
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
+
+#include "bsdf_estimate.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,14 +14,9 @@
 #include <string>
 #include <vector>
 
-#include <stratus/runtime/single_scattering.h>
-
-#include "bsdf_estimate.h"
-
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr float just_below_1 = 1 - 6e-8f;
 
 Bsdf bsdf_of(const std::string& phase, double tau, double w, const Effects& effects = {}) {
@@ -232,16 +232,15 @@ TEST(Bsdf, AsksTheSameOfAnglesAndOfVectors) {
     for (const RandomNumbers& u : evenly_spread(200)) {
         const float mu_in = 0.01f + 0.98f * u.u1, mu_out = 0.01f + 0.98f * u.u3;
         const Vector wi = direction(mu_in, 0.4 + pi, true);
-        for (const Leaves leaves : {Leaves::on_the_lit_side, Leaves::on_the_far_side}) {
-            const Vector wo =
-                direction(mu_out, 0.4 + double{u.u2}, leaves == Leaves::on_the_lit_side);
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            const Vector wo = direction(mu_out, 0.4 + double{u.u2}, side == Side::reflection);
             // Rounding of vectors beside a peak.
-            EXPECT_NEAR(bsdf.pdf(leaves, mu_in, mu_out, u.u2) / bsdf.pdf(wi, wo), 1, 1e-4);
-            EXPECT_NEAR(bsdf.eval(leaves, mu_in, mu_out, u.u2) / bsdf.eval(wi, wo), 1, 1e-4);
+            EXPECT_NEAR(bsdf.pdf(side, mu_in, mu_out, u.u2) / bsdf.pdf(wi, wo), 1, 1e-4);
+            EXPECT_NEAR(bsdf.eval(side, mu_in, mu_out, u.u2) / bsdf.eval(wi, wo), 1, 1e-4);
         }
         const Bsdf::SampleOfAngles angles = bsdf.sample(mu_in, u.u1, u.u2, u.u3);
         const Bsdf::Sample vectors = bsdf.sample(wi, u.u1, u.u2, u.u3);
-        EXPECT_EQ(angles.leaves == Leaves::on_the_lit_side, vectors.wo.z > 0);
+        EXPECT_EQ(angles.side == Side::reflection, vectors.wo.z > 0);
         EXPECT_NEAR(angles.mu_out, std::abs(vectors.wo.z), 1e-6);
         EXPECT_NEAR(std::cos(angles.azimuth + 0.4f) * std::sqrt(1 - angles.mu_out * angles.mu_out),
                     vectors.wo.x, 1e-5);

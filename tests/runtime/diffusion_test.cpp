@@ -1,14 +1,14 @@
 #include <stratus/runtime/diffusion.h>
 
+#include <stratus/runtime/constants.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double q = 0.7104;
 
 TEST(Diffusion, IsTheFormulaOfTheHeader) {

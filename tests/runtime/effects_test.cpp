@@ -1,22 +1,21 @@
 #include <stratus/runtime/effects.h>
 
+#include <stratus/runtime/constants.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 TEST(Density, DividesTheDepthByTheFreeVolume) {
-    EXPECT_EQ(denser(2, 0), 2);
-    EXPECT_DOUBLE_EQ(denser(2, 0.2), 2.5);
-    EXPECT_EQ(denser(infinity, 0.5), infinity);
-    EXPECT_EQ(denser(0, 0.5), 0);
+    EXPECT_EQ(effective_optical_depth(2, 0), 2);
+    EXPECT_DOUBLE_EQ(effective_optical_depth(2, 0.2), 2.5);
+    EXPECT_EQ(effective_optical_depth(infinity, 0.5), infinity);
+    EXPECT_EQ(effective_optical_depth(0, 0.5), 0);
 }
 
 TEST(BlinnOpposition, AttenuatesOnceTheLightThatLeavesByTheWayItCame) {

@@ -1,19 +1,18 @@
 #include <stratus/runtime/half_table.h>
 
-#include "small_table.h"
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
+
+#include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double half_rounding = 1.0 / 2048;
 
 /// The cubic through four samples has weights whose magnitudes sum to no more than 1.25 an axis.
@@ -150,7 +149,7 @@ TEST(Halved, KeepsLayersThatScatterNothing) {
 
 TEST(Halved, KeepsSignsAndDropsWhatIsLost) {
     Table table = empty_table({1, 1, 1, 2, 2}, {1, 1, false});
-    table.below = Below::surface(0.5);  // weights of 1
+    table.lower_boundary = LowerBoundary::surface(0.5);  // weights of 1
     table.reflection_multiple = {3, -2, 1e-9f, 0.25f};
     prepare(table);
     const HalfTable half = halved(table);

@@ -1,18 +1,18 @@
 #include <stratus/runtime/lookup.h>
 
+#include <stratus/runtime/constants.h>
+
 #include "small_table.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double float_rounding = 1e-6;  // of samples, weights and 1024 products
 
 Scattered look_up_reflection(const TableView& view, const Point& p) {
@@ -71,15 +71,15 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
 }
 
 /// The same table over something, which lets nothing pass.
-Table over(const Below& below, Table table) {
-    table.below = below;
+Table over(const LowerBoundary& boundary, Table table) {
+    table.lower_boundary = boundary;
     table.transmission_multiple.clear();
     prepare(table);
     return table;
 }
 
 TEST(Lookup, OverSomethingIsExactForCubicsThemselves) {
-    const Table table = over(Below::surface(0.3), filled(five_each, shallow, cubic, cubic));
+    const Table table = over(LowerBoundary::surface(0.3), filled(five_each, shallow, cubic, cubic));
     for (const Point& p : random_points(2000, 0.5, 8)) {
         const Scattered found = look_up_reflection(table.view(), p);
         EXPECT_NEAR(found.multiple / cubic(p), 1, float_rounding);
@@ -98,7 +98,7 @@ TEST(Lookup, OverSomethingFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
         return 2 - reflection_deficit(p.optical_depth, small_table_exponent(p.albedo),
                                       small_table_length);
     };
-    const Table table = over(Below::layer(PhaseFunction::rayleigh(), 0.9),
+    const Table table = over(LowerBoundary::layer(PhaseFunction::rayleigh(), 0.9),
                              filled({5, 5, 3, 3, 3}, {0.5, 8, true}, nearing, nearing));
     for (const double w : table.albedo.values)
         for (const double tau : {8.0, 10.0, 40.0, 1e3, infinity}) {
@@ -108,7 +108,7 @@ TEST(Lookup, OverSomethingFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
 }
 
 TEST(Lookup, OverASurfaceFadesBelowTheFirstDepth) {
-    const Table table = over(Below::surface(0.3), filled(five_each, shallow, cubic, cubic));
+    const Table table = over(LowerBoundary::surface(0.3), filled(five_each, shallow, cubic, cubic));
     const auto multiple = [&](double tau) {
         return look_up_reflection(table.view(), {0.5, tau, 0.3, 0.8, 1}).multiple;
     };
@@ -121,7 +121,7 @@ TEST(Lookup, OverASurfaceFadesBelowTheFirstDepth) {
 }
 
 TEST(Lookup, OverALayerWithoutEndStaysAtTheFirstDepthBelowIt) {
-    const Table table = over(Below::layer(PhaseFunction::rayleigh(), 0.9),
+    const Table table = over(LowerBoundary::layer(PhaseFunction::rayleigh(), 0.9),
                              filled(five_each, shallow, cubic, cubic));
     EXPECT_EQ(look_up_reflection(table.view(), {0.5, 0.01, 0.3, 0.8, 1}).multiple,
               look_up_reflection(table.view(), {0.5, 0.5, 0.3, 0.8, 1}).multiple);
@@ -130,7 +130,7 @@ TEST(Lookup, OverALayerWithoutEndStaysAtTheFirstDepthBelowIt) {
 TEST(Lookup, TakesAViewThatNamesNothingBelowForABareLayer) {
     const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
     TableView view = table.view();
-    view.below = nullptr;
+    view.lower_boundary = nullptr;
     const Point p{0.5, 1, 0.3, 0.8, 1};
     EXPECT_EQ(look_up_reflection(view, p).total(), look_up_reflection(table.view(), p).total());
 }

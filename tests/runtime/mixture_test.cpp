@@ -1,16 +1,16 @@
 // Tables that mix two kinds of scattering, seen at one mixture: TableView::at_mixture.
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 
+#include "refusal.h"
+#include "small_table.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
-
-#include "refusal.h"
-#include "small_table.h"
 
 namespace stratus {
 namespace {
@@ -43,7 +43,7 @@ const Table& both() {
 }
 
 constexpr Geometry geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
-constexpr double depths[] = {0.05, 0.9, 8, 20, 1e5, std::numeric_limits<double>::infinity()};
+constexpr double depths[] = {0.05, 0.9, 8, 20, 1e5, infinity};
 
 // Samples are floats.
 constexpr double rounding = 1e-6;

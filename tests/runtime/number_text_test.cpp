@@ -1,5 +1,7 @@
 #include <stratus/runtime/number_text.h>
 
+#include <stratus/runtime/constants.h>
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -18,7 +20,7 @@ TEST(ShortestText, ReadsBackAsTheSameNumber) {
 TEST(ShortestText, HasNoDigitTooMany) {
     EXPECT_EQ(shortest_text(0.1), "0.1");
     EXPECT_EQ(shortest_text(2), "2");
-    EXPECT_EQ(shortest_text(-std::numeric_limits<double>::infinity()), "-inf");
+    EXPECT_EQ(shortest_text(-infinity), "-inf");
 }
 
 TEST(ShortNumber, RoundsToItsDigits) {

@@ -1,11 +1,11 @@
 #include <stratus/runtime/phase_curve.h>
 
+#include <stratus/runtime/light.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
-
-#include <stratus/runtime/light.h>
 
 namespace stratus {
 namespace {

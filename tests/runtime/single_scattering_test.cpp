@@ -1,6 +1,7 @@
 #include <stratus/runtime/single_scattering.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/phase_function.h>
 
 #include <gtest/gtest.h>
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
-#include <limits>
 #include <map>
 #include <sstream>
 #include <string>
@@ -16,7 +16,6 @@
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const double cosines[] = {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 const double depths[] = {1e-6, 0.01, 0.3, 1.0, 7.0, 40.0};
 

@@ -1,22 +1,21 @@
 #include <stratus/runtime/slice.h>
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <random>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 
 #include "refusal.h"
 #include "small_table.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double single_precision = 2e-6;  // of some thirty operations in float
 
 struct Direction {
@@ -25,10 +24,10 @@ struct Direction {
     Geometry geometry() const { return {double{mu_in}, double{mu_out}, double{azimuth}}; }
 };
 
-std::vector<Direction> random_directions(int count, float least_cosine = 0.001f) {
+std::vector<Direction> random_directions(int count, float min_cosine = 0.001f) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> share(0, 1);
-    const auto cosine = [&] { return least_cosine + (1 - least_cosine) * share(random); };
+    const auto cosine = [&] { return min_cosine + (1 - min_cosine) * share(random); };
     std::vector<Direction> directions{
         {1, 1, 0}, {1, 0.5f, 1}, {0.5f, 0.5f, 0}, {0.3f, 0.3f, 3.1415926f}};
     while (static_cast<int>(directions.size()) < count)
@@ -241,8 +240,9 @@ TEST(Slice, SeesTheGroundThroughTheLayer) {
     Table table = empty_table({3, 4, 6, 6, 13}, {0.5, 8, false});
     table.reflection_multiple =
         samples_of(table, [](const Point& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
-    for (const Below& below : {Below::surface(0.4), Below::layer(PhaseFunction::rayleigh(), 0.7)}) {
-        table.below = below;
+    for (const LowerBoundary& boundary :
+         {LowerBoundary::surface(0.4), LowerBoundary::layer(PhaseFunction::rayleigh(), 0.7)}) {
+        table.lower_boundary = boundary;
         prepare(table);
         for (const double tau : {0.5, 2.0}) {
             const Slice slice = table.view().bind(tau, 0.9);
@@ -422,11 +422,11 @@ TEST(LightFunctions, AreWhatASliceCalls) {
     for (const Direction& at : random_directions(100)) {
         float R, T;
         reflected<PhaseForm::one_lobe, Orders::with_azimuth>(
-            slice.reflection_side(),
-            light_path<Leaves::on_the_lit_side>(at.mu_in, at.mu_out, at.azimuth), &R);
+            slice.reflection_side(), light_path<Side::reflection>(at.mu_in, at.mu_out, at.azimuth),
+            &R);
         transmitted<PhaseForm::one_lobe, Orders::with_azimuth>(
             slice.transmission_side(),
-            light_path<Leaves::on_the_far_side>(at.mu_in, at.mu_out, at.azimuth), &T);
+            light_path<Side::transmission>(at.mu_in, at.mu_out, at.azimuth), &T);
         EXPECT_NEAR(R, slice.reflection(at.mu_in, at.mu_out, at.azimuth), single_precision * R);
         EXPECT_NEAR(T, slice.transmission(at.mu_in, at.mu_out, at.azimuth), single_precision * T);
     }

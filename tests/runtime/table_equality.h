@@ -1,13 +1,13 @@
 // Whether two tables are the same, to the last bit.
 #pragma once
 
-#include <cstring>
-#include <string>
-#include <vector>
+#include <stratus/runtime/table.h>
 
 #include <gtest/gtest.h>
 
-#include <stratus/runtime/table.h>
+#include <cstring>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 
@@ -29,9 +29,9 @@ inline void expect_same(const Axis& a, const Axis& b, const std::string& name) {
 inline void expect_same_bits(const Table& a, const Table& b) {
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
     EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
-    EXPECT_EQ(a.below.kind, b.below.kind);
-    EXPECT_EQ(a.below.albedo, b.below.albedo);
-    EXPECT_EQ(a.below.phase_function.text(), b.below.phase_function.text());
+    EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
+    EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
+    EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
     expect_same(a.mixture, b.mixture, "mixture");
     expect_same(a.albedo, b.albedo, "albedo");
     expect_same(a.optical_depth, b.optical_depth, "optical_depth");

@@ -1,5 +1,7 @@
 #include <stratus/runtime/table.h>
 
+#include <stratus/runtime/constants.h>
+
 #include "refusal.h"
 #include "small_table.h"
 
@@ -12,8 +14,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Table good_table() {
     Table table = empty_table({3, 4, 2, 5, 6}, {0.5, 32, true});
@@ -225,40 +225,38 @@ INSTANTIATE_TEST_SUITE_P(
                             {"spherical_albedo", "sample 2", "nan"}}),
     [](const auto& row) { return row.param.name; });
 
-INSTANTIATE_TEST_SUITE_P(Numbers, PrepareRefuses,
-                         testing::Values(Refusal{"NegativeExponent",
-                                                 [](Table& t) { t.diffusion_exponent[1] = -1e-9; },
-                                                 {"diffusion_exponent", "[0, 1000]", "-1"}},
-                                         Refusal{"HugeExponent",
-                                                 [](Table& t) { t.diffusion_exponent[1] = 1001; },
-                                                 {"diffusion_exponent", "[0, 1000]", "1001"}},
-                                         Refusal{"NoLength",
-                                                 [](Table& t) { t.extrapolation_length = 0; },
-                                                 {"extrapolation_length", "(0, inf)", "got 0"}},
-                                         Refusal{"LengthNotANumber",
-                                                 [](Table& t) {
-                                                     t.extrapolation_length = std::nan("");
-                                                 },
-                                                 {"extrapolation_length", "(0, inf)", "nan"}},
-                                         Refusal{"NegativeTolerance",
-                                                 [](Table& t) { t.tolerance = -1; },
-                                                 {"tolerance", "got -1"}},
-                                         Refusal{"ErrorNotANumber",
-                                                 [](Table& t) { t.measured_error = std::nan(""); },
-                                                 {"measured_error", "nan"}},
-                                         Refusal{"WhiterThanWhite",
-                                                 [](Table& t) {
-                                                     t.transmission_multiple.clear();
-                                                     t.below = Below::surface(1.01);
-                                                 },
-                                                 {"beneath", "[0, 1]", "1.01"}},
-                                         Refusal{"TransmissionThroughGround",
-                                                 [](Table& t) { t.below = Below::surface(0.5); },
-                                                 {"transmission_multiple", "absent", "given"}},
-                                         Refusal{"NegativeOrder",
-                                                 [](Table& t) { t.highest_order = -2; },
-                                                 {"highest_order", "at least 0", "got -2"}}),
-                         [](const auto& row) { return row.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Numbers, PrepareRefuses,
+    testing::Values(
+        Refusal{"NegativeExponent",
+                [](Table& t) { t.diffusion_exponent[1] = -1e-9; },
+                {"diffusion_exponent", "[0, 1000]", "-1"}},
+        Refusal{"HugeExponent",
+                [](Table& t) { t.diffusion_exponent[1] = 1001; },
+                {"diffusion_exponent", "[0, 1000]", "1001"}},
+        Refusal{"NoLength",
+                [](Table& t) { t.extrapolation_length = 0; },
+                {"extrapolation_length", "(0, inf)", "got 0"}},
+        Refusal{"LengthNotANumber",
+                [](Table& t) { t.extrapolation_length = std::nan(""); },
+                {"extrapolation_length", "(0, inf)", "nan"}},
+        Refusal{"NegativeTolerance", [](Table& t) { t.tolerance = -1; }, {"tolerance", "got -1"}},
+        Refusal{"ErrorNotANumber",
+                [](Table& t) { t.measured_error = std::nan(""); },
+                {"measured_error", "nan"}},
+        Refusal{"WhiterThanWhite",
+                [](Table& t) {
+                    t.transmission_multiple.clear();
+                    t.lower_boundary = LowerBoundary::surface(1.01);
+                },
+                {"beneath", "[0, 1]", "1.01"}},
+        Refusal{"TransmissionThroughGround",
+                [](Table& t) { t.lower_boundary = LowerBoundary::surface(0.5); },
+                {"transmission_multiple", "absent", "given"}},
+        Refusal{"NegativeOrder",
+                [](Table& t) { t.highest_order = -2; },
+                {"highest_order", "at least 0", "got -2"}}),
+    [](const auto& row) { return row.param.name; });
 
 }  // namespace
 }  // namespace stratus

@@ -1,14 +1,14 @@
 #include <stratus/runtime/textured_table.h>
 
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/half_table.h>
+
 #include "refusal.h"
 #include "small_table.h"
-
-#include <stratus/runtime/half_table.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 #include <utility>
 #include <vector>
@@ -16,7 +16,6 @@
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double tolerance = 1e-3;
 
 /// Between 1 and 3, symmetric in the cosines: what is left of samples once they are divided by all
@@ -227,23 +226,24 @@ TEST(TexturedTable, AddsSingleScatteringAloneToASideThatTheTableLacks) {
     EXPECT_NEAR(found.single, expected.single, 1e-6 * expected.single);
 }
 
-class TexturedOver : public testing::TestWithParam<Below> {};
+class TexturedOver : public testing::TestWithParam<LowerBoundary> {};
 
 TEST_P(TexturedOver, GiveWhatLookupsGive) {
     Table table = empty_table(usual, to_infinity);
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.tolerance = tolerance;
-    table.below = GetParam();
+    table.lower_boundary = GetParam();
     table.reflection_multiple = samples_of(table, reflected_over);
     prepare(table);
     expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.005, 40));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TexturedOver,
-                         testing::Values(Below::surface(0.3),
-                                         Below::layer(PhaseFunction::rayleigh(), 0.6)),
+                         testing::Values(LowerBoundary::surface(0.3),
+                                         LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6)),
                          [](const auto& row) {
-                             return row.param.kind == Below::Kind::surface ? "surface" : "layer";
+                             return row.param.kind == LowerBoundary::Kind::surface ? "surface"
+                                                                                   : "layer";
                          });
 
 TEST(TexturedTable, IsMadeOfHalvesToo) {

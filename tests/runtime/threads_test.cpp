@@ -1,10 +1,10 @@
 // One table, many threads: what `./run test --sanitize` runs under ThreadSanitizer, which sees
 // every unguarded access to what one thread writes.
-#include "small_table.h"
-
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
+
+#include "small_table.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ Table every_kind() {
 Table every_kind_over_ground() {
     Table table = every_kind();
     table.transmission_multiple.clear();
-    table.below = Below::layer(table.phase_function, 0.9);
+    table.lower_boundary = LowerBoundary::layer(table.phase_function, 0.9);
     prepare(table);
     return table;
 }
@@ -86,7 +86,7 @@ const Function functions[] = {
          const Bsdf::SampleOfAngles drawn = shared.bsdf.sample(mu, static_cast<float>(p.mu_out),
                                                                static_cast<float>(p.albedo), 0.5f);
          return double{drawn.value} +
-                double{shared.bsdf.pdf(drawn.leaves, mu, drawn.mu_out, drawn.azimuth)} +
+                double{shared.bsdf.pdf(drawn.side, mu, drawn.mu_out, drawn.azimuth)} +
                 double{shared.bsdf.albedo(mu).reflected};
      }},
     {"Halved",

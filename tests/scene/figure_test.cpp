@@ -1,12 +1,12 @@
 #include <stratus/scene/figure.h>
 
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/single_scattering.h>
 
 namespace stratus {
 namespace {
@@ -53,8 +53,8 @@ TEST_F(Lobes, OfAllOrdersReachFurtherThanOfOne) {
 }
 
 TEST(DeepCloud, ReflectsAsMuchAsLambertsLawWhereNothingIsAbsorbed) {
-    const LambertComparison made = compare_with_lambert(
-        {PhaseFunction::isotropic(), 1, std::numeric_limits<double>::infinity(), {1, 0.5}});
+    const LambertComparison made =
+        compare_with_lambert({PhaseFunction::isotropic(), 1, infinity, {1, 0.5}});
     ASSERT_EQ(made.plot.lines.size(), 4u);
     for (const std::size_t n : {1u, 2u}) {
         const auto& points = made.plot.lines[n].points;

@@ -1,15 +1,15 @@
 // What layers scatter in scenes, against the solver and against closed forms.
 #include <stratus/scene/layer_light.h>
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <stdexcept>
-
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 #include "small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
 
 namespace stratus {
 namespace {
@@ -17,9 +17,9 @@ namespace {
 constexpr double tolerance = 5e-3;  // of the tables here
 
 LayerSolution solved(const PhaseFunction& phase_function, double albedo, double optical_depth,
-                     const Geometry& geometry, const Below& below = {}) {
+                     const Geometry& geometry, const LowerBoundary& boundary = {}) {
     return solve_layer(phase_function, albedo, optical_depth, {geometry.mu_in, geometry.mu_out}, {},
-                       below);
+                       boundary);
 }
 
 TEST(LayerLight, OfOneLayerIsWhatTheSolverSays) {
@@ -54,7 +54,7 @@ TEST(LayerLight, WithGroundOfLambertsLawIsThatOfBothTogether) {
             const double albedo[] = {0.2, 0.6, 1.0};
             for (std::size_t c = 0; c < 3; ++c) {
                 const LayerSolution both = solved(scene.layer.components[0], 0.95, depth, geometry,
-                                                  Below::surface(albedo[c]));
+                                                  LowerBoundary::surface(albedo[c]));
                 EXPECT_NEAR((above[c] + beneath[c]) / both.reflection(0, 1, 0.4).total, 1,
                             1.5 * tolerance)
                     << "depth " << depth << " ground " << albedo[c];

@@ -1,18 +1,17 @@
 #include <stratus/scene/layer_tables.h>
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <stdexcept>
+#include <stratus/runtime/constants.h>
 
 #include "refusal.h"
 #include "small_scene.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 TEST(NeededRecipe, OfADustyMoonIsAnEndlessLayerSeenFromAbove) {
     const auto recipe = needed_recipe(small_planet(0, infinity, 0.4));

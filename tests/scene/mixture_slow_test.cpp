@@ -1,11 +1,10 @@
 // Rings whose two components mix, against the solver.
 #include <stratus/scene/layer_light.h>
-
-#include <gtest/gtest.h>
-
 #include <stratus/transfer/solve.h>
 
 #include "small_scene.h"
+
+#include <gtest/gtest.h>
 
 namespace stratus {
 namespace {

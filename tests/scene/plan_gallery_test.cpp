@@ -1,13 +1,12 @@
 // The gallery's scenes: what their plans leave out nobody sees.
 #include <stratus/scene/plan.h>
+#include <stratus/scene/render.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <stratus/scene/render.h>
 
 namespace stratus {
 namespace {

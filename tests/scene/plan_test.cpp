@@ -1,14 +1,14 @@
 #include <stratus/scene/plan.h>
 
+#include <stratus/runtime/angle.h>
+
+#include "small_scene.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <stratus/runtime/angle.h>
-
-#include "small_scene.h"
 
 namespace stratus {
 namespace {

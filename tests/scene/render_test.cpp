@@ -1,17 +1,16 @@
 // Pictures, pixel by pixel, against closed forms; what geometry hides and shadows.
 #include <stratus/scene/render.h>
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
+#include <stratus/runtime/constants.h>
 
 #include "small_scene.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Rgb3 along(const Scene& scene, const Vector3& origin, const Vector3& towards) {
     const LayerLight light(scene, nullptr);

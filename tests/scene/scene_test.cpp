@@ -1,21 +1,19 @@
 #include <stratus/scene/scene.h>
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <stdexcept>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
 
 #include "refusal.h"
 #include "temporary_folder.h"
 
-#include <stratus/runtime/angle.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const std::string cloud =
     "title = 'Clouds'\n"

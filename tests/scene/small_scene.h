@@ -1,9 +1,8 @@
 // Scenes of a few pixels, for tests to change.
 #pragma once
 
-#include <stratus/scene/scene.h>
-
 #include <stratus/runtime/angle.h>
+#include <stratus/scene/scene.h>
 
 namespace stratus {
 

@@ -1,11 +1,11 @@
 #include <stratus/scene/texture.h>
 
+#include <stratus/runtime/angle.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include <stratus/runtime/angle.h>
 
 namespace stratus {
 namespace {

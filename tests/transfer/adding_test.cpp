@@ -1,14 +1,13 @@
 // What must be true of adding whatever the layers are: any symmetric R and R*, any T.
+#include <stratus/transfer/adding.h>
+
+#include "refusal.h"
+
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <random>
 #include <stdexcept>
-
-#include <Eigen/LU>
-
-#include <stratus/transfer/adding.h>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {

@@ -1,26 +1,24 @@
 // One matrix of layers in which every method that applies meets every other, none of them the
 // judge: each pair within the sum of the errors that the two state.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <ostream>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/transfer/isotropic.h>
 #include <stratus/transfer/markov.h>
 #include <stratus/transfer/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // ---- the layers --------------------------------------------------------------------------------
 

@@ -1,14 +1,14 @@
 // Textbook doubling: how its starts near the answer, and how it says that it broke down.
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-
-#include <stratus/transfer/solve.h>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {

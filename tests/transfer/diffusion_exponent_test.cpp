@@ -1,13 +1,13 @@
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-#include <vector>
 #include <stdexcept>
-
-#include <stratus/transfer/solve.h>
-
-#include "refusal.h"
+#include <vector>
 
 namespace stratus {
 namespace {

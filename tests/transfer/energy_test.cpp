@@ -1,13 +1,13 @@
 // Light is neither made nor lost where nothing is absorbed.
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <ostream>
 #include <string>
-
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/quadrature.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 namespace {

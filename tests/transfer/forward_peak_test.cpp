@@ -1,21 +1,18 @@
 #include <stratus/transfer/forward_peak.h>
+
+#include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include <boost/math/quadrature/tanh_sinh.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
-#include <boost/math/quadrature/tanh_sinh.hpp>
-
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.95);
 const Truncation truncation = truncate_peak(peaked, 48);
@@ -122,11 +119,11 @@ Regions compare(double g, double tau, int few, int many) {
     for (int i = 0; i < 7; ++i)
         for (int j = i; j < 7; ++j)
             for (int k = 0; k <= 6; ++k) {
-                const double azimuth = k * std::numbers::pi / 6;
+                const double azimuth = k * pi / 6;
                 const Geometry at{found.mu(i), found.mu(j), azimuth};
                 const auto add = [&](double cosine, double value, double reference) {
-                    Region& region = cosine > std::cos(std::numbers::pi / 18) ? regions.forward
-                                                                              : regions.elsewhere;
+                    Region& region =
+                        cosine > std::cos(pi / 18) ? regions.forward : regions.elsewhere;
                     region.errors.push_back(std::abs(value / reference - 1));
                 };
                 add(cos_scattering_angle_reflected(at), found.reflection(i, j, azimuth).total,

@@ -1,19 +1,17 @@
 // What must be true of any layer, whatever its numbers: limits, symmetries, self-agreement.
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/solve.h>
+
+#include <Eigen/LU>
+#include <boost/math/special_functions/expint.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
-
-#include <Eigen/LU>
-
-#include <boost/math/special_functions/expint.hpp>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/quadrature.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 namespace {
@@ -21,7 +19,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
 const std::vector<double> azimuths{0, 1, 2, pi};
 
@@ -36,8 +33,6 @@ SolverOptions with_nodes(int nodes) {
     options.nodes = nodes;
     return options;
 }
-
-enum class Side { reflection, transmission };
 
 double total(const LayerSolution& layer, Side side, int in, int out, double azimuth) {
     return (side == Side::reflection ? layer.reflection(in, out, azimuth)
@@ -78,12 +73,12 @@ TEST(SolveLayer, IsReciprocal) {
 }
 
 TEST(LayerSolution, SumsSingleAndMultipleScattering) {
-    for (const Truncate truncate : {Truncate::nothing, Truncate::sharply, Truncate::smoothly}) {
+    for (const Truncate truncate : {Truncate::nothing, Truncate::delta_m, Truncate::smooth}) {
         SolverOptions options = with_nodes(8);
         options.truncate = truncate;
         const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, options);
         ASSERT_EQ(layer.truncation.fraction > 0, truncate != Truncate::nothing);
-        ASSERT_EQ(layer.truncation.narrow, truncate == Truncate::smoothly);
+        ASSERT_EQ(layer.truncation.narrow, truncate == Truncate::smooth);
         for (int in = 0; in < layer.mu.size(); ++in)
             for (const double azimuth : azimuths) {
                 const Geometry at{layer.mu(in), layer.mu(2), azimuth};
@@ -101,8 +96,9 @@ TEST(LayerSolution, SumsSingleAndMultipleScattering) {
 }
 
 TEST(LayerSolution, TellsManyAzimuthsAsItTellsEach) {
-    for (const Below& below : {Below{}, Below::layer(rayleigh, 0.4)}) {
-        const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8), below);
+    for (const LowerBoundary& boundary : {LowerBoundary{}, LowerBoundary::layer(rayleigh, 0.4)}) {
+        const LayerSolution layer =
+            solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8), boundary);
         const std::vector<SolvedValue> R = layer.reflection(1, 3, azimuths);
         const std::vector<SolvedValue> T = layer.transmission(1, 3, azimuths);
         ASSERT_EQ(R.size(), azimuths.size());

@@ -2,23 +2,22 @@
 // them.
 #include <stratus/transfer/isotropic.h>
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <string>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 
 TEST(HFunction, HasThePublishedValueAtNormalDirection) {

@@ -1,4 +1,14 @@
 // The Markov chain meets the solver within the errors that it states.
+#include <stratus/transfer/markov.h>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
+#include <boost/math/quadrature/tanh_sinh.hpp>
+#include <boost/math/special_functions/expint.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,19 +19,9 @@
 #include <string>
 #include <vector>
 
-#include <boost/math/quadrature/tanh_sinh.hpp>
-#include <boost/math/special_functions/expint.hpp>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/markov.h>
-#include <stratus/transfer/solve.h>
-
-#include "refusal.h"
-
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<double> cosines{0.1, 0.3, 0.5, 0.8, 1.0};

@@ -2,18 +2,16 @@
 //
 // Their fluxes, printed to 1e-12, are tested to 2e-12: nodes from 32 to 128 agree here to 1e-15 on
 // values that are up to 1.7e-12 beside those printed (UTU of the isotropic layer).
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 LayerSolution solve(const PhaseFunction& phase_function, double albedo, double optical_depth,
                     const std::vector<double>& mu, int nodes) {

@@ -1,19 +1,18 @@
 // Neumann orders one by one.
+#include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
+
+#include "refusal.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <vector>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const std::vector<double> cosines{1e-4, 0.02, 0.3, 0.8, 1};
 const std::vector<double> azimuths{0, 1.1, 3.14};
 

@@ -1,4 +1,13 @@
 // Photons meet the solver and the closed forms within their own standard errors.
+#include <stratus/transfer/photons.h>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/markov.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,17 +18,9 @@
 #include <thread>
 #include <vector>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/markov.h>
-#include <stratus/transfer/photons.h>
-#include <stratus/transfer/solve.h>
-
-#include "refusal.h"
-
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<double> cosines{0.15, 0.5, 0.9, 1.0};

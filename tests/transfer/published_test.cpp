@@ -1,4 +1,7 @@
 // The solver against numbers printed in the literature, to the digits printed.
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/solve.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,9 +10,6 @@
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 namespace {

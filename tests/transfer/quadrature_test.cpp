@@ -1,14 +1,14 @@
 #include <stratus/transfer/quadrature.h>
 
+#include <stratus/runtime/phase_function.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-
-#include <stratus/runtime/phase_function.h>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {

@@ -1,6 +1,9 @@
 // Solver against discrete ordinates, shared by the fast and the slow comparison.
 #pragma once
 
+#include <stratus/runtime/angle.h>
+#include <stratus/transfer/solve.h>
+
 #include "../reference/discrete_ordinates.h"
 
 #include <algorithm>
@@ -8,9 +11,6 @@
 #include <ostream>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus::test {
 

@@ -1,17 +1,17 @@
 // What the solver refuses, one test a guard, values just outside the range.
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <stdexcept>
 
-#include <stratus/transfer/solve.h>
-
-#include "refusal.h"
-
 namespace stratus {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 const PhaseFunction isotropic;
 

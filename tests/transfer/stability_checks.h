@@ -1,17 +1,18 @@
 // What must hold for every layer that the solver answers for.
 #pragma once
 
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/solve.h>
+
+#include "stability_matrix.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
-
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/solve.h>
-
-#include "stability_matrix.h"
 
 namespace stratus::test {
 
@@ -27,7 +28,6 @@ inline std::string at(const LayerSolution& layer) {
 /// T.
 template <class Visit>
 void for_each_value(const LayerSolution& layer, const Visit& visit) {
-    const double pi = std::acos(-1.0);
     for (int i = 0; i < layer.mu.size(); ++i)
         for (int j = 0; j < layer.mu.size(); ++j) {
             const double R1 = single_reflection(1, layer.albedo, layer.optical_depth, layer.mu(i),

@@ -2,13 +2,13 @@
 // For the stability tests and the benchmark that shows what textbook doubling makes of them.
 #pragma once
 
-#include <algorithm>
-#include <limits>
-#include <string>
-#include <vector>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/transfer/solve.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
 
 namespace stratus::test {
 
@@ -31,8 +31,8 @@ inline std::vector<NamedPhaseFunction> stability_phase_functions() {
 }
 
 inline const std::vector<double> stability_albedos{0, 1e-12, 0.3, 0.99, 1 - 1e-9, 1 - 1e-15, 1};
-inline const std::vector<double> stability_depths{
-    0, 1e-300, 1e-12, 1e-6, 1, 64, 1e6, 1e12, std::numeric_limits<double>::infinity()};
+inline const std::vector<double> stability_depths{0,  1e-300, 1e-12, 1e-6,    1,
+                                                  64, 1e6,    1e12,  infinity};
 inline const std::vector<double> stability_cosines{1e-6, 0.01, 0.3, 1};
 
 /// Lowest value of the phase series that the solver worked with, as a share of its largest one.

@@ -1,5 +1,9 @@
 // The stability matrix: nothing breaks down, whatever the phase function, albedo, depth and number
 // of nodes.
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/single_scattering.h>
+
 #include "stability_checks.h"
 #include "stability_matrix.h"
 
@@ -7,9 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include <stratus/runtime/diffusion.h>
-#include <stratus/runtime/single_scattering.h>
 
 namespace stratus {
 namespace {
@@ -21,7 +22,6 @@ using test::stability_albedos;
 using test::stability_cosines;
 using test::stability_depths;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const int count = static_cast<int>(stability_cosines.size());
 
 struct Medium {

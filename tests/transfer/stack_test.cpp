@@ -1,25 +1,25 @@
 // Unlike layers and what lies beneath: a stack must agree with its parts, with one layer solved at
 // once, with closed forms of the ground, and with photons that are traced one by one.
+#include <stratus/transfer/stack.h>
+
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/layer.h>
+
+#include "refusal.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <stdexcept>
-
-#include <stratus/runtime/angle.h>
-#include <stratus/transfer/layer.h>
-#include <stratus/transfer/stack.h>
-
-#include "refusal.h"
 
 namespace stratus {
 namespace {
 
 using Eigen::VectorXd;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
 const std::vector<double> azimuths{0, 1, 2, pi};
 
@@ -27,12 +27,12 @@ const PhaseFunction isotropic = PhaseFunction::isotropic();
 const PhaseFunction rayleigh = PhaseFunction::rayleigh();
 const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.85);
 const PhaseFunction dust = PhaseFunction::lambert_sphere();
-const Below nothing;
+const LowerBoundary nothing;
 
 SolverOptions with_nodes(int nodes) {
     SolverOptions options;
     options.nodes = nodes;
-    options.truncate = Truncate::sharply;  // as stacks do
+    options.truncate = Truncate::delta_m;  // as stacks do
     return options;
 }
 
@@ -166,7 +166,7 @@ TEST(Stack, EqualsTheLayerWithoutEndWhereItContinuesBelow) {
                 solve_layer(phase_function, w, infinity, cosines, with_nodes(16));
             for (const double tau : {1e-6, 0.5, 20.0}) {
                 const StackSolution over =
-                    solve_stack({{phase_function, w, tau}}, Below::layer(phase_function, w),
+                    solve_stack({{phase_function, w, tau}}, LowerBoundary::layer(phase_function, w),
                                 cosines, with_nodes(16));
                 const StackSolution last =
                     solve_stack({{phase_function, w, tau}, {phase_function, w, infinity}}, nothing,
@@ -229,8 +229,8 @@ TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
                     const SolverOptions options = with_nodes(24);
                     const LayerSolution layer =
                         solve_layer(phase_function, w, tau, cosines, options);
-                    const StackSolution over = solve_stack({{phase_function, w, tau}},
-                                                           Below::surface(A), cosines, options);
+                    const StackSolution over = solve_stack(
+                        {{phase_function, w, tau}}, LowerBoundary::surface(A), cosines, options);
                     // Light falls on the surface along the beam and diffusely, and the layer
                     // throws back the share s of what the surface reflects.
                     const double s = layer.spherical_albedo;
@@ -268,7 +268,7 @@ TEST(Stack, GivesAllLightBackOverAWhiteSurface) {
         for (const double tau : {0.0, 1e-9, 0.5, 40.0, 1e6, 1e12}) {
             const StackSolution stack =
                 solve_stack({{rayleigh, 1, 0.2}, {isotropic, 1, tau}, {dust, 1, 1e-3}},
-                            Below::surface(1), cosines, with_nodes(nodes));
+                            LowerBoundary::surface(1), cosines, with_nodes(nodes));
             EXPECT_NEAR(stack.spherical_albedo, 1, 1e-13) << nodes << ' ' << tau;
             EXPECT_EQ(stack.spherical_ground_absorptance, 0);
             for (int i = 0; i < stack.mu.size(); ++i) EXPECT_NEAR(stack.plane_albedo(i), 1, 1e-13);
@@ -277,16 +277,17 @@ TEST(Stack, GivesAllLightBackOverAWhiteSurface) {
 
 TEST(Stack, BalancesReflectedAndAbsorbedLightOverEveryGround) {
     for (const double tau : {0.0, 0.01, 3.0, 1e3, 1e6})
-        for (const Below& below :
-             {Below::surface(0), Below::surface(0.5), Below::surface(1 - 1e-9),
-              Below::layer(forward, 0.9), Below::layer(rayleigh, 0), Below::layer(dust, 1)}) {
-            const StackSolution stack = solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}}, below,
-                                                    cosines, with_nodes(16));
+        for (const LowerBoundary& boundary :
+             {LowerBoundary::surface(0), LowerBoundary::surface(0.5),
+              LowerBoundary::surface(1 - 1e-9), LowerBoundary::layer(forward, 0.9),
+              LowerBoundary::layer(rayleigh, 0), LowerBoundary::layer(dust, 1)}) {
+            const StackSolution stack = solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}},
+                                                    boundary, cosines, with_nodes(16));
             EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13)
-                << tau << ' ' << below.albedo;
+                << tau << ' ' << boundary.albedo;
             for (int i = 0; i < stack.mu.size(); ++i)
                 EXPECT_NEAR(stack.plane_albedo(i) + stack.ground_absorptance(i), 1, 1e-13)
-                    << tau << ' ' << below.albedo;
+                    << tau << ' ' << boundary.albedo;
         }
 }
 
@@ -307,14 +308,15 @@ TEST(Stack, ConservesLightThroughUnlikeLayers) {
 
 TEST(Stack, ScattersOnceWhenThin) {
     const double tau = 1e-7;
-    for (const Below& below : {nothing, Below::surface(1e-7), Below::layer(forward, 1e-8)}) {
+    for (const LowerBoundary& boundary :
+         {nothing, LowerBoundary::surface(1e-7), LowerBoundary::layer(forward, 1e-8)}) {
         const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {forward, 0.7, 2 * tau}},
-                                                below, {0.3, 0.8}, with_nodes(16));
+                                                boundary, {0.3, 0.8}, with_nodes(16));
         for (int in = 0; in < 2; ++in)
             for (const double azimuth : azimuths) {
                 const SolvedValue R = stack.reflection(in, 1, azimuth);
                 EXPECT_NEAR(R.total / R.single, 1, 1e-4) << in;  // O(tau log tau / mu)
-                if (below.is_something()) continue;
+                if (boundary.is_present()) continue;
                 const SolvedValue T = stack.transmission(in, 1, azimuth);
                 EXPECT_NEAR(T.total / T.single, 1, 1e-4) << in;
             }
@@ -323,13 +325,14 @@ TEST(Stack, ScattersOnceWhenThin) {
 
 TEST(SolveLadder, OverSomethingEqualsStacksOfOneLayer) {
     const std::vector<double> albedos{0.5, 0.9, 1};
-    for (const Below& below : {Below::surface(0.4), Below::layer(forward, 0.9)}) {
+    for (const LowerBoundary& boundary :
+         {LowerBoundary::surface(0.4), LowerBoundary::layer(forward, 0.9)}) {
         const auto ladder =
-            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, with_nodes(16), below);
+            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, with_nodes(16), boundary);
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (std::size_t d = 0; d < 8; ++d) {
                 const StackSolution stack =
-                    solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, below,
+                    solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, boundary,
                                 cosines, with_nodes(16));
                 EXPECT_LE(difference(ladder[a][d], stack), 1e-12) << a << ' ' << d;
                 EXPECT_LE(difference(ladder[a][d].plane_albedo, stack.plane_albedo), 1e-12);
@@ -337,29 +340,30 @@ TEST(SolveLadder, OverSomethingEqualsStacksOfOneLayer) {
         // nothing beneath is seen through a layer without end
         const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40));
         EXPECT_LE(
-            difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), below), bare),
+            difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), boundary),
+                       bare),
             1e-7);  // nodes of another map
     }
 }
 
 TEST(LayerSolution, TellsWhatTruncationAddsToSingleScatteringBelow) {
-    const Below below = Below::layer(forward, 0.9);
-    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), below);
-    ASSERT_GT(layer.truncation_below.fraction, 0);
+    const LowerBoundary boundary = LowerBoundary::layer(forward, 0.9);
+    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), boundary);
+    ASSERT_GT(layer.boundary_truncation.fraction, 0);
     const Geometry at{0.4, 0.9, 1};
     const double cosine = cos_scattering_angle_reflected(at);
     EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
                     layer.reflection_correction(0, 1)(dust(cosine), cosine) +
-                    layer.below_correction()(0, 1) * forward(cosine),
+                    layer.boundary_correction()(0, 1) * forward(cosine),
                 layer.reflection(0, 1, 1).multiple, 1e-14);
     // a surface sees the deeper reach of a truncated beam
     const LayerSolution over =
-        solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), Below::surface(0.4));
+        solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), LowerBoundary::surface(0.4));
     EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
                     over.reflection_correction(0, 1)(forward(cosine), cosine) +
-                    over.below_correction()(0, 1),
+                    over.boundary_correction()(0, 1),
                 over.reflection(0, 1, 1).multiple, 1e-14);
-    EXPECT_GT(over.below_correction()(0, 1), 1e-4);
+    EXPECT_GT(over.boundary_correction()(0, 1), 1e-4);
 }
 
 // ---- photons -----------------------------------------------------------------------------------
@@ -425,7 +429,7 @@ TEST(Stack, GivesTheFluxesOfPhotonsTracedOneByOne) {
         EXPECT_NEAR(free.plane_albedo(0), fate.reflected, error);
         EXPECT_NEAR(free.diffuse_transmittance(0) + direct_transmittance(1.5, mu_in),
                     fate.transmitted, error);
-        const StackSolution over = solve_stack(layers, Below::surface(0.6), {mu_in});
+        const StackSolution over = solve_stack(layers, LowerBoundary::surface(0.6), {mu_in});
         const Fate grounded = trace(layers, 0.6, mu_in, photons);
         EXPECT_NEAR(over.plane_albedo(0), grounded.reflected, error);
         EXPECT_NEAR(over.ground_absorptance(0), grounded.taken_in, error);
@@ -437,7 +441,7 @@ TEST(Stack, GivesTheFluxesOfPhotonsTracedOneByOne) {
 TEST(Stack, SumsSingleScatteringOfItsPartsInClosedForm) {
     const std::vector<StackLayer> layers{{rayleigh, 0.9, 0.2}, {forward, 0.8, 0.5}};
     const StackSolution stack =
-        solve_stack(layers, Below::layer(dust, 0.3), {0.4, 0.9}, with_nodes(8));
+        solve_stack(layers, LowerBoundary::layer(dust, 0.3), {0.4, 0.9}, with_nodes(8));
     const Geometry at{0.4, 0.9, 1};
     const double cosine = cos_scattering_angle_reflected(at);
     auto passed = [](double tau) { return std::exp(-tau / 0.4 - tau / 0.9); };
@@ -455,18 +459,18 @@ TEST(Stack, SumsSingleScatteringOfItsPartsInClosedForm) {
 
 TEST(Stack, ConvergesWithNodesWhereTheGroundIsPeaked) {
     const std::vector<StackLayer> layers{{rayleigh, 1, 0.5}, {forward, 0.98, 2}};
-    const Below below = Below::layer(PhaseFunction::henyey_greenstein(0.8), 0.9);
-    const StackSolution coarse = solve_stack(layers, below, {0.2, 0.7, 1}, with_nodes(40));
-    const StackSolution fine = solve_stack(layers, below, {0.2, 0.7, 1}, with_nodes(80));
+    const LowerBoundary boundary = LowerBoundary::layer(PhaseFunction::henyey_greenstein(0.8), 0.9);
+    const StackSolution coarse = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(40));
+    const StackSolution fine = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(80));
     EXPECT_LE(difference(coarse, fine), 1e-5);  // HG 0.85 alone leaves 3e-6 with 40 nodes
 }
 
 // ---- refusals ----------------------------------------------------------------------------------
 
-void expect_stack_refusal(const std::vector<StackLayer>& layers, const Below& below,
+void expect_stack_refusal(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<const char*>& fragments,
                           const SolverOptions& options = {}) {
-    expect_refusal<std::invalid_argument>([&] { solve_stack(layers, below, {1}, options); },
+    expect_refusal<std::invalid_argument>([&] { solve_stack(layers, boundary, {1}, options); },
                                           fragments);
 }
 
@@ -475,7 +479,7 @@ TEST(Stack, RefusesToBeEmpty) { expect_stack_refusal({}, nothing, {"layers", "at
 TEST(Stack, RefusesAlbedosOutOfRange) {
     expect_stack_refusal({{isotropic, 1, 1}, {isotropic, 1.2, 1}}, nothing,
                          {"albedo of layer 2", "[0, 1]", "1.2"});
-    expect_stack_refusal({{isotropic, 1, 1}}, Below::surface(-0.1),
+    expect_stack_refusal({{isotropic, 1, 1}}, LowerBoundary::surface(-0.1),
                          {"albedo of what lies beneath", "[0, 1]", "-0.1"});
 }
 
@@ -489,7 +493,7 @@ TEST(Stack, RefusesDepthsOutOfRange) {
 TEST(Stack, RefusesALayerWithoutEndAboveSomethingElse) {
     expect_stack_refusal({{isotropic, 1, infinity}, {isotropic, 1, 1}}, nothing,
                          {"optical_depth of layer 1", "finite", "inf"});
-    expect_stack_refusal({{isotropic, 1, infinity}}, Below::surface(0.5),
+    expect_stack_refusal({{isotropic, 1, infinity}}, LowerBoundary::surface(0.5),
                          {"optical_depth of layer 1", "finite", "inf"});
 }
 

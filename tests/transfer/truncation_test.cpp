@@ -1,5 +1,6 @@
-#include <stratus/transfer/solve.h>
 #include <stratus/transfer/truncation.h>
+
+#include <stratus/transfer/solve.h>
 
 #include <gtest/gtest.h>
 

@@ -6,13 +6,13 @@
 // measurement shows.
 #pragma once
 
-#include <functional>
-#include <vector>
-
 #include <stratus/bake/work_log.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
 #include <stratus/transfer/solve.h>
+
+#include <functional>
+#include <vector>
 
 namespace stratus {
 
@@ -21,8 +21,6 @@ namespace stratus {
 double reflection_floor(const LayerSolution& solution);
 double transmission_floor(const LayerSolution& solution);
 const std::vector<double>& floor_cosines();
-
-enum class Side { reflection, transmission };
 
 /// One compared value.
 struct ErrorSample {
@@ -68,8 +66,8 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
-    Below below;         // what the layer lies on
-    AxisView mixture{};  // without samples where nothing is mixed
+    LowerBoundary lower_boundary;  // what the layer lies on
+    AxisView mixture{};            // without samples where nothing is mixed
     PhaseFunction second_phase_function{};
 };
 

@@ -1,12 +1,12 @@
 // Recipe in, table out.
 #pragma once
 
-#include <functional>
-#include <string>
-
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/work_log.h>
 #include <stratus/runtime/table.h>
+
+#include <functional>
+#include <string>
 
 namespace stratus {
 

@@ -10,13 +10,13 @@
 // one solve, bytes of a table's samples.
 #pragma once
 
+#include <stratus/bake/recipe.h>
+
 #include <cstddef>
 #include <functional>
 #include <iosfwd>
 #include <string>
 #include <vector>
-
-#include <stratus/bake/recipe.h>
 
 namespace stratus {
 

@@ -2,14 +2,14 @@
 // from it.
 #pragma once
 
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
+
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/below.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
 
 namespace stratus {
 
@@ -42,7 +42,7 @@ struct Recipe {
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
     int orders = 0;                // light scattered more often is left out, [2, 100]; 0: all
-    Below below;                   // what the layer lies on; then there is reflection alone
+    LowerBoundary lower_boundary;  // what the layer lies on; then there is reflection alone
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;

@@ -10,18 +10,18 @@
 //     end
 #pragma once
 
+#include <stratus/transfer/stack.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include <stratus/transfer/stack.h>
 
 namespace stratus {
 
 /// Layers and what lies beneath them: what solve_stack asks for.
 struct Stack {
     std::vector<StackLayer> layers;  // top first
-    Below below;
+    LowerBoundary lower_boundary;
 };
 
 /// Reads a stack from TOML text; files it names are looked for below `directory`. Notes for the

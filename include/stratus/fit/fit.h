@@ -6,11 +6,11 @@
 // the table's range from several starts: the depths that fit better than those beside them.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/runtime/table.h>
+
+#include <string>
+#include <vector>
 
 namespace stratus {
 

@@ -14,10 +14,10 @@
 // tables make equal files.
 #pragma once
 
-#include <filesystem>
-
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/table.h>
+
+#include <filesystem>
 
 namespace stratus {
 

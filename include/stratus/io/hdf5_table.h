@@ -8,10 +8,10 @@
 // where they did so with the structures of HDF5 1.10 (h5repack --latest).
 #pragma once
 
-#include <filesystem>
-
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/table.h>
+
+#include <filesystem>
 
 namespace stratus {
 

@@ -7,12 +7,12 @@
 // (atomic_file.h).
 #pragma once
 
+#include <stratus/runtime/table.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/table.h>
 
 namespace stratus {
 

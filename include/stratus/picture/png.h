@@ -4,12 +4,12 @@
 // light in proportion to L, up to where it is white. NaN and negative numbers are black.
 #pragma once
 
+#include <stratus/io/image.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
-
-#include <stratus/io/image.h>
 
 namespace stratus {
 

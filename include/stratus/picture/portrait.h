@@ -7,9 +7,9 @@
 // orders (I/F = mu_in R). Every value comes from the runtime lookup.
 #pragma once
 
-#include <filesystem>
-
 #include <stratus/runtime/table.h>
+
+#include <filesystem>
 
 namespace stratus {
 

@@ -17,12 +17,12 @@
 // Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 
+#include <stratus/runtime/light.h>
+#include <stratus/runtime/slice.h>
+
 #include <cstddef>
 #include <functional>
 #include <vector>
-
-#include <stratus/runtime/light.h>
-#include <stratus/runtime/slice.h>
 
 namespace stratus {
 
@@ -40,7 +40,7 @@ class DirectionDensity {
     };
 
     struct Direction {
-        Leaves leaves;
+        Side side;
         float mu, sine;
         float cos_azimuth, sin_azimuth;
         float pdf;  // per steradian; 0: nothing is scattered
@@ -54,7 +54,7 @@ class DirectionDensity {
         float square;  // the sum of their squares
     };
 
-    float pdf(Leaves leaves, const Inclination& in, const Inclination& out,
+    float pdf(Side side, const Inclination& in, const Inclination& out,
               const HalfAzimuth& half) const noexcept;
 
     /// u1 draws the outgoing cosine and its side, u2 the azimuth, u3 which of the two nearest
@@ -72,13 +72,13 @@ class DirectionDensity {
         float half_over_bend;  // 1 / (2 (1 - slope))
     };
 
-    const Peaks& peaks(Leaves leaves) const noexcept { return peaks_[static_cast<int>(leaves)]; }
+    const Peaks& peaks(Side side) const noexcept { return peaks_[static_cast<int>(side)]; }
 
   private:
     struct Place;
     struct Draw;
     float at(const Place& place) const noexcept;
-    template <Leaves leaves>
+    template <Side side>
     Direction draw(const Draw& given) const noexcept;
 
     Peaks peaks_[2];                    // over Leaves
@@ -104,7 +104,7 @@ class BsdfOf {
         float pdf;    // 0: nothing is scattered, and the other numbers mean nothing
     };
     struct SampleOfAngles {
-        Leaves leaves;
+        Side side;
         float mu_out, azimuth;
         Value value;
         float pdf;
@@ -117,11 +117,11 @@ class BsdfOf {
 
     /// BRDF or BTDF, R / pi or T / pi; symmetric.
     Value eval(const Vector& wi, const Vector& wo) const noexcept { return slice_.eval(wi, wo); }
-    Value eval(Leaves leaves, float mu_in, float mu_out, float azimuth) const noexcept;
+    Value eval(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// Density with which `sample` draws wo.
     float pdf(const Vector& wi, const Vector& wo) const noexcept;
-    float pdf(Leaves leaves, float mu_in, float mu_out, float azimuth) const noexcept;
+    float pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// Draws a direction: u1 the cosine and its side, u2 the azimuth, u3 one of two tabulated
     /// incident cosines. Points that are evenly spread stay so.

@@ -46,7 +46,7 @@ double opposition_factor(const Opposition& opposition, double cos_scattering_ang
 /// tau / (1 - D). [Blinn82] 5.1
 ///
 /// Range    optical_depth [0, inf], density [0, 1).
-double denser(double optical_depth, double density) noexcept;
+double effective_optical_depth(double optical_depth, double density) noexcept;
 
 /// What is asked of a layer. A lookup does nothing for what is not.
 struct Effects {

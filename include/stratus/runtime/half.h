@@ -16,7 +16,7 @@ struct Half {
 };
 
 constexpr float largest_half = 65504;
-constexpr float least_normal_half = 6.103515625e-5f;                // 2^-14
+constexpr float min_normal_half = 6.103515625e-5f;                  // 2^-14
 constexpr float half_unit = 5192296858534827628530496329220096.0f;  // 2^112
 constexpr int half_shift = 13;                   // bits of a float's fraction that a half has not
 constexpr std::int32_t half_mask = ~0x70000000;  // the bits of a float that a half fills

@@ -6,10 +6,10 @@
 // these just below the largest half. What the lookup multiplies by is its inverse.
 #pragma once
 
-#include <vector>
-
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/table.h>
+
+#include <vector>
 
 namespace stratus {
 

@@ -19,6 +19,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/phase_curve.h>
+#include <stratus/runtime/single_scattering.h>
 
 namespace stratus {
 
@@ -164,7 +165,7 @@ template <int stride, class F, class Index>
 /// exp(-x) and 1 - exp(-x), each with its relative accuracy.
 template <class F>
 struct Attenuation {
-    F passed, taken;
+    F transmitted, extinguished;
 };
 
 /// Range    x >= 0; beyond 80 nothing passes. Accuracy 2e-7 of either, down to 1e-28.
@@ -199,7 +200,7 @@ template <int n>
     static_assert(n <= 4);
     const auto at = attenuation(
         _mm_setr_ps(x[0], x[1], n > 2 ? x[n > 2 ? 2 : 0] : 0, n > 3 ? x[n > 3 ? 3 : 0] : 0));
-    for (int k = 0; k < n; ++k) of[k] = {at.passed[k], at.taken[k]};
+    for (int k = 0; k < n; ++k) of[k] = {at.transmitted[k], at.extinguished[k]};
 }
 #endif
 
@@ -217,10 +218,7 @@ template <class F>
     return smaller(sine * sine, 1.0f);
 }
 
-constexpr float least_cosine =
-    1e-6f;  // smaller ones count as this, so that nothing is divided by 0
-
-enum class Leaves { on_the_lit_side, on_the_far_side };
+constexpr float min_cosine = 1e-6f;  // smaller ones count as this, so that nothing is divided by 0
 
 /// Sines of two directions with these cosines.
 template <class F>
@@ -242,7 +240,7 @@ template <class F>
 }
 #endif
 
-template <Leaves leaves, class F>
+template <Side which, class F>
 [[gnu::always_inline]] static inline LightPathOf<F> light_path(F mu_in, F mu_out, F azimuth) {
     const Sines<F> sine = sines_of(mu_in, mu_out);
     const F half_azimuth = half_azimuth_of(azimuth);
@@ -251,8 +249,8 @@ template <Leaves leaves, class F>
     const F sines = sine.in * sine.out * 2.0f;
     const F far = (difference * difference + along * along) * 0.5f;
     const F near = (sum * sum + along * along) * 0.5f;
-    const bool lit = leaves == Leaves::on_the_lit_side;
-    return {larger(mu_in, least_cosine), larger(mu_out, least_cosine),
+    const bool lit = which == Side::reflection;
+    return {larger(mu_in, min_cosine), larger(mu_out, min_cosine),
             (lit ? near : far) + sines * half_azimuth,
             (lit ? far : near) + sines * (1.0f - half_azimuth), half_azimuth};
 }
@@ -265,9 +263,9 @@ template <class F>
     const F sines = (xi * xi + yi * yi) * (xo * xo + yo * yo);
     const F half = (xi * xo + yi * yo) * inverse_root(larger(sines, 1e-30f)) * 0.5f + 0.5f;
     const F xs = xi + xo, ys = yi + yo, zs = zi + zo, xd = xi - xo, yd = yi - yo, zd = zi - zo;
-    return {larger(larger(zi, zi * -1.0f), least_cosine),
-            larger(larger(zo, zo * -1.0f), least_cosine), (xs * xs + ys * ys + zs * zs) * 0.5f,
-            (xd * xd + yd * yd + zd * zd) * 0.5f, larger(smaller(half, 1.0f), 0.0f)};
+    return {larger(larger(zi, zi * -1.0f), min_cosine), larger(larger(zo, zo * -1.0f), min_cosine),
+            (xs * xs + ys * ys + zs * zs) * 0.5f, (xd * xd + yd * yd + zd * zd) * 0.5f,
+            larger(smaller(half, 1.0f), 0.0f)};
 }
 
 // ---- phase functions
@@ -462,21 +460,21 @@ template <PhaseForm form, Orders orders, int channels, class F>
                                one_for_all * (sum * path.mu_in * depth)},
                               of);
             const auto& [in, out] = of;
-            shares = in.taken * out.taken;
-            both = {in.passed * out.passed, in.taken + out.taken - shares};
+            shares = in.extinguished * out.extinguished;
+            both = {in.transmitted * out.transmitted, in.extinguished + out.extinguished - shares};
         }
         // [Blinn82] 2.4, and what lies beneath seen through the layer
         F single(0.0f);
         if constexpr (form != PhaseForm::none)
-            single = curve[0] * both.taken * inverse_sum * quarter_albedo +
-                     both.passed * of_channel(side.surface, c, F());
+            single = curve[0] * both.extinguished * inverse_sum * quarter_albedo +
+                     both.transmitted * of_channel(side.surface, c, F());
         if constexpr (form == PhaseForm::composed) {
             const F half_way =
-                root(both.passed) + 1.0f;  // taken / half_way^2: the tanh of effects.h
-            single =
-                single + inverse_sum * (curve[1] * (both.taken * both.taken) *
-                                            inverse(half_way * half_way) * quarter_albedo +
-                                        curve[2] * both.passed * of_channel(side.beneath, c, F()));
+                root(both.transmitted) + 1.0f;  // taken / half_way^2: the tanh of effects.h
+            single = single +
+                     inverse_sum * (curve[1] * (both.extinguished * both.extinguished) *
+                                        inverse(half_way * half_way) * quarter_albedo +
+                                    curve[2] * both.transmitted * of_channel(side.beneath, c, F()));
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -505,12 +503,13 @@ template <PhaseForm form, Orders orders, int channels, class F>
         const auto& [beam, more] = of;
         F single(0.0f);
         if constexpr (form != PhaseForm::none)
-            single = phase * beam.passed * path_depth * shallow * (more.taken * inverse(z)) *
-                     of_channel(side.quarter_albedo, c, F());
+            single = phase * beam.transmitted * path_depth * shallow *
+                     (more.extinguished * inverse(z)) * of_channel(side.quarter_albedo, c, F());
         if constexpr (orders == Orders::none) {
             value[c] = single;
         } else {
-            const F shares = beam.taken * (beam.taken + beam.passed * more.taken);
+            const F shares =
+                beam.extinguished * (beam.extinguished + beam.transmitted * more.extinguished);
             value[c] = single + value[c] * (shares * side.slope + side.level);
         }
     }

@@ -6,13 +6,13 @@
 // the angle itself, and are joined linearly.
 #pragma once
 
+#include <stratus/runtime/effects.h>
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/phase_function.h>
+
 #include <cstddef>
 #include <functional>
 #include <vector>
-
-#include <stratus/runtime/below.h>
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/phase_function.h>
 
 namespace stratus {
 
@@ -61,7 +61,7 @@ class PhaseCurve {
     /// function, the same times the bump of an opposition whose amplitude depends on the depth, and
     /// the phase function of a layer beneath.
     static PhaseCurve composed(const PhaseFunction& phase_function, const Opposition& opposition,
-                               const Below* below);
+                               const LowerBoundary* boundary);
 
     PhaseCurveView view() const noexcept;
 

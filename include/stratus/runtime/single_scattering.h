@@ -10,6 +10,9 @@
 
 namespace stratus {
 
+/// Where light leaves a layer: on the side that is lit, or on the far side.
+enum class Side { reflection, transmission };
+
 /// Directions of one scattering: cosines to the normal in (0, 1] and the azimuth between them in
 /// radians.
 struct Geometry {

@@ -12,13 +12,13 @@
 // edge.
 #pragma once
 
-#include <cstddef>
-#include <type_traits>
-#include <vector>
-
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/light.h>
 #include <stratus/runtime/table.h>
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
 
 namespace stratus {
 
@@ -98,7 +98,7 @@ class SliceOf {
     const SideView<channels>& transmission_side() const noexcept { return transmission_.view; }
 
   private:
-    struct Side {
+    struct BoundSide {
         SideView<channels> view{};
         PhaseForm form = PhaseForm::none;
         Orders orders = Orders::none;
@@ -107,17 +107,17 @@ class SliceOf {
         PhaseCurve phase;
     };
 
-    SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve, const Below* below,
-            const Medium<channels>& medium, const Effects& effects);
+    SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
+            const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
-    Value at(const Side& side, float mu_in, float mu_out, float azimuth) const noexcept;
-    void many(const Side& side, std::size_t count, const float* mu_in, const float* mu_out,
+    Value at(const BoundSide& side, float mu_in, float mu_out, float azimuth) const noexcept;
+    void many(const BoundSide& side, std::size_t count, const float* mu_in, const float* mu_out,
               const float* azimuth, float* value) const noexcept;
 
     Medium<channels> medium_;  // optical depth with the effect of density
     bool one_sided_ = false;   // something lies beneath
     float forward_phase_ = 0;  // phi(Theta = 0), 0 without single scattering
-    Side reflection_, transmission_;
+    BoundSide reflection_, transmission_;
 };
 
 using Slice = SliceOf<1>;

@@ -9,18 +9,18 @@
 // phase functions P1, P2 and f = `mixture`, everything is that of f P1 + (1 - f) P2. [Blinn82] 4.3
 #pragma once
 
+#include <stratus/runtime/axis.h>
+#include <stratus/runtime/effects.h>
+#include <stratus/runtime/half.h>
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/phase_curve.h>
+#include <stratus/runtime/phase_function.h>
+
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <string>
 #include <vector>
-
-#include <stratus/runtime/axis.h>
-#include <stratus/runtime/below.h>
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/half.h>
-#include <stratus/runtime/phase_curve.h>
-#include <stratus/runtime/phase_function.h>
 
 namespace stratus {
 
@@ -46,8 +46,8 @@ struct Samples {
 /// or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
-    const PhaseCurve* phase_curve;  // the same, for slices
-    const Below* below;             // null: nothing
+    const PhaseCurve* phase_curve;        // the same, for slices
+    const LowerBoundary* lower_boundary;  // null: nothing
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     // Of tables with a mixture axis; that has no samples in others.
@@ -71,7 +71,9 @@ struct TableView {
 
     bool has_reflection() const noexcept { return bool{reflection_multiple}; }
     bool has_transmission() const noexcept { return bool{transmission_multiple}; }
-    bool lies_on_something() const noexcept { return below != nullptr && below->is_something(); }
+    bool has_lower_boundary() const noexcept {
+        return lower_boundary != nullptr && lower_boundary->is_present();
+    }
     bool has_mixture() const noexcept { return mixture.count > 0; }
 
     /// The same table, seen at one mixture: for any number of lookups, slices, BSDFs. Beyond its
@@ -106,7 +108,8 @@ struct TableView {
 struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of tables with a mixture axis
-    Below below;  // where it is something, reflection is that of both and there is no transmission
+    LowerBoundary
+        lower_boundary;  // where it is something, reflection is that of both and there is no transmission
     Axis mixture{AxisScale::identity, {}};  // share of the first; empty where nothing is mixed
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};

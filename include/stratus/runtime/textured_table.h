@@ -20,11 +20,11 @@
 // table.
 #pragma once
 
-#include <cstddef>
-#include <memory>
-
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
+
+#include <cstddef>
+#include <memory>
 
 namespace stratus {
 

@@ -1,12 +1,12 @@
 // Figures: plots that a scene file may ask for instead of a picture, solved exactly, with no table.
 #pragma once
 
-#include <variant>
-#include <vector>
-
 #include <stratus/picture/line_plot.h>
 #include <stratus/picture/lobe_plot.h>
 #include <stratus/runtime/phase_function.h>
+
+#include <variant>
+#include <vector>
 
 namespace stratus {
 

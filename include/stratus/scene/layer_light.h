@@ -2,13 +2,13 @@
 // matter is the same everywhere, textured tables where it varies; single scattering in closed form.
 #pragma once
 
-#include <array>
-#include <limits>
-#include <optional>
-
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
+
+#include <array>
+#include <optional>
 
 namespace stratus {
 
@@ -17,7 +17,7 @@ using Rgb3 = std::array<double, 3>;
 /// What a picture asks of its layer: directions, matter and sides.
 struct AskedRange {
     Range mu_in{1, 0}, mu_out{1, 0}, azimuth{180, 0};  // degrees
-    Range optical_depth{std::numeric_limits<double>::infinity(), 0}, albedo{1, 0};
+    Range optical_depth{infinity, 0}, albedo{1, 0};
     bool lit_side = false, far_side = false;
 
     void add(const Matter& matter, const Geometry& geometry, bool reflected) noexcept;

@@ -2,15 +2,15 @@
 // from it.
 #pragma once
 
-#include <array>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/table.h>
 #include <stratus/runtime/textured_table.h>
 #include <stratus/scene/scene.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace stratus {
 

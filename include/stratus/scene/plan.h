@@ -7,13 +7,13 @@
 // good to 1e-2, which are baked in a moment.
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
 #include <stratus/bake/bake.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/scene.h>
+
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace stratus {
 

@@ -4,14 +4,14 @@
 // threads, and whether a pixel is asked for alone or with all others.
 #pragma once
 
+#include <stratus/io/image.h>
+#include <stratus/scene/layer_light.h>
+#include <stratus/scene/scene.h>
+
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <stratus/io/image.h>
-#include <stratus/scene/layer_light.h>
-#include <stratus/scene/scene.h>
 
 namespace stratus {
 

@@ -37,6 +37,13 @@
 // Lengths are in the planet's equatorial radius, or as you like over a slab; angles in degrees.
 #pragma once
 
+#include <stratus/bake/recipe.h>
+#include <stratus/runtime/effects.h>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/scene/camera.h>
+#include <stratus/scene/figure.h>
+#include <stratus/scene/texture.h>
+
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -44,13 +51,6 @@
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include <stratus/bake/recipe.h>
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/scene/camera.h>
-#include <stratus/scene/figure.h>
-#include <stratus/scene/texture.h>
 
 namespace stratus {
 

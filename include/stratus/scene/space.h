@@ -2,9 +2,9 @@
 // in z = 0.
 #pragma once
 
-#include <cmath>
-
 #include <stratus/runtime/single_scattering.h>
+
+#include <cmath>
 
 namespace stratus {
 

@@ -2,11 +2,11 @@
 // worked out wherever they are asked for, the same on every machine; images are looked up.
 #pragma once
 
-#include <memory>
-
 #include <stratus/io/image.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/scene/space.h>
+
+#include <memory>
 
 namespace stratus {
 

@@ -18,19 +18,19 @@
 // [NT88], IMS.
 #pragma once
 
-#include <vector>
+#include <stratus/transfer/truncation.h>
 
 #include <Eigen/Core>
 
-#include <stratus/transfer/truncation.h>
+#include <vector>
 
 namespace stratus {
 
 /// R (T) per unit of albedo^n of light that meets something that scatters n times on its way in and
 /// out, once to turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)), and [P(n, tau/mu0) - P(n, tau/mu)] /
 /// (4 (mu - mu0)). n = 1 is single scattering of phase value 1.
-double turned_path(int n, double optical_depth, double mu_in, double mu_out);
-double crossed_path(int n, double optical_depth, double mu_in, double mu_out);
+double reflected_path(int n, double optical_depth, double mu_in, double mu_out);
+double transmitted_path(int n, double optical_depth, double mu_in, double mu_out);
 using OrderPath = double (*)(int n, double optical_depth, double mu_in, double mu_out);
 
 class ForwardPeak {

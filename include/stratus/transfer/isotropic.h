@@ -7,9 +7,9 @@
 //     R = (w/4) (X X0 - Y Y0) / (mu + mu0)        T = (w/4) (X Y0 - Y X0) / (mu0 - mu)
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+
+#include <vector>
 
 namespace stratus {
 

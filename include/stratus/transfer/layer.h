@@ -6,11 +6,11 @@
 // exp(-tau / mu), is kept apart as a diagonal.
 #pragma once
 
-#include <vector>
+#include <stratus/transfer/quadrature.h>
 
 #include <Eigen/Core>
 
-#include <stratus/transfer/quadrature.h>
+#include <vector>
 
 namespace stratus {
 

@@ -8,12 +8,12 @@
 // K^-2 in their number K, which is extrapolated from K/2, K and 2 K. Order 1 is the closed form.
 #pragma once
 
-#include <vector>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/transfer/solve.h>
 
 #include <Eigen/Core>
 
-#include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
+#include <vector>
 
 namespace stratus {
 

@@ -8,13 +8,13 @@
 // serves all geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <vector>
-
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/solve.h>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
 
 namespace stratus {
 

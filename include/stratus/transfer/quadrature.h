@@ -8,9 +8,9 @@
 // out at exactly those directions with the accuracy of the quadrature.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+
+#include <vector>
 
 namespace stratus {
 

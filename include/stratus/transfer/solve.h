@@ -6,17 +6,17 @@
 // F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
 #pragma once
 
-#include <limits>
-#include <memory>
-#include <vector>
-
-#include <Eigen/Core>
-
-#include <stratus/runtime/below.h>
+#include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/forward_peak.h>
 #include <stratus/transfer/truncation.h>
+
+#include <Eigen/Core>
+
+#include <limits>
+#include <memory>
+#include <vector>
 
 namespace stratus {
 
@@ -34,9 +34,9 @@ enum class ClassicStart {
 /// What is done to a forward peak that the nodes do not resolve (truncation.h).
 enum class Truncate {
     nothing,
-    sharply,   // delta-M, with the single-scattering correction
-    smoothly,  // large shares smoothly, with all that the peak scatters put back; in stacks and
-               // over something that lies beneath sharply as well
+    delta_m,  // delta-M, with the single-scattering correction
+    smooth,   // large shares smoothly, with all that the peak scatters put back; in stacks and
+              // over something that lies beneath sharply as well
 };
 
 struct SolverOptions {
@@ -47,7 +47,7 @@ struct SolverOptions {
     ClassicStart start = ClassicStart::diamond;  // classic only
     double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
                              // the smallest cosine
-    Truncate truncate = Truncate::smoothly;
+    Truncate truncate = Truncate::smooth;
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
     const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };
@@ -114,12 +114,12 @@ class LayerSolution {
     PeakCorrection transmission_correction(int in, int out) const;
 
     /// The same of light scattered once in what lies beneath (a surface: of phase value 1).
-    Eigen::MatrixXd below_correction() const;
+    Eigen::MatrixXd boundary_correction() const;
 
     PhaseFunction phase_function;
     Truncation truncation;
-    Below below;
-    Truncation truncation_below;
+    LowerBoundary lower_boundary;
+    Truncation boundary_truncation;
     std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
 };
 
@@ -133,7 +133,7 @@ class LayerSolution {
 /// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {},
-                          const Below& below = {});
+                          const LowerBoundary& boundary = {});
 
 /// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered
 /// exactly n times, w^n times the order of the series; its total_transmittance leaves out the beam.
@@ -159,7 +159,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
                                                      const DepthLadder& ladder,
                                                      const std::vector<double>& mu,
                                                      const SolverOptions& options = {},
-                                                     const Below& below = {});
+                                                     const LowerBoundary& boundary = {});
 
 /// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
 ///

@@ -5,14 +5,14 @@
 // layer's own, attenuated by the layers that light passes on its way there and back.
 #pragma once
 
-#include <vector>
-
-#include <Eigen/Core>
-
-#include <stratus/runtime/below.h>
+#include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/truncation.h>
+
+#include <Eigen/Core>
+
+#include <vector>
 
 namespace stratus {
 
@@ -29,7 +29,7 @@ struct StackLayer {
 class StackSolution {
   public:
     std::vector<StackLayer> layers;  // top first
-    Below below;
+    LowerBoundary lower_boundary;
     Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
 
     // Orders n >= 2 of mode m of the problem after truncation: R between mu(i) and mu(j), T out of
@@ -57,7 +57,7 @@ class StackSolution {
     bool is_opaque() const;
 
     std::vector<Truncation> truncations;  // of the layers
-    Truncation truncation_below;
+    Truncation boundary_truncation;
 };
 
 /// Solves a stack at the cosines `mu`.
@@ -68,7 +68,7 @@ class StackSolution {
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy that of solve_layer; splitting a layer changes R by rounding, and T by 1e-16 tau where
 ///          conservative.
-StackSolution solve_stack(const std::vector<StackLayer>& layers, const Below& below,
+StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options = {});
 
 }  // namespace stratus

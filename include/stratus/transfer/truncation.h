@@ -16,9 +16,9 @@
 // w*/(1 - f) and tau*. What a narrow peak scatters more than once: forward_peak.h.
 #pragma once
 
-#include <vector>
-
 #include <stratus/runtime/phase_function.h>
+
+#include <vector>
 
 namespace stratus {
 
@@ -38,7 +38,7 @@ struct Truncation {
 /// and chi_{L+1} positive); else f = 0. At least the moments below 0.4 L stay exact,
 /// f + (1 - f) chi*_l = chi_l. `sharply`: delta-M whatever the share.
 Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count,
-                         bool sharply = false);
+                         bool delta_m = false);
 
 /// The first `moment_count` moments as they are, f = 0.
 Truncation no_truncation(const PhaseFunction& phase_function, int moment_count);

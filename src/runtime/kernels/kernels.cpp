@@ -1,30 +1,30 @@
 #include "kernels.h"
 
-#include <utility>
-
 #include "lanes.h"
+
+#include <utility>
 
 namespace stratus::STRATUS_ISA {
 namespace {
 
-template <Leaves leaves, PhaseForm form, Orders orders, int channels, class F>
+template <Side which, PhaseForm form, Orders orders, int channels, class F>
 [[gnu::always_inline]] inline void evaluate(const SideView<channels>& view,
                                             const LightPathOf<F>& path, F* value) {
-    if constexpr (leaves == Leaves::on_the_lit_side)
+    if constexpr (which == Side::reflection)
         reflected<form, orders>(view, path, value);
     else
         transmitted<form, orders>(view, path, value);
 }
 
 /// At one light path: plain floats, or all channels at once.
-template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+template <Side which, PhaseForm form, Orders orders, int channels>
 [[gnu::always_inline]] inline void evaluate_one(const SideView<channels>& view,
                                                 const LightPath& path, float* value) {
     if constexpr (channels == 1) {
-        evaluate<leaves, form, orders>(view, path, value);
+        evaluate<which, form, orders>(view, path, value);
     } else {
         Channels here;
-        evaluate<leaves, form, orders>(
+        evaluate<which, form, orders>(
             view,
             LightPathOf<Channels>{Channels(path.mu_in), Channels(path.mu_out),
                                   Channels(path.forward), Channels(path.backward),
@@ -34,15 +34,15 @@ template <Leaves leaves, PhaseForm form, Orders orders, int channels>
     }
 }
 
-template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+template <Side which, PhaseForm form, Orders orders, int channels>
 void at_angles(const SideView<channels>& view, float mu_in, float mu_out, float azimuth,
                float* value) {
-    evaluate_one<leaves, form, orders>(view, light_path<leaves>(mu_in, mu_out, azimuth), value);
+    evaluate_one<which, form, orders>(view, light_path<which>(mu_in, mu_out, azimuth), value);
 }
 
-template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+template <Side which, PhaseForm form, Orders orders, int channels>
 void at_vectors(const SideView<channels>& view, const Vector& wi, const Vector& wo, float* value) {
-    evaluate_one<leaves, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
+    evaluate_one<which, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
 }
 
 void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
@@ -53,7 +53,7 @@ void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
     store(path.half_azimuth, paths.half_azimuth + i);
 }
 
-template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+template <Side which, PhaseForm form, Orders orders, int channels>
 void evaluate_many(const SideView<channels>& view, const LightPaths& paths, float* value) {
     for (int i = 0; i < paths_at_once; i += lane_width) {
         const LightPathOf<Lookups> path{
@@ -61,40 +61,39 @@ void evaluate_many(const SideView<channels>& view, const LightPaths& paths, floa
             load<Lookups>(paths.forward + i), load<Lookups>(paths.backward + i),
             load<Lookups>(paths.half_azimuth + i)};
         Lookups here[channels];
-        evaluate<leaves, form, orders>(view, path, here);
+        evaluate<which, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
     }
 }
 
-template <Leaves leaves, PhaseForm form, Orders orders, int channels>
+template <Side which, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
-    constexpr bool unknown = leaves == Leaves::on_the_far_side && form == PhaseForm::composed;
+    constexpr bool unknown = which == Side::transmission && form == PhaseForm::composed;
     if constexpr (nothing || unknown)
         return {nullptr, nullptr, nullptr};
     else
-        return {at_angles<leaves, form, orders, channels>,
-                at_vectors<leaves, form, orders, channels>,
-                evaluate_many<leaves, form, orders, channels>};
+        return {at_angles<which, form, orders, channels>, at_vectors<which, form, orders, channels>,
+                evaluate_many<which, form, orders, channels>};
 }
 
-template <Leaves leaves, int channels, int... place>
+template <Side which, int channels, int... place>
 constexpr SideKernels<channels> all_kernels(std::integer_sequence<int, place...>) {
-    return {{kernel<leaves, static_cast<PhaseForm>(place / order_forms),
+    return {{kernel<which, static_cast<PhaseForm>(place / order_forms),
                     static_cast<Orders>(place % order_forms), channels>()...}};
 }
-template <Leaves leaves, int channels>
+template <Side which, int channels>
 constexpr SideKernels<channels> all_kernels() {
-    return all_kernels<leaves, channels>(
+    return all_kernels<which, channels>(
         std::make_integer_sequence<int, phase_forms * order_forms>());
 }
 
-template <Leaves leaves>
+template <Side which>
 void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth,
                      LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path<leaves>(load<Lookups>(mu_in + i), load<Lookups>(mu_out + i),
-                                 load<Lookups>(azimuth + i)),
+        store(light_path<which>(load<Lookups>(mu_in + i), load<Lookups>(mu_out + i),
+                                load<Lookups>(azimuth + i)),
               paths, i);
 }
 
@@ -113,14 +112,13 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 
 extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
-constexpr Kernels kernels{
-    STRATUS_NAME(STRATUS_ISA),
-    all_kernels<Leaves::on_the_lit_side, 1>(),
-    all_kernels<Leaves::on_the_far_side, 1>(),
-    all_kernels<Leaves::on_the_lit_side, 3>(),
-    all_kernels<Leaves::on_the_far_side, 3>(),
-    {paths_of_angles<Leaves::on_the_lit_side>, paths_of_angles<Leaves::on_the_far_side>},
-    paths_of_vectors,
-    &textured_kernels};
+constexpr Kernels kernels{STRATUS_NAME(STRATUS_ISA),
+                          all_kernels<Side::reflection, 1>(),
+                          all_kernels<Side::transmission, 1>(),
+                          all_kernels<Side::reflection, 3>(),
+                          all_kernels<Side::transmission, 3>(),
+                          {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
+                          paths_of_vectors,
+                          &textured_kernels};
 
 }  // namespace stratus::STRATUS_ISA

@@ -1,9 +1,9 @@
 #include "textured.h"
 
-#include <utility>
-
 #include "kernels.h"
 #include "lanes.h"
+
+#include <utility>
 
 namespace stratus::STRATUS_ISA {
 namespace {
@@ -102,7 +102,7 @@ STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate,
     return {cell, first};
 }
 
-constexpr float least_exponent = 1e-20f;  // of diffusion, in place of 0
+constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
 
 /// Places of a cosine among those of a block, at a coordinate of mu_places.h.
 template <class F, class Index>
@@ -138,7 +138,7 @@ STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo
     for (int l = 0; l < window; ++l)
         exponent = exponent + at.of_albedo[l] * sample_at(side.diffusion_exponent + l,
                                                           truncated(at.first_albedo), F());
-    at.diffusion_exponent = larger(exponent, least_exponent);
+    at.diffusion_exponent = larger(exponent, min_exponent);
     return at;
 }
 
@@ -164,27 +164,29 @@ STRATUS_INLINE Closed<F> closed_reflection(const TexturedSide& side, F albedo, F
                        exponent * (2 * side.extrapolation_length), exponent * layers.within * 2.0f},
                       of);
     const Attenuation<F>&in = of[0], &out = of[1], &length = of[2], &twice = of[3];
-    const F shares = in.taken * out.taken;
+    const F shares = in.extinguished * out.extinguished;
     F curve[3];  // phase function, nothing, that of a layer beneath
     if constexpr (form == PhaseForm::composed)
         sampled_values<3>(side.phase, path, curve);
     else
         curve[0] = phase_value<form>(side.phase, path);
-    F single = curve[0] * (in.taken + out.taken - shares) * inverse_sum * (albedo * 0.25f);
+    F single =
+        curve[0] * (in.extinguished + out.extinguished - shares) * inverse_sum * (albedo * 0.25f);
     if (side.divided) {
-        const F whole = length.taken + twice.taken - length.taken * twice.taken;
-        const F scale = whole * inverse(whole + twice.passed * length.taken);
+        const F whole =
+            length.extinguished + twice.extinguished - length.extinguished * twice.extinguished;
+        const F scale = whole * inverse(whole + twice.transmitted * length.extinguished);
         return {single, shares * scale * clamped(albedo, side.lowest_albedo, side.highest_albedo)};
     }
-    const F passed = in.passed * out.passed;
+    const F passed = in.transmitted * out.transmitted;
     single = single + passed * side.surface_albedo;
     if constexpr (form == PhaseForm::composed)
         single = single + curve[2] * passed * inverse_sum * side.beneath_quarter;
     if (!side.over_surface) return {single, F(1.0f)};
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
-    const F least = attenuation(inverse_in * side.lowest_depth).taken +
-                    attenuation(inverse_out * side.lowest_depth).taken;
-    return {single, smaller((in.taken + out.taken) * inverse(least), 1.0f)};
+    const F least = attenuation(inverse_in * side.lowest_depth).extinguished +
+                    attenuation(inverse_out * side.lowest_depth).extinguished;
+    return {single, smaller((in.extinguished + out.extinguished) * inverse(least), 1.0f)};
 }
 
 template <PhaseForm form, class F>
@@ -200,18 +202,18 @@ STRATUS_INLINE Closed<F> closed_transmission(const TexturedSide& side, F albedo,
     Attenuation<F> of[3];
     take_attenuations({path_depth, z, exponent * (layers.within + side.extrapolation_length)}, of);
     const Attenuation<F>&beam = of[0], &more = of[1], &diffuse = of[2];
-    const F scale = exponent * (2 * side.extrapolation_length) * diffuse.passed *
-                    inverse(diffuse.taken * (diffuse.passed + 1.0f));
+    const F scale = exponent * (2 * side.extrapolation_length) * diffuse.transmitted *
+                    inverse(diffuse.extinguished * (diffuse.transmitted + 1.0f));
     const F phase = phase_value<form>(side.phase, path);
-    return {
-        phase * beam.passed * path_depth * shallow * (more.taken * inverse(z)) * (albedo * 0.25f),
-        beam.taken * (beam.taken + beam.passed * more.taken) * scale *
-            clamped(albedo, side.lowest_albedo, side.highest_albedo)};
+    return {phase * beam.transmitted * path_depth * shallow * (more.extinguished * inverse(z)) *
+                (albedo * 0.25f),
+            beam.extinguished * (beam.extinguished + beam.transmitted * more.extinguished) * scale *
+                clamped(albedo, side.lowest_albedo, side.highest_albedo)};
 }
 
 /// The shares of light intercepted along both directions.
 STRATUS_INLINE float shares_at(float depth, float mu_in, float mu_out) {
-    return attenuation(depth / mu_in).taken * attenuation(depth / mu_out).taken;
+    return attenuation(depth / mu_in).extinguished * attenuation(depth / mu_out).extinguished;
 }
 
 /// Lookup n of a plan, deeper than the last finite sample: from there to infinity reflection
@@ -227,7 +229,8 @@ void follow_diffusion(const TexturedSide& side, const TexturedBlock& block, floa
     const Attenuation<float> length = attenuation(exponent * (2 * side.extrapolation_length));
     const Attenuation<float> twice = attenuation(exponent * at.within * 2.0f);
     const float deficit =
-        twice.passed * length.taken / (length.taken + twice.taken - length.taken * twice.taken);
+        twice.transmitted * length.extinguished /
+        (length.extinguished + twice.extinguished - length.extinguished * twice.extinguished);
     float handed_on = 0;
     CoefficientRow(&mixed)[window] = plan.mixed[n];
     for (CoefficientRow& row : mixed) row = {};
@@ -285,19 +288,19 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const TexturedSide& side, Ind
 }
 
 /// Lookups n .. n + lanes of F of a plan.
-template <Leaves leaves, PhaseForm form, bool azimuthal, class F, int width>
+template <Side which, PhaseForm form, bool azimuthal, class F, int width>
 STRATUS_INLINE void prepare(const TexturedSide& side, F albedo, F co_albedo, F optical_depth,
                             F mu_in, F mu_out, F azimuth, int n, Plan<width>& plan) {
     constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(optical_depth, 0, 1e30f);
-    const LightPathOf<F> path = light_path<leaves>(mu_in, mu_out, azimuth);
+    const LightPathOf<F> path = light_path<which>(mu_in, mu_out, azimuth);
     const LayerWindow<F> layers = layer_window(side, co_albedo, depth);
     for (int s = 0; s < window; ++s) {
         store(layers.of_albedo[s], plan.albedo_weight[s] + n);
         store(layers.of_depth[s], plan.depth_weight[s] + n);
     }
     Closed<F> closed;
-    if constexpr (leaves == Leaves::on_the_lit_side)
+    if constexpr (which == Side::reflection)
         closed = closed_reflection<form>(side, albedo, depth, layers, path);
     else
         closed = closed_transmission<form>(side, albedo, depth, layers, path);
@@ -429,22 +432,22 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
     return plan.factor[n] * (function_unit * sum_of<lane_width>(sum));
 }
 
-template <Leaves leaves, PhaseForm form, bool azimuthal>
+template <Side which, PhaseForm form, bool azimuthal>
 void evaluate_one(const TexturedSide& side, const TexturedPoint& at, float* single_multiple) {
     Plan<1> plan;
-    prepare<leaves, form, azimuthal>(side, at.albedo, at.co_albedo, at.optical_depth, at.mu_in,
-                                     at.mu_out, at.azimuth, 0, plan);
+    prepare<which, form, azimuthal>(side, at.albedo, at.co_albedo, at.optical_depth, at.mu_in,
+                                    at.mu_out, at.azimuth, 0, plan);
     single_multiple[0] = plan.single[0];
     single_multiple[1] = contracted<azimuthal>(side, plan, 0);
 }
 
-template <Leaves leaves, PhaseForm form, bool azimuthal>
+template <Side which, PhaseForm form, bool azimuthal>
 void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_t first,
                   Plan<points_at_once>& plan) {
     for (int n = 0; n < points_at_once; n += lane_width) {
         const std::size_t from = first + static_cast<std::size_t>(n);
         const auto albedo = load<Lookups>(at.albedo + from);
-        prepare<leaves, form, azimuthal>(
+        prepare<which, form, azimuthal>(
             side, albedo, 1.0f - albedo, load<Lookups>(at.optical_depth + from),
             load<Lookups>(at.mu_in + from), load<Lookups>(at.mu_out + from),
             load<Lookups>(at.azimuth + from), n, plan);
@@ -452,45 +455,45 @@ void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_
 }
 
 /// While some lookups are added up, the memory that the next ones will read is on its way.
-template <Leaves leaves, PhaseForm form, bool azimuthal>
+template <Side which, PhaseForm form, bool azimuthal>
 void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size_t count,
                    float* total) {
     Plan<points_at_once> plan[2];
     constexpr auto step = static_cast<std::size_t>(points_at_once);
-    if (count > 0) prepare_many<leaves, form, azimuthal>(side, at, 0, plan[0]);
+    if (count > 0) prepare_many<which, form, azimuthal>(side, at, 0, plan[0]);
     for (std::size_t first = 0; first < count; first += step) {
         const Plan<points_at_once>& now = plan[first / step % 2];
         if (first + step < count)
-            prepare_many<leaves, form, azimuthal>(side, at, first + step,
-                                                  plan[1 - first / step % 2]);
+            prepare_many<which, form, azimuthal>(side, at, first + step,
+                                                 plan[1 - first / step % 2]);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
                 now.single[n] + contracted<azimuthal>(side, now, n);
     }
 }
 
-template <Leaves leaves, PhaseForm form, bool azimuthal>
+template <Side which, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
     if constexpr (form == PhaseForm::none ||
-                  (form == PhaseForm::composed && leaves == Leaves::on_the_far_side))
+                  (form == PhaseForm::composed && which == Side::transmission))
         return {nullptr, nullptr};
     else
-        return {evaluate_one<leaves, form, azimuthal>, evaluate_many<leaves, form, azimuthal>};
+        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};
 }
 
-template <Leaves leaves, int... place>
+template <Side which, int... place>
 constexpr TexturedSideKernels all_kernels(std::integer_sequence<int, place...>) {
-    return {{kernel<leaves, static_cast<PhaseForm>(place / 2), place % 2 == 1>()...}};
+    return {{kernel<which, static_cast<PhaseForm>(place / 2), place % 2 == 1>()...}};
 }
-template <Leaves leaves>
+template <Side which>
 constexpr TexturedSideKernels all_kernels() {
-    return all_kernels<leaves>(std::make_integer_sequence<int, 2 * phase_forms>());
+    return all_kernels<which>(std::make_integer_sequence<int, 2 * phase_forms>());
 }
 
 }  // namespace
 
 extern const TexturedKernels textured_kernels;
-constexpr TexturedKernels textured_kernels{all_kernels<Leaves::on_the_lit_side>(),
-                                           all_kernels<Leaves::on_the_far_side>()};
+constexpr TexturedKernels textured_kernels{all_kernels<Side::reflection>(),
+                                           all_kernels<Side::transmission>()};
 
 }  // namespace stratus::STRATUS_ISA

@@ -3,11 +3,11 @@
 // side by side, compiled once for each instruction set (kernels.h says how that is kept apart).
 #pragma once
 
-#include <cstddef>
-
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/light.h>
 #include <stratus/runtime/textured_table.h>
+
+#include <cstddef>
 
 namespace stratus {
 

@@ -47,8 +47,8 @@ void conserve_energy(LaneLayer& layer) {
     Pack* d = layer.vector[0];
     Pack* sum = layer.vector[1];
     for (int i = 0; i < n; ++i) d[i] = broadcast(1);
-    constexpr int most_rounds = 2000;
-    for (int round = 0; round < most_rounds; ++round) {
+    constexpr int max_rounds = 2000;
+    for (int round = 0; round < max_rounds; ++round) {
         double worst = 0;
         for (int i = 0; i < n; ++i) {
             Pack row{};

@@ -1,10 +1,10 @@
 // Bakes a small table, writes it and reads it back.
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 
 #include <cstdio>
-#include <limits>
 
 int main() {
     const stratus::Recipe recipe = stratus::parse_recipe(
@@ -15,6 +15,5 @@ int main() {
         "albedo = { min = 0.9, max = 0.9 }\n");
     stratus::write_table(stratus::bake(recipe), "table.h5");
     const stratus::Table table = stratus::read_table("table.h5");
-    constexpr double infinity = std::numeric_limits<double>::infinity();
     std::printf("R = %.3f\n", stratus::reflection(table.view(), 0.9, infinity, {1, 1, 0}).total());
 }

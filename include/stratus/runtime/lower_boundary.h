@@ -9,33 +9,33 @@
 
 namespace stratus {
 
-struct Below {
+struct LowerBoundary {
     enum class Kind {
-        nothing,  // all that passes is lost
+        none,     // all that passes is lost
         surface,  // Lambert: R = albedo at every geometry
         layer,    // semi-infinite
     };
-    Kind kind = Kind::nothing;
+    Kind kind = Kind::none;
     double albedo = 0;             // of the surface, or of single scattering in the layer; [0, 1]
     PhaseFunction phase_function;  // of the layer
 
-    static Below surface(double albedo);
-    static Below layer(PhaseFunction phase_function, double albedo);
+    static LowerBoundary surface(double albedo);
+    static LowerBoundary layer(PhaseFunction phase_function, double albedo);
 
-    bool is_something() const noexcept { return kind != Kind::nothing; }
+    bool is_present() const noexcept { return kind != Kind::none; }
 };
 
 /// Light scattered once in what lies beneath a layer, seen through it. 0 over nothing.
 ///
 /// Range    optical_depth [0, inf], that of the layer above.
-double single_reflection_below(const Below& below, double optical_depth,
-                               const Geometry& geometry) noexcept;
+double single_reflection_of_boundary(const LowerBoundary& boundary, double optical_depth,
+                                     const Geometry& geometry) noexcept;
 
 /// The same for a value of its phase function; a surface has none, and asks for 1.
-double single_reflection_below(const Below& below, double phase_value, double optical_depth,
-                               double mu_in, double mu_out) noexcept;
+double single_reflection_of_boundary(const LowerBoundary& boundary, double phase_value,
+                                     double optical_depth, double mu_in, double mu_out) noexcept;
 
 /// The phase function's value, 1 of a surface.
-double phase_value_below(const Below& below, const Geometry& geometry) noexcept;
+double boundary_phase_value(const LowerBoundary& boundary, const Geometry& geometry) noexcept;
 
 }  // namespace stratus

@@ -1,21 +1,21 @@
 // What lies beneath, mode after mode, as an opaque layer: a Lambert surface or a layer without end.
 #pragma once
 
-#include <optional>
-
-#include <stratus/runtime/below.h>
+#include <stratus/runtime/lower_boundary.h>
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/truncation.h>
 
 #include "layer_modes.h"
 
+#include <optional>
+
 namespace stratus {
 
-class BelowModes {
+class BoundaryModes {
   public:
     /// `truncation` is that of a layer's phase function; a surface has none.
-    BelowModes(const Below& below, const Truncation& truncation, const Directions& directions,
-               const LaneMethods& methods);
+    BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
+                  const Directions& directions, const LaneMethods& methods);
 
     /// Modes beyond reflect nothing: 0 over nothing, 1 over a surface.
     int count() const;
@@ -30,7 +30,7 @@ class BelowModes {
     Eigen::VectorXd entering();
 
   private:
-    const Below& below_;
+    const LowerBoundary& boundary_;
     const Truncation& truncation_;
     const Directions& directions_;
     std::optional<LayerModes> modes_;  // of a layer

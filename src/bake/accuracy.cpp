@@ -334,7 +334,6 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.nodes = result.reference_nodes;
     solver.orders = table.highest_order;
     solver.mode_tolerance = 1e-3 * table.tolerance;
-    solver.instruction_set = options.instruction_set;
 
     const TableView view = table.view();
     result.samples = solve_random_points(table.phase_function, range_of(table), solver, options);

@@ -50,12 +50,9 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     return make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1, ends_at_infinity);
 }
 
-std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos,
-                                    const char* instruction_set) {
+std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
-    SolverOptions options;
-    options.instruction_set = instruction_set;
-    return compute_diffusion_exponents(recipe.phase_function, albedos, options);
+    return compute_diffusion_exponents(recipe.phase_function, albedos, {});
 }
 
 double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary) {

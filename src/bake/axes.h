@@ -25,8 +25,7 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 /// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the
 /// diffusion exponents, or 1 where the series stops, for light scattered a few times only goes as
 /// deep as the beam.
-std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos,
-                                    const char* instruction_set = nullptr);
+std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
 
 /// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a ground that gives light
 /// back.

@@ -3,6 +3,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/instruction_set.h>
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
@@ -109,10 +110,8 @@ class TableSolver {
         solver_.modes = d.modes;
         solver_.scheme = d.scheme;
         solver_.orders = recipe.orders;
-        solver_.instruction_set = options.instruction_set;
         table_.highest_order = recipe.orders;
-        table_.diffusion_exponent =
-            decay_exponents(recipe, table_.albedo.values, options.instruction_set);
+        table_.diffusion_exponent = decay_exponents(recipe, table_.albedo.values);
         tabulate_geometry();
     }
 
@@ -383,7 +382,6 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.seed = check_seed;
     check.threads = options.threads;
     check.log = part_of(options.log, "check");
-    check.instruction_set = options.instruction_set;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);
     const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
@@ -408,7 +406,7 @@ std::string baking_program() {
 #else
     const std::string compiler = "g++ " __VERSION__;
 #endif
-    return "stratus " STRATUS_VERSION ", " + compiler + ", " + widest_instruction_set();
+    return "stratus " STRATUS_VERSION ", " + compiler + ", " + name_of(chosen_instruction_set());
 }
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {

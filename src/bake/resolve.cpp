@@ -134,7 +134,6 @@ class Resolver {
           options_(options),
           share_(recipe.tolerance * strictness),
           q_(extrapolation_length(recipe.phase_function, recipe.lower_boundary)) {
-        solver_.instruction_set = options.instruction_set;
         const double most = std::sqrt(1 - recipe.albedo.min),
                      least = std::sqrt(1 - recipe.albedo.max);
         for (double at : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
@@ -142,7 +141,7 @@ class Resolver {
             albedos_.push_back(std::clamp(1 - s * s, recipe.albedo.min, recipe.albedo.max));
             if (recipe.albedo.min == recipe.albedo.max) break;
         }
-        exponents_ = decay_exponents(recipe, albedos_, options.instruction_set);
+        exponents_ = decay_exponents(recipe, albedos_);
         for (double mu : floor_cosines()) mu_.push_back(mu);
         for (double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
             mu_.push_back(x * x);
@@ -709,8 +708,7 @@ class Resolver {
         mu.insert(mu.end(), {0.0049, 0.03});
         const Angles few_angles = angles(mu);
         const Cells cells = solve(albedos, ladder_to_deepest(), few_angles, solver_);
-        const std::vector<double> exponents =
-            decay_exponents(recipe_, albedos, options_.instruction_set);
+        const std::vector<double> exponents = decay_exponents(recipe_, albedos);
         samples = choose(
             "albedo_samples", {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
                 const int intervals = candidate - 1, stride = fine / intervals;

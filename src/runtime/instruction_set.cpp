@@ -1,9 +1,27 @@
 #include <stratus/runtime/instruction_set.h>
 
+#include <atomic>
+#include <initializer_list>
+
 namespace stratus {
 
-bool processor_has(InstructionSet instruction_set) noexcept {
-#if defined(__x86_64__) && defined(__GNUC__)
+namespace {
+
+std::atomic<InstructionSet> limit{InstructionSet::avx512};
+
+}  // namespace
+
+const char* name_of(InstructionSet instruction_set) noexcept {
+    switch (instruction_set) {
+        case InstructionSet::avx512: return "avx512";
+        case InstructionSet::avx2: return "avx2";
+        case InstructionSet::generic: break;
+    }
+    return "generic";
+}
+
+bool is_available(InstructionSet instruction_set) noexcept {
+#ifdef STRATUS_WIDE
     switch (instruction_set) {
         case InstructionSet::generic: return true;
         case InstructionSet::avx2:
@@ -14,5 +32,15 @@ bool processor_has(InstructionSet instruction_set) noexcept {
 #endif
     return instruction_set == InstructionSet::generic;
 }
+
+InstructionSet chosen_instruction_set() noexcept {
+    for (const auto wide : {InstructionSet::avx512, InstructionSet::avx2})
+        if (wide <= limit && is_available(wide)) return wide;
+    return InstructionSet::generic;
+}
+
+InstructionSetLimit::InstructionSetLimit(InstructionSet widest) noexcept { limit = widest; }
+
+InstructionSetLimit::~InstructionSetLimit() { limit = InstructionSet::avx512; }
 
 }  // namespace stratus

@@ -674,19 +674,15 @@ void at_many(const TexturedMemory& side, const TexturedPoints& points, float* to
 
 }  // namespace
 
-TexturedTable::TexturedTable(const TableView& table, const char* instruction_set) {
+TexturedTable::TexturedTable(const TableView& table) {
     const AxisView &in = table.mu_in, &out = table.mu_out;
     require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
             "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
     require(!table.has_mixture(), "TexturedTable", "mixture of the table", "no axis of it",
             table.mixture.count);
-    const Kernels* const wanted = instruction_set ? kernels(instruction_set) : &kernels();
-    require(wanted != nullptr, "TexturedTable", "instruction_set",
-            "avx512, avx2 or generic, and one that this processor has",
-            instruction_set ? instruction_set : "none");
-    reflection_ = textured(table, Side::reflection, *wanted->textured);
-    if (!table.has_lower_boundary())
-        transmission_ = textured(table, Side::transmission, *wanted->textured);
+    const TexturedKernels& all = *kernels().textured;
+    reflection_ = textured(table, Side::reflection, all);
+    if (!table.has_lower_boundary()) transmission_ = textured(table, Side::transmission, all);
 }
 
 TexturedTable::TexturedTable(TexturedTable&&) noexcept = default;

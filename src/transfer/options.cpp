@@ -17,16 +17,7 @@ void check_options(const SolverOptions& options) {
             "harmonic where orders are counted", "classic");
     require(options.start_depth == 0 || (options.start_depth >= 1e-15 && options.start_depth <= 1),
             "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
-    if (options.instruction_set)
-        require(lane_methods(options.instruction_set) != nullptr, "solve", "instruction_set",
-                "one that this processor has", options.instruction_set);
 }
-
-const LaneMethods& methods_of(const SolverOptions& options) {
-    return options.instruction_set ? *lane_methods(options.instruction_set) : lane_methods();
-}
-
-const char* widest_instruction_set() { return lane_methods().instruction_set; }
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m) {

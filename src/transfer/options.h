@@ -12,8 +12,6 @@ namespace stratus {
 /// Throws std::invalid_argument, naming the option, when one is out of its range.
 void check_options(const SolverOptions& options);
 
-const LaneMethods& methods_of(const SolverOptions& options);
-
 /// As many moments of a phase function as the nodes resolve, truncated where the options say so;
 /// `sharply` in stacks, where nobody puts back what a narrow peak scatters more than once.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,

@@ -67,7 +67,7 @@ class LadderRun {
               mu)),
           first_asked_(mu.empty() ? 0 : options.nodes),
           boundary_(boundary),
-          boundary_modes_(boundary, boundary_truncation_, directions_, methods_of(options)) {
+          boundary_modes_(boundary, boundary_truncation_, directions_, lane_methods()) {
         results_.resize(albedos.size());
         const std::vector<double> moments =
             truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
@@ -199,7 +199,7 @@ class LadderRun {
             tasks.push_back({mode, truncation_.albedo(albedos_[a]),
                              truncation_.co_albedo(albedos_[a]),
                              std::ldexp(first_depth(a), -doublings)});
-        LaneLadder ladder(directions_, truncation_.moments, tasks, methods_of(options_));
+        LaneLadder ladder(directions_, truncation_.moments, tasks, lane_methods());
         std::vector<PhaseKernels> kernels;
         for (std::size_t lane = 0; lane < pairs.size(); ++lane)
             kernels.push_back(ladder.kernels(static_cast<int>(lane)));
@@ -254,7 +254,7 @@ class LadderRun {
         const int doublings = count_doublings(directions_, first);
         OrderedLadder ladder(directions_, truncation_.moments, truncation_.fraction, modes,
                              static_cast<int>(order_weights_[0].size()) - 1,
-                             std::ldexp(first, -doublings), methods_of(options_));
+                             std::ldexp(first, -doublings), lane_methods());
         const auto record_all = [&](int depth) {
             for (std::size_t lane = 0; lane < modes.size(); ++lane) {
                 const int at = static_cast<int>(lane);

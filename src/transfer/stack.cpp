@@ -71,7 +71,7 @@ class StackSolver {
     }
 
     StackSolution run() {
-        const LaneMethods& methods = methods_of(options_);
+        const LaneMethods& methods = lane_methods();
         for (std::size_t k = 0; k < depths_.size(); ++k) {
             const Truncation& truncation = solution_.truncations[k];
             const double albedo = solution_.layers[k].albedo;

@@ -1,4 +1,5 @@
 #include <stratus/bake/bake.h>
+#include <stratus/runtime/instruction_set.h>
 
 #include "small_recipe.h"
 
@@ -140,20 +141,16 @@ double difference(const std::vector<float>& a, const std::vector<float>& b) {
     return largest > 0 ? off / largest : 0;
 }
 
-class InstructionSets : public testing::TestWithParam<const char*> {};
+class InstructionSets : public testing::TestWithParam<InstructionSet> {};
 
 TEST_P(InstructionSets, ChangeATableByNoMoreThanItsRounding) {
     Recipe recipe = explicit_recipe();
     recipe.tolerance = 1e-4;  // below which samples keep all bits of a float
     BakeOptions options;
     const Table widest = solve_table(recipe, options);
-    options.instruction_set = GetParam();
-    Table table;
-    try {
-        table = solve_table(recipe, options);
-    } catch (const std::invalid_argument&) {
-        GTEST_SKIP() << "this processor has no " << GetParam();
-    }
+    if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+    const InstructionSetLimit limit(GetParam());
+    const Table table = solve_table(recipe, options);
     constexpr double last_bit = 1.2e-7;
     EXPECT_LE(difference(table.reflection_multiple, widest.reflection_multiple), last_bit);
     EXPECT_LE(difference(table.transmission_multiple, widest.transmission_multiple), last_bit);
@@ -167,16 +164,15 @@ TEST_P(InstructionSets, ChangeATableByNoMoreThanItsRounding) {
 TEST_P(InstructionSets, ComeToTheSameChoices) {
     BakeOptions options;
     const std::string chosen = resolved_text(resolve(rayleigh_recipe(), options));
-    options.instruction_set = GetParam();
-    try {
-        EXPECT_EQ(resolved_text(resolve(rayleigh_recipe(), options)), chosen);
-    } catch (const std::invalid_argument&) {
-        GTEST_SKIP() << "this processor has no " << GetParam();
-    }
+    if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+    const InstructionSetLimit limit(GetParam());
+    EXPECT_EQ(resolved_text(resolve(rayleigh_recipe(), options)), chosen);
 }
 
-INSTANTIATE_TEST_SUITE_P(Named, InstructionSets, testing::Values("generic", "avx2", "avx512"),
-                         [](const auto& row) { return std::string(row.param); });
+INSTANTIATE_TEST_SUITE_P(Named, InstructionSets,
+                         testing::Values(InstructionSet::generic, InstructionSet::avx2,
+                                         InstructionSet::avx512),
+                         [](const auto& row) { return std::string(name_of(row.param)); });
 
 }  // namespace
 }  // namespace stratus::test

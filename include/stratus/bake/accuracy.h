@@ -44,8 +44,7 @@ struct VerifyOptions {
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
-    WorkLog log;                            // pieces: eight points each
-    const char* instruction_set = nullptr;  // null: the widest there is; for tests
+    WorkLog log;  // pieces: eight points each
 };
 
 struct Verification {

@@ -16,8 +16,7 @@ struct BakeOptions {
     std::function<void(const std::string& line)> note;
     /// Share of the bake done, called from one thread at a time.
     std::function<void(double done, const std::string& stage)> progress;
-    WorkLog log;                            // what an interrupted bake has finished already
-    const char* instruction_set = nullptr;  // null: the widest there is; for tests
+    WorkLog log;  // what an interrupted bake has finished already
 };
 
 /// Names a program whose tables may differ from those of others in their last bits: its version,

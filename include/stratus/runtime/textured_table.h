@@ -38,15 +38,14 @@ struct TexturedMemory;  // of one side
 
 class TexturedTable {
   public:
-    /// Works out the functions; the table may go afterwards. `instruction_set` ("avx512", "avx2" or
-    /// "generic") is for tests; null: the widest there is.
+    /// Works out the functions; the table may go afterwards.
     ///
     /// Accuracy in 99.9 % of lookups 0.35 (R) or 0.6 (T) of the table's tolerance are added to its
     ///          errors, 1.2 at worst.
     /// Cost     of time, seconds for tables of 100 MB; of memory, see `bytes`.
     /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ or that has a
-    ///          mixture axis, or an instruction set that this processor lacks.
-    explicit TexturedTable(const TableView& table, const char* instruction_set = nullptr);
+    ///          mixture axis.
+    explicit TexturedTable(const TableView& table);
     TexturedTable(TexturedTable&&) noexcept;
     TexturedTable& operator=(TexturedTable&&) noexcept;
     ~TexturedTable();

@@ -49,7 +49,6 @@ struct SolverOptions {
                              // the smallest cosine
     Truncate truncate = Truncate::smooth;
     double mode_tolerance = 1e-14;  // with modes = 0: what counts as nothing, relative to R and T
-    const char* instruction_set = nullptr;  // null: the widest there is; for tests and benchmarks
 };
 
 /// R or T at one geometry. single + multiple = total to rounding; single is the closed form of the
@@ -171,8 +170,5 @@ double compute_diffusion_exponent(const PhaseFunction& phase_function, double al
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});
-
-/// What solves unless options say otherwise: "avx512", "avx2" or "generic".
-const char* widest_instruction_set();
 
 }  // namespace stratus

@@ -24,8 +24,6 @@ constexpr PerInstructionSet<Kernels> all{&generic::kernels, nullptr, nullptr};
 
 }  // namespace
 
-const Kernels* kernels(const char* instruction_set) noexcept { return all.named(instruction_set); }
-
-const Kernels& kernels() noexcept { return all.widest(); }
+const Kernels& kernels() noexcept { return all.chosen(); }
 
 }  // namespace stratus

@@ -107,13 +107,9 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 
 }  // namespace
 
-#define STRATUS_NAME_OF(isa) #isa
-#define STRATUS_NAME(isa) STRATUS_NAME_OF(isa)
-
 extern const TexturedKernels textured_kernels;
 extern const Kernels kernels;
-constexpr Kernels kernels{STRATUS_NAME(STRATUS_ISA),
-                          all_kernels<Side::reflection, 1>(),
+constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 1>(),
                           all_kernels<Side::reflection, 3>(),
                           all_kernels<Side::transmission, 3>(),

@@ -43,7 +43,6 @@ struct SideKernels {
 struct TexturedKernels;  // textured.h
 
 struct Kernels {
-    const char* instruction_set;
     SideKernels<1> reflected, transmitted;
     SideKernels<3> reflected_rgb, transmitted_rgb;
     // Over [Leaves].
@@ -53,11 +52,7 @@ struct Kernels {
     const TexturedKernels* textured;
 };
 
-/// For the widest instruction set that this processor has and this build contains: "avx512",
-/// "avx2" or "generic".
+/// For chosen_instruction_set().
 const Kernels& kernels() noexcept;
-
-/// A named one, for tests and benchmarks; null when this processor lacks it.
-const Kernels* kernels(const char* instruction_set) noexcept;
 
 }  // namespace stratus

@@ -24,8 +24,6 @@ constexpr PerInstructionSet<LaneMethods> all{&generic::methods, nullptr, nullptr
 
 }  // namespace
 
-const LaneMethods* lane_methods(const char* instruction_set) { return all.named(instruction_set); }
-
-const LaneMethods& lane_methods() { return all.widest(); }
+const LaneMethods& lane_methods() { return all.chosen(); }
 
 }  // namespace stratus

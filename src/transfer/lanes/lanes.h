@@ -77,7 +77,6 @@ struct LaneFactors {
 
 /// The steps of the method for one instruction set.
 struct LaneMethods {
-    const char* instruction_set;
     void (*phase_kernels)(const LanePhase& phase, LaneLayer& layer);
     void (*thin_layer)(LaneLayer& layer);
     void (*use_gap)(LaneLayer& layer);
@@ -87,11 +86,7 @@ struct LaneMethods {
     void (*add_product)(const LaneLayer& layer, double factor, const LaneFactors& of, Pack* out);
 };
 
-/// The widest instruction set that this processor has and this build contains: "avx512", "avx2" or
-/// "generic".
+/// For chosen_instruction_set().
 const LaneMethods& lane_methods();
-
-/// A named one, for tests and benchmarks; null when this processor lacks it.
-const LaneMethods* lane_methods(const char* instruction_set);
 
 }  // namespace stratus

@@ -9,15 +9,7 @@ void double_depth(LaneLayer& layer);
 void extract(LaneLayer& layer);
 void add_product(const LaneLayer& layer, double factor, const LaneFactors& of, Pack* out);
 
-#define STRATUS_TEXT_(text) #text
-#define STRATUS_TEXT(text) STRATUS_TEXT_(text)
 extern const LaneMethods methods;
-const LaneMethods methods{STRATUS_TEXT(STRATUS_ISA),
-                          phase_kernels,
-                          thin_layer,
-                          use_gap,
-                          double_depth,
-                          extract,
-                          add_product};
+const LaneMethods methods{phase_kernels, thin_layer, use_gap, double_depth, extract, add_product};
 
 }  // namespace stratus::STRATUS_ISA

@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# `./run bake` builds every program and library that `cmake --install` then copies: the README's two lines.
+#
+#     run_builds_what_is_installed.sh RUN BUILD NINJA
+set -euo pipefail
+run=$1 build=$2 ninja=$3
+
+# The target's name, from the one line of ./run that builds it.
+target=$(sed -n '/^run_bake()/,/^}/s/^ *build release build \([a-z_]*\)$/\1/p' "$run")
+[ -n "$target" ] || { echo "./run bake names no target"; exit 1; }
+commands=$("$ninja" -C "$build" -t commands "$target")
+
+# Programs and libraries in the installation scripts that CMake has written.
+mapfile -t installed < <(find "$build" -name cmake_install.cmake -not -path '*/tests/*' -exec cat {} + |
+    tr '\n' ' ' | grep -oE 'TYPE (STATIC_LIBRARY|SHARED_LIBRARY|EXECUTABLE) FILES( +"[^"]+")+' |
+    grep -oE '"[^"]+"' | tr -d '"' | xargs -n 1 realpath --relative-to="$build" | sort -u)
+[ "${#installed[@]}" -ge 2 ] || { echo "nothing is installed"; exit 1; }
+
+missing=0
+for file in "${installed[@]}"; do
+    grep -qwF -- "$file" <<<"$commands" || { echo "target $target does not build $file"; missing=1; }
+done
+exit $missing

@@ -1,6 +1,6 @@
-"""Runs the README's lines of Python on a table of the place and name that they read.
+"""Runs the lines of Python in docs/tables.md on a table of the place and name that they read.
 
-Usage: plot_as_the_readme_does.py WRITE_SAMPLE_TABLE README. Exits 77 (skipped) where a package is missing.
+Usage: plot_as_documented.py WRITE_SAMPLE_TABLE TABLES_MD. Exits 77 (skipped) where a package is missing.
 """
 
 import os

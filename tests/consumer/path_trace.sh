@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds programs in C++ and C against an installed copy with a compiler and pkg-config alone, and checks what they say.
+# Builds programs in C++ and C, the README's example among them, against an installed copy with a compiler and pkg-config
+# alone, and checks what they print.
 #
 #     path_trace.sh PREFIX RECIPE CHECK_PICTURES C_PROGRAM CXX CC
 set -eu
@@ -12,9 +13,12 @@ PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name stratus.pc)")
 export PKG_CONFIG_PATH
 libraries=$(dirname "$PKG_CONFIG_PATH")
 
+awk '/^...cpp$/ { inside = 1; next } /^...$/ { inside = 0 } inside' "$here/../../README.md" >"$work/readme.cpp"
+
 # shellcheck disable=SC2046  # words of a command
 {
     "$cxx" -O2 "$here/path_tracer.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/path_tracer"
+    "$cxx" -O2 "$work/readme.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/readme"
     "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs stratus) -o "$work/renderer"
     "$cc" -std=c99 "$c_program" $(pkg-config --cflags --libs stratus-c) -lm -Wl,-rpath,"$libraries" -o "$work/look_up"
     "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs --static stratus-io) -o "$work/renderer"

@@ -403,16 +403,26 @@ Scene read_panel(const toml::table& table, const Source& source) {
     return scene;
 }
 
-/// `table` with the keys of `change` in place of its own, in tables within it one by one.
-toml::table changed(toml::table table, const toml::table& change) {
-    for (const auto& [key, node] : change) {
-        const toml::table* const inner = node.as_table();
+/// Puts the keys of `change` in place of those of `table`, in tables within it one by one. Nodes are
+/// moved: a copied one forgets its line.
+void merge(toml::table& table, toml::table&& change) {
+    for (auto&& [key, node] : change) {
+        toml::table* const inner = node.as_table();
         toml::table* const outer = table.get_as<toml::table>(key);
         if (inner && outer)
-            *outer = changed(*outer, *inner);
+            merge(*outer, std::move(*inner));
         else
-            table.insert_or_assign(key, node);
+            table.insert_or_assign(key, std::move(node));
     }
+}
+
+/// One of a file's panels: the file without its panels and title, with the panel's keys.
+toml::table panel_table(const std::string& text, std::size_t panel) {
+    toml::table table = parse_toml(text, caller);
+    toml::array panels = std::move(*table.get_as<toml::array>("panels"));
+    table.erase("panels");
+    table.erase("title");
+    merge(table, std::move(*panels[panel].as_table()));
     return table;
 }
 
@@ -426,11 +436,8 @@ void read_panels(const Section& root, const toml::table& parsed, const Source& s
     const toml::array* const panels = parsed.get_as<toml::array>("panels");
     require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, caller,
             "panels", "1 to 64 tables: [[panels]]", "something else");
-    toml::table base = parsed;
-    base.erase("panels");
-    base.erase("title");
-    for (const toml::node& panel : *panels)
-        file.panels.push_back(read_panel(changed(base, *panel.as_table()), source));
+    for (std::size_t k = 0; k < panels->size(); ++k)
+        file.panels.push_back(read_panel(panel_table(file.text, k), source));
     for (const Scene& scene : file.panels)
         require(scene.width == file.panels[0].width && scene.height == file.panels[0].height,
                 caller, "panels", "pictures of one size", "several sizes");

@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 
@@ -169,6 +171,29 @@ TEST(SceneFile, PanelsAreTheSceneWithSomeOfItsKeysChanged) {
                          {"panels", "one size"});
     expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", {"'slab.height'"});
     expect_scene_refusal("panels = 3\n" + cloud, {"panels", "tables"});
+}
+
+/// The number of `text`'s line that begins so.
+std::string line_of(const std::string& text, const std::string& start) {
+    const std::size_t begin = text.find("\n" + start);
+    if (begin == std::string::npos) throw std::logic_error("no line " + start);
+    return "in line " +
+           std::to_string(std::count(text.begin(),
+                                     text.begin() + static_cast<std::ptrdiff_t>(begin) + 1, '\n') +
+                          1);
+}
+
+TEST(SceneFile, WithPanelsRefusesWithTheTrueLine) {
+    const auto expect_line = [](const std::string& text, const std::string& start) {
+        expect_scene_refusal(text, {line_of(text, start).c_str()});
+    };
+    const std::string panels = "[[panels]]\ntitle = 'first'\n[[panels]]\ntitle = 'second'\n";
+    expect_line(cloud + panels + "[panels.slab]\nhight = 1.0\n", "hight");
+    expect_line(cloud + panels + "slab.height = 'high'\n", "slab.height");
+    expect_line(cloud + panels + "camara.distance = 1.0\n", "camara");
+    expect_line(cloud_but("height", "hight = 32") + panels, "hight");
+    expect_line(cloud_but("samples", "samples = 'two'") + panels, "samples");
+    expect_line(cloud_but("albedo", "albedos = 0.5") + panels + "layer.density = 0.1\n", "albedos");
 }
 
 TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {

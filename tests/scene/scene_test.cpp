@@ -83,7 +83,7 @@ TEST(SceneFile, HoldsWhatItsTextSays) {
     EXPECT_DOUBLE_EQ(scene.layer.components.at(0).asymmetry(), 0.5);
     EXPECT_EQ(scene.layer.albedo[1], 0.8);
     EXPECT_EQ(scene.layer.optical_depth.pattern, DepthMap::Pattern::clouds);
-    EXPECT_EQ(scene.layer.optical_depth.most, 6);
+    EXPECT_EQ(scene.layer.optical_depth.max, 6);
     EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4);
     EXPECT_EQ(scene.layer.optical_depth.seed, 3u);
     EXPECT_EQ(scene.layer.density, 0.2);
@@ -93,7 +93,7 @@ TEST(SceneFile, HoldsWhatItsTextSays) {
     EXPECT_EQ(slab.surface->pattern, Texture::Pattern::squares);
     EXPECT_EQ(slab.surface->scale, 4);
     EXPECT_EQ(slab.height, 2);
-    EXPECT_EQ(slab.size, 3) << "half a side";
+    EXPECT_EQ(slab.half_size, 3) << "half a side";
 }
 
 TEST(SceneFile, RefusesUnknownKeysWithTheNearestOnes) {
@@ -162,11 +162,11 @@ TEST(SceneFile, PanelsAreTheSceneWithSomeOfItsKeysChanged) {
     EXPECT_TRUE(file.panels[0].effects.multiple);
     EXPECT_FALSE(file.panels[1].effects.multiple);
     EXPECT_EQ(std::get<Slab>(file.panels[0].subject).height, 1);
-    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).size, 3);
+    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).half_size, 3);
     EXPECT_EQ(std::get<Slab>(file.panels[1].subject).height, 2);
     EXPECT_EQ(file.panels[1].layer.albedo[2], 0.25);
     EXPECT_EQ(file.panels[2].layer.albedo[2], 0.7);
-    EXPECT_EQ(file.panels[2].layer.optical_depth.most, infinity);
+    EXPECT_EQ(file.panels[2].layer.optical_depth.max, infinity);
     expect_scene_refusal(cloud + "[[panels]]\n[[panels]]\npicture.width = 65\n",
                          {"panels", "one size"});
     expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", {"'slab.height'"});

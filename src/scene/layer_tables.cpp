@@ -44,7 +44,7 @@ MatterRange matter_range(const Scene& scene) {
             add(rings->profile.at(radius, scene.layer.albedo));
         return range;
     }
-    add({scene.layer.optical_depth.most, scene.layer.albedo, 1});
+    add({scene.layer.optical_depth.max, scene.layer.albedo, 1});
     if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
         widen(range.optical_depth, std::min(thinnest, range.optical_depth.max));
     return range;
@@ -100,7 +100,7 @@ void widen(Range& range, double value) noexcept {
 std::optional<Matter> uniform_matter(const Scene& scene) {
     if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
         return std::nullopt;
-    return Matter{scene.layer.optical_depth.most, scene.layer.albedo, 1};
+    return Matter{scene.layer.optical_depth.max, scene.layer.albedo, 1};
 }
 
 std::optional<Recipe> needed_recipe(const Scene& scene) {

@@ -28,12 +28,12 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const Vector3 normal = normalised(view.ray.at(distance));
     if (dot(normal, view.to_sun) <= 0) return {};
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
-    const Place place = place_on_sphere(normal);
+    const SurfacePoint point = sphere_point(normal);
     const SceneLayer& layer = view.scene.layer;
-    const Matter matter{layer.optical_depth.at(place), layer.albedo, 1};
+    const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
     return geometry.mu_in * (view.light.reflection(matter, geometry) +
                              view.light.ground(matter, geometry.mu_in, matter, geometry.mu_out,
-                                               planet.surface.at(place)));
+                                               planet.surface.at(point)));
 }
 
 }  // namespace stratus

@@ -36,7 +36,7 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& ray
 }  // namespace
 
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
-    const Rgb colour = scene.background.at(place_on_sphere(direction));
+    const Rgb colour = scene.background.at(sphere_point(direction));
     return {double{colour.r}, double{colour.g}, double{colour.b}};
 }
 

@@ -37,7 +37,7 @@ Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcep
             mu_in *= view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
                                      std::max(std::abs(view.to_sun.z), 1e-6));
     }
-    const Rgb albedo = rings.surface.at(place_on_sphere(normal));
+    const Rgb albedo = rings.surface.at(sphere_point(normal));
     return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
 }
 
@@ -53,6 +53,20 @@ Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
 }
 
 }  // namespace
+
+Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
+    if (!(at_radius >= inner() && at_radius <= outer())) return {};
+    const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
+    const auto k = static_cast<std::size_t>(above - radius.begin());
+    const double share = (at_radius - radius[k - 1]) / (radius[k] - radius[k - 1]);
+    auto linear = [&](const std::vector<double>& rows) {
+        return rows[k - 1] + share * (rows[k] - rows[k - 1]);
+    };
+    const double first = linear(w1), both = first + linear(w2);
+    return {linear(optical_depth),
+            {both * tint[0], both * tint[1], both * tint[2]},
+            both > 0 ? first / both : 1};
+}
 
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);

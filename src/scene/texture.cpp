@@ -9,7 +9,7 @@
 namespace stratus {
 namespace {
 
-/// A number in which every bit depends on every bit. [Mueller's integer hash, in its 32-bit form]
+/// Mueller's 32-bit integer hash: every bit of the result depends on every bit of n.
 std::uint32_t scrambled(std::uint32_t n) noexcept {
     n = (n ^ (n >> 16)) * 0x45d9f3bu;
     n = (n ^ (n >> 16)) * 0x45d9f3bu;
@@ -30,7 +30,8 @@ double eased(double t) noexcept { return t * t * t * (t * (6 * t - 15) + 10); }
 
 double between(double a, double b, double share) noexcept { return a + share * (b - a); }
 
-/// One of the twelve directions to a cube's edges, against the offset from a lattice point.
+/// Dot product of an offset from a lattice point with that point's gradient: one of the twelve
+/// directions to a cube's edges.
 double slope_at(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed, double x, double y,
                 double z) noexcept {
     const std::uint32_t which = random_of(i, j, k, seed) % 12;
@@ -56,7 +57,7 @@ Rgb mixed(const Rgb& a, const Rgb& b, double share) noexcept {
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
 }
 
-/// Linear between the four pixels around a place; repeats.
+/// Bilinear; repeats.
 Rgb pixel_of(const Image& image, double u, double v) noexcept {
     const double x = (u - std::floor(u)) * image.width - 0.5,
                  y = (v - std::floor(v)) * image.height - 0.5;
@@ -70,8 +71,8 @@ Rgb pixel_of(const Image& image, double u, double v) noexcept {
                  y - j);
 }
 
-/// Of noise, below it lies so much of a surface: its numbers are spread about 0 much as a normal
-/// distribution of this width is, whose function the logistic one follows.
+/// The level below which `share` of the noise lies. The noise is close to a normal distribution of
+/// this width about 0, whose distribution function the logistic one approximates.
 double noise_level(double share) noexcept {
     constexpr double spread = 0.34, logistic = 1.702;
     if (share <= 0) return -2;
@@ -81,12 +82,12 @@ double noise_level(double share) noexcept {
 
 }  // namespace
 
-Place place_on_sphere(const Vector3& point) noexcept {
+SurfacePoint sphere_point(const Vector3& point) noexcept {
     return {point, 0.5 + std::atan2(point.y, point.x) / (2 * pi),
             std::acos(std::clamp(point.z, -1.0, 1.0)) / pi};
 }
 
-Place place_on_plane(double x, double y, double extent) noexcept {
+SurfacePoint plane_point(double x, double y, double extent) noexcept {
     return {{x, y, 0}, x / extent, y / extent};
 }
 
@@ -94,20 +95,20 @@ double noise(Vector3 point, unsigned seed, int octaves) noexcept {
     double sum = 0, share = 1;
     for (int octave = 0; octave < octaves; ++octave, share /= 2) {
         sum += share * gradient_noise(point, seed + static_cast<unsigned>(octave));
-        // Turned and shifted, so that no octave's lattice shows in another.
+        // Rotated and shifted, so that the lattices of two octaves do not line up.
         point = {1.6 * point.x + 1.2 * point.y + 17.3, 1.6 * point.y - 1.2 * point.x + 5.1,
                  2 * point.z + 11.7};
     }
     return sum;
 }
 
-Rgb Texture::at(const Place& place) const noexcept {
+Rgb Texture::at(const SurfacePoint& point) const noexcept {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::squares: {
             // Twice as many around the equator as from pole to pole.
-            const auto i = static_cast<std::int64_t>(std::floor(2 * scale * place.u)),
-                       j = static_cast<std::int64_t>(std::floor(scale * place.v));
+            const auto i = static_cast<std::int64_t>(std::floor(2 * scale * point.u)),
+                       j = static_cast<std::int64_t>(std::floor(scale * point.v));
             auto share = [&](int channel) {
                 return static_cast<float>(unit_random(i, j, channel, seed));
             };
@@ -117,18 +118,18 @@ Rgb Texture::at(const Place& place) const noexcept {
         }
         case Pattern::continents: {
             // A coast is as wide as the finest detail.
-            const double height = noise(scale * place.point, seed) - noise_level(0.6);
+            const double height = noise(scale * point.position, seed) - noise_level(0.6);
             const Rgb ground = mixed(other, {0.75f * other.r, 1.1f * other.g, 0.8f * other.b},
                                      std::clamp(3 * height, 0.0, 1.0));
             return mixed(colour, ground, std::clamp(40 * height, 0.0, 1.0));
         }
         case Pattern::bands: {
-            const double waves = std::sin(2 * pi * scale * place.v) +
-                                 0.5 * std::sin(2 * pi * 1.9 * scale * place.v + 1) +
-                                 0.25 * std::sin(2 * pi * 4.3 * scale * place.v + 2);
+            const double waves = std::sin(2 * pi * scale * point.v) +
+                                 0.5 * std::sin(2 * pi * 1.9 * scale * point.v + 1) +
+                                 0.25 * std::sin(2 * pi * 4.3 * scale * point.v + 2);
             return mixed(colour, other, std::clamp(0.5 + 0.3 * waves, 0.0, 1.0));
         }
-        case Pattern::image: return pixel_of(*image, place.u, place.v);
+        case Pattern::image: return pixel_of(*image, point.u, point.v);
     }
     return colour;
 }
@@ -137,21 +138,21 @@ bool Texture::is_black() const noexcept {
     return pattern == Pattern::plain && colour.r == 0 && colour.g == 0 && colour.b == 0;
 }
 
-double DepthMap::at(const Place& place) const noexcept {
+double DepthMap::at(const SurfacePoint& point) const noexcept {
     switch (pattern) {
         case Pattern::plain: break;
         case Pattern::clouds: {
-            const double height =
-                noise(scale * place.point, seed) - noise_level(1 - std::clamp(coverage, 0.0, 1.0));
-            const double risen = std::clamp(height, 0.0, 1.0);  // 1 is three widths above the mean
-            return most * risen * risen * (3 - 2 * risen);
+            const double height = noise(scale * point.position, seed) -
+                                  noise_level(1 - std::clamp(coverage, 0.0, 1.0));
+            const double risen = std::clamp(height, 0.0, 1.0);  // 1: three widths above the mean
+            return max * risen * risen * (3 - 2 * risen);
         }
         case Pattern::image: {
-            const Rgb bright = pixel_of(*image, place.u, place.v);
-            return most * static_cast<double>((bright.r + bright.g + bright.b) / 3);
+            const Rgb bright = pixel_of(*image, point.u, point.v);
+            return max * static_cast<double>((bright.r + bright.g + bright.b) / 3);
         }
     }
-    return most;
+    return max;
 }
 
 }  // namespace stratus

@@ -115,7 +115,7 @@ TEST(RenderedSlab, CastsItsShadowWhereTheSunPutsIt) {
     Slab& slab = std::get<Slab>(scene.subject);
     slab.surface = Texture{};
     slab.surface->colour = {1, 1, 1};
-    slab.size = 1;
+    slab.half_size = 1;
     slab.height = 3;
     // The sun stands 30 degrees from the normal towards -x: the shadow's centre lies 3 tan 30
     // beyond the slab's, the edge one further on.

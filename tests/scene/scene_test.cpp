@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 
@@ -81,7 +83,7 @@ TEST(SceneFile, HoldsWhatItsTextSays) {
     EXPECT_DOUBLE_EQ(scene.layer.components.at(0).asymmetry(), 0.5);
     EXPECT_EQ(scene.layer.albedo[1], 0.8);
     EXPECT_EQ(scene.layer.optical_depth.pattern, DepthMap::Pattern::clouds);
-    EXPECT_EQ(scene.layer.optical_depth.most, 6);
+    EXPECT_EQ(scene.layer.optical_depth.max, 6);
     EXPECT_EQ(scene.layer.optical_depth.coverage, 0.4);
     EXPECT_EQ(scene.layer.optical_depth.seed, 3u);
     EXPECT_EQ(scene.layer.density, 0.2);
@@ -91,7 +93,7 @@ TEST(SceneFile, HoldsWhatItsTextSays) {
     EXPECT_EQ(slab.surface->pattern, Texture::Pattern::squares);
     EXPECT_EQ(slab.surface->scale, 4);
     EXPECT_EQ(slab.height, 2);
-    EXPECT_EQ(slab.size, 3) << "half a side";
+    EXPECT_EQ(slab.half_size, 3) << "half a side";
 }
 
 TEST(SceneFile, RefusesUnknownKeysWithTheNearestOnes) {
@@ -160,15 +162,38 @@ TEST(SceneFile, PanelsAreTheSceneWithSomeOfItsKeysChanged) {
     EXPECT_TRUE(file.panels[0].effects.multiple);
     EXPECT_FALSE(file.panels[1].effects.multiple);
     EXPECT_EQ(std::get<Slab>(file.panels[0].subject).height, 1);
-    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).size, 3);
+    EXPECT_EQ(std::get<Slab>(file.panels[0].subject).half_size, 3);
     EXPECT_EQ(std::get<Slab>(file.panels[1].subject).height, 2);
     EXPECT_EQ(file.panels[1].layer.albedo[2], 0.25);
     EXPECT_EQ(file.panels[2].layer.albedo[2], 0.7);
-    EXPECT_EQ(file.panels[2].layer.optical_depth.most, infinity);
+    EXPECT_EQ(file.panels[2].layer.optical_depth.max, infinity);
     expect_scene_refusal(cloud + "[[panels]]\n[[panels]]\npicture.width = 65\n",
                          {"panels", "one size"});
     expect_scene_refusal(cloud + "[[panels]]\nslab.hight = 1.0\n", {"'slab.height'"});
     expect_scene_refusal("panels = 3\n" + cloud, {"panels", "tables"});
+}
+
+/// The number of `text`'s line that begins so.
+std::string line_of(const std::string& text, const std::string& start) {
+    const std::size_t begin = text.find("\n" + start);
+    if (begin == std::string::npos) throw std::logic_error("no line " + start);
+    return "in line " +
+           std::to_string(std::count(text.begin(),
+                                     text.begin() + static_cast<std::ptrdiff_t>(begin) + 1, '\n') +
+                          1);
+}
+
+TEST(SceneFile, WithPanelsRefusesWithTheTrueLine) {
+    const auto expect_line = [](const std::string& text, const std::string& start) {
+        expect_scene_refusal(text, {line_of(text, start).c_str()});
+    };
+    const std::string panels = "[[panels]]\ntitle = 'first'\n[[panels]]\ntitle = 'second'\n";
+    expect_line(cloud + panels + "[panels.slab]\nhight = 1.0\n", "hight");
+    expect_line(cloud + panels + "slab.height = 'high'\n", "slab.height");
+    expect_line(cloud + panels + "camara.distance = 1.0\n", "camara");
+    expect_line(cloud_but("height", "hight = 32") + panels, "hight");
+    expect_line(cloud_but("samples", "samples = 'two'") + panels, "samples");
+    expect_line(cloud_but("albedo", "albedos = 0.5") + panels + "layer.density = 0.1\n", "albedos");
 }
 
 TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {

@@ -18,7 +18,7 @@ inline Scene small_planet(double phase_angle_deg, double optical_depth, double a
     scene.to_sun = {std::cos(angle), std::sin(angle), 0};
     scene.layer.components = {PhaseFunction::rayleigh()};
     scene.layer.albedo = {albedo, albedo, albedo};
-    scene.layer.optical_depth.most = optical_depth;
+    scene.layer.optical_depth.max = optical_depth;
     scene.subject = Planet{};
     return scene;
 }
@@ -32,7 +32,7 @@ inline Scene small_slab(double optical_depth, double albedo) {
     scene.to_sun = direction_at(radians(60), pi);
     scene.background.colour = {0.25f, 0.5f, 1.0f};
     Slab slab;
-    slab.size = 1e3;
+    slab.half_size = 1e3;
     scene.subject = slab;
     return scene;
 }

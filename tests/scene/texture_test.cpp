@@ -26,12 +26,12 @@ TEST(Texture, CloudsCoverAboutTheShareAskedFor) {
     for (const double coverage : {0.0, 0.25, 0.5, 0.75, 1.0}) {
         DepthMap map;
         map.pattern = DepthMap::Pattern::clouds;
-        map.most = 10;
+        map.max = 10;
         map.scale = 6;  // many spots, so that one sky is like another
         map.coverage = coverage;
         int covered = 0;
         for (const Vector3& point : points) {
-            const double depth = map.at(place_on_sphere(point));
+            const double depth = map.at(sphere_point(point));
             ASSERT_GE(depth, 0);
             ASSERT_LE(depth, 10);
             covered += depth > 0;
@@ -54,10 +54,10 @@ TEST(Texture, NoiseIsAnotherForAnotherSeed) {
 }
 
 TEST(Texture, PlacesOnASphereAreLongitudeAndLatitude) {
-    EXPECT_NEAR(place_on_sphere({1, 0, 0}).u, 0.5, 1e-15);
-    EXPECT_NEAR(place_on_sphere({0, 1, 0}).u, 0.75, 1e-15);
-    EXPECT_NEAR(place_on_sphere({0, 0, 1}).v, 0, 1e-15);
-    EXPECT_NEAR(place_on_sphere({0, 0, -1}).v, 1, 1e-15);
+    EXPECT_NEAR(sphere_point({1, 0, 0}).u, 0.5, 1e-15);
+    EXPECT_NEAR(sphere_point({0, 1, 0}).u, 0.75, 1e-15);
+    EXPECT_NEAR(sphere_point({0, 0, 1}).v, 0, 1e-15);
+    EXPECT_NEAR(sphere_point({0, 0, -1}).v, 1, 1e-15);
 }
 
 TEST(Texture, ImagesAreMetAtTheirPixelsAndLinearBetweenThem) {
@@ -81,7 +81,7 @@ TEST(Texture, ImagesAreMetAtTheirPixelsAndLinearBetweenThem) {
     DepthMap map;
     map.pattern = DepthMap::Pattern::image;
     map.image = image;
-    map.most = 5;
+    map.max = 5;
     EXPECT_NEAR(map.at({{0, 0, 0}, 0.75, 0.75}), 4, 1e-6);
 }
 

@@ -23,18 +23,19 @@
 //     [background]
 //     colour = [0.0, 0.0, 0.0]          # or image, all around: longitude and latitude
 //
-//     [layer]                           # what scatters
+//     [layer]
 //     phase_function = "isotropic"
 //     albedo = 0.99                     # or [red, green, blue]
 //     optical_depth = 8.0               # or inf, or { clouds = ... }, { image = ... }
 //     density = 0.1                     # effects.h; 0
 //     opposition = { law = "hapke", amplitude = 1.0, width = 0.05 }   # or blinn's, from density
 //
-// and one of [rings], [planet], [slab] (below), or of the figures [lobes], [lambert] (figure.h).
-// [[panels]] are pictures side by side in `columns`: each the scene with some of its keys changed.
+// and one of [rings], [planet], [slab] (below), or one of the figures [lobes], [lambert]
+// (figure.h). [[panels]] are pictures side by side in `columns`, each the scene with some of its
+// keys changed.
 //
 // Radiance is relative to that of a white Lambert surface which faces the sun: I = mu0 R.
-// Lengths are in the planet's equatorial radius, or as you like over a slab; angles in degrees.
+// Lengths are in equatorial radii of the planet, or in any unit over a slab; angles in degrees.
 #pragma once
 
 #include <stratus/bake/recipe.h>
@@ -54,57 +55,57 @@
 
 namespace stratus {
 
-/// What counts in a picture; each can be left out.
+/// What a picture takes into account; each can be switched off.
 struct SceneEffects {
     bool single = true;
     bool multiple = true;      // orders n >= 2, and light between layer and ground
     bool azimuth = true;       // of orders n >= 2; without it their mean over azimuth
     bool reflection = true;    // of the layer's lit side
     bool transmission = true;  // diffuse, through the layer
-    bool background = true;    // what is seen through or beneath the layer
+    bool background = true;    // what is seen through the layer, ground included
     bool opposition = true;
     bool density = true;
     bool shadows = true;   // of a planet on its rings, of the rings on it
     bool sun_size = true;  // a disk, not a point
 };
 
-/// The effects by name, in the order above.
+/// Effects by name, in the order above.
 const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects();
 
-/// From names: "all", single ones, and "-NAME", which takes one away (from all, when it comes
-/// first).
+/// From names: "all", "NAME", and "-NAME", which switches one off. A list that starts with "-NAME"
+/// starts from all.
 ///
 /// Errors   std::invalid_argument with the nearest known name.
 SceneEffects parse_scene_effects(const std::vector<std::string>& names);
 
-/// Names that are read as these: "all", and "-NAME" for each that is left out.
+/// The inverse: "all", and "-NAME" for each that is off.
 std::vector<std::string> scene_effect_names(const SceneEffects& effects);
 
 /// What the layer is made of at one point.
 struct Matter {
     double optical_depth = 0;
     std::array<double, 3> albedo{1, 1, 1};  // red, green, blue
-    double mixture = 1;                     // share of the first of two components in the albedo
+    double mixture = 1;                     // share of the first component in the albedo
 };
 
 /// The layer that scatters, wherever it lies.
 struct SceneLayer {
-    std::vector<PhaseFunction> components;  // two that mix in rings, else one
+    std::vector<PhaseFunction> components;  // two in rings, which mix them; else one
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
     double density = 0;
     Opposition opposition;
 };
 
-/// Rings as they change with radius, linear between rows; nothing outside them. [Blinn82] 4.3
+/// Rings by radius, linear between rows, empty outside. [Blinn82] 4.3
 struct RingProfile {
     std::vector<double> radius;  // ascending, in equatorial radii of the planet
     std::vector<double> optical_depth;
-    std::vector<double> w1, w2;  // albedos of the two components; their sum is that of both
+    std::vector<double> w1, w2;  // albedos of the two components; their sum is the rings'
 
     double inner() const { return radius.front(); }
     double outer() const { return radius.back(); }
-    /// With the albedos multiplied by a colour.
+    /// Albedos are multiplied by `tint`.
     Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
 };
 
@@ -118,15 +119,15 @@ struct RingProfile {
 ///     surface = [0.8, 0.7, 0.5]         # of the planet, Lambert's law; as of [planet]; black
 ///     flattening = 0.1                  # of its poles; 0
 ///
-/// Their [layer] has components = ["lambert_sphere", "henyey_greenstein:g=0.5"], what w1 and w2
-/// belong to, and may have an albedo, which multiplies both.
+/// Their [layer] has components = ["lambert_sphere", "henyey_greenstein:g=0.5"], the phase functions
+/// of w1 and w2, and may have an albedo, which multiplies both.
 struct Rings {
     RingProfile profile;
     Texture surface;
     double flattening = 0;
 };
 
-/// A planet, its surface of Lambert's law, and the layer right on it.
+/// A planet with a Lambert surface, and the layer directly on it.
 ///
 ///     [planet]
 ///     surface = 0.3                     # or [r, g, b]; or { image = "earth.png" }; or
@@ -136,17 +137,17 @@ struct Planet {
     Texture surface;
 };
 
-/// A plane layer in z = 0 over ground, or over nothing.
+/// A plane layer in z = 0, over ground or free.
 ///
 ///     [slab]
-///     surface = 0.3                     # of the ground, as of [planet]; left out: none
+///     surface = 0.3                     # of the ground, as of [planet]; without it: no ground
 ///     height = 0.5                      # of the layer over the ground; 0
-///     size = 10.0                       # of its side, about the origin; inf
+///     size = 10.0                       # length of a side, centred on the origin; inf
 ///     image_size = 1.0                  # of images
 struct Slab {
     std::optional<Texture> surface;
     double height = 0;
-    double size = 0;  // half a side
+    double half_size = 0;  // of a side
     double image_size = 1;
 };
 
@@ -155,7 +156,7 @@ struct Scene {
     std::string title;
     double tolerance = 2e-3;
     SceneEffects effects;
-    int width = 1024, height = 768, samples = 2;  // pixels; samples along both sides of one
+    int width = 1024, height = 768, samples = 2;  // pixels; samples squared a pixel
     double white = 1;                             // radiance
     Camera camera;
     Vector3 to_sun{0, 0, 1};
@@ -165,17 +166,17 @@ struct Scene {
     std::variant<Planet, Rings, Slab> subject;
 };
 
-/// A file: one picture or several side by side, or a figure.
+/// A file: a picture, several side by side, or a figure.
 struct SceneFile {
     std::string title;
-    std::string text;           // the file as it was
+    std::string text;           // of the file
     int columns = 1;            // of panels
-    std::vector<Scene> panels;  // one without [[panels]]; of one size
+    std::vector<Scene> panels;  // all of one size; one where there are no [[panels]]
     std::optional<Figure> figure;
 };
 
-/// Reads a scene from TOML text; files it names are looked for below `directory`. Notes for the
-/// user go to `notes`.
+/// Reads a scene from TOML text; paths in it are relative to `directory`. Notes for the user are
+/// appended to `notes`.
 ///
 /// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
 ///          with the nearest known; std::runtime_error for files that cannot be read.
@@ -185,7 +186,7 @@ SceneFile parse_scene(const std::string& text, const std::string& directory = ""
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
-/// Optical depth of the layer where light meets it, with the effect of density.
+/// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;
 
 }  // namespace stratus

@@ -1,0 +1,80 @@
+// [layer].
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+
+#include "sections.h"
+
+#include <string>
+#include <vector>
+
+namespace stratus::scene_file {
+namespace {
+
+DepthMap read_depth(const Section& section, const Source& source) {
+    constexpr const char* key = "optical_depth";
+    DepthMap map;
+    if (!section.is_table(key)) {
+        map.max = section.number(key, 0, infinity, "in [0, inf], or a table");
+        return map;
+    }
+    const Section table(section.table(key, "a number or a table"), caller, section.full_name(key),
+                        {"image", "clouds", "most", "scale", "coverage", "seed"});
+    require_exactly_one(table, "image", "clouds");
+    map.max = table.number("most", 0, 1e4, "in [0, 1e4]");
+    if (table.has("image")) {
+        map.pattern = DepthMap::Pattern::image;
+        map.image = source.image(table, "image");
+        return map;
+    }
+    map.pattern = DepthMap::Pattern::clouds;
+    read_optional(map.scale, table, "scale", 1e-3, 1e3, "in [1e-3, 1e3]");
+    read_optional(map.coverage, table, "coverage", 0, 1, "in [0, 1]");
+    if (table.has("seed")) map.seed = read_seed(table);
+    return map;
+}
+
+Opposition read_opposition(const Section& layer) {
+    const Section section(layer.table("opposition", "a table"), caller, "layer.opposition",
+                          {"law", "density", "amplitude", "width"});
+    const std::string law = section.text("law");
+    require(law == "blinn" || law == "hapke", caller, "layer.opposition.law",
+            "\"blinn\" or \"hapke\"", law);
+    if (law == "blinn")
+        return Opposition::blinn(section.number("density", 1e-9, 1 - 1e-9, "in (0, 1)"));
+    return Opposition::hapke(section.number("amplitude", 0, 1, "in [0, 1]"),
+                             section.number("width", 1e-9, 1e9, "in [1e-9, 1e9]"));
+}
+
+std::vector<PhaseFunction> read_components(const Section& section, const Source& source) {
+    constexpr const char* form = "a list of two phase functions, of w1 and of w2";
+    const std::vector<std::string> texts = section.texts("components", form);
+    require(texts.size() == 2, caller, "layer.components", form, texts.size());
+    return {source.phase_function(texts[0]), source.phase_function(texts[1])};
+}
+
+}  // namespace
+
+SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) {
+    std::vector<std::string> known{"albedo", "density", "opposition"};
+    if (of_rings)
+        known.push_back("components");
+    else
+        known.insert(known.end(), {"phase_function", "optical_depth"});
+    const Section section = section_of(root, "layer", known);
+    SceneLayer layer;
+    if (of_rings) {
+        layer.components = read_components(section, source);
+    } else {
+        layer.components = {source.phase_function(section.text("phase_function"))};
+        layer.optical_depth = read_depth(section, source);
+    }
+    if (section.has("albedo"))
+        layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
+    else
+        require(of_rings, caller, "layer.albedo", "present", "nothing");
+    read_optional(layer.density, section, "density", 0, 1 - 1e-9, "in [0, 1)");
+    if (section.has("opposition")) layer.opposition = read_opposition(section);
+    return layer;
+}
+
+}  // namespace stratus::scene_file

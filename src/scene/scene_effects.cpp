@@ -1,0 +1,65 @@
+#include <stratus/runtime/argument.h>
+#include <stratus/scene/scene.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+
+const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects() {
+    static const std::vector<std::pair<const char*, bool SceneEffects::*>> effects{
+        {"single", &SceneEffects::single},
+        {"multiple", &SceneEffects::multiple},
+        {"azimuth", &SceneEffects::azimuth},
+        {"reflection", &SceneEffects::reflection},
+        {"transmission", &SceneEffects::transmission},
+        {"background", &SceneEffects::background},
+        {"opposition", &SceneEffects::opposition},
+        {"density", &SceneEffects::density},
+        {"shadows", &SceneEffects::shadows},
+        {"sun_size", &SceneEffects::sun_size}};
+    return effects;
+}
+
+SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
+    SceneEffects effects;
+    auto set_all = [&](bool on) {
+        for (const auto& [name, member] : scene_effects()) effects.*member = on;
+    };
+    set_all(!names.empty() && names.front().starts_with('-'));
+    for (const std::string& text : names) {
+        const bool on = !text.starts_with('-');
+        const std::string name = on ? text : text.substr(1);
+        if (name == "all") {
+            set_all(on);
+            continue;
+        }
+        const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
+                                        [&](const auto& effect) { return effect.first == name; });
+        if (found == scene_effects().end()) {
+            std::vector<std::string> known{"all"};
+            for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
+            throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
+                                        nearest_name(name, known) + "'?");
+        }
+        effects.*found->second = on;
+    }
+    return effects;
+}
+
+std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
+    std::vector<std::string> names{"all"};
+    for (const auto& [name, member] : scene_effects())
+        if (!(effects.*member)) names.push_back(std::string("-") + name);
+    return names;
+}
+
+double seen_depth(const Scene& scene, double optical_depth) noexcept {
+    return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
+                                 : optical_depth;
+}
+
+}  // namespace stratus

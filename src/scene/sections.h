@@ -1,0 +1,66 @@
+// The sections of a scene file: each TOML table is read into a part of the scene.
+#pragma once
+
+#include <stratus/scene/scene.h>
+
+#include "toml_section.h"
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stratus::scene_file {
+
+constexpr const char* caller = "scene";
+constexpr double max_length = 1e12;
+
+/// Where the files that a scene names are found, and where notes on them go.
+struct Source {
+    std::filesystem::path directory;
+    std::vector<std::string>* notes;
+
+    std::shared_ptr<const Image> image(const Section& section, const char* key) const;
+    PhaseFunction phase_function(const std::string& text) const;
+};
+
+// ---- Values
+
+/// The table `name` within the root of the file.
+Section section_of(const Section& root, const char* name, std::vector<std::string> known);
+
+void require_exactly_one(const Section& section, const char* one, const char* other);
+
+/// Replaces `value` when the key is present.
+void read_optional(double& value, const Section& section, const char* key, double min, double max,
+                   const char* allowed);
+Vector3 read_vector(const Section& section, const char* key);
+/// In degrees; returns radians.
+double read_angle(const Section& section, const char* key, double min, double max,
+                  const char* allowed);
+/// One number, or one each for red, green and blue; in [0, max].
+std::array<double, 3> read_three(const Section& section, const char* key, double max,
+                                 const char* allowed);
+Rgb read_colour(const Section& section, const char* key, double max, const char* allowed);
+unsigned read_seed(const Section& section);
+Texture read_image(const Section& section, const Source& source);
+
+// ---- Sections
+
+void read_picture(const Section& root, Scene& scene);
+Camera read_camera(const Section& root);
+/// After the camera, which a phase angle refers to.
+void read_sun(const Section& root, Scene& scene);
+Texture read_background(const Section& root, const Source& source);
+/// `of_rings`: depth and albedo come from the rings' profile.
+SceneLayer read_layer(const Section& root, const Source& source, bool of_rings);
+/// `parent`'s surface, of a planet or of the ground, as a Lambert albedo; black without the key.
+Texture read_surface(const Section& parent, const Source& source);
+Rings read_rings(const Section& root, const Source& source);
+Planet read_planet(const Section& root, const Source& source);
+Slab read_slab(const Section& root, const Source& source, const Camera& camera);
+LobeFigure read_lobes(const Section& root, const Source& source);
+LambertFigure read_lambert(const Section& root, const Source& source);
+
+}  // namespace stratus::scene_file

@@ -20,7 +20,7 @@ namespace {
 constexpr const char* channels[] = {"R", "G", "B"};
 
 /// 2^14 on a side are 3 GB of floats.
-constexpr int longest_side = 1 << 14;
+constexpr int max_side = 1 << 14;
 
 Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
     return Imf::Slice::Make(Imf::FLOAT, image.rgb.data() + c, origin, image.width, image.height,
@@ -34,7 +34,7 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
                      const std::filesystem::path& path) {
     Imf::Header header(image.width, image.height);
     header.compression() = Imf::ZIP_COMPRESSION;
-    Image copy = image;  // OpenEXR asks for memory that it may change
+    Image copy = image;  // OpenEXR wants a pointer to non-const
     Imf::FrameBuffer buffer;
     for (int c = 0; c < 3; ++c) {
         header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
@@ -47,7 +47,7 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
         Imf::OutputFile file(stream, header);
         file.setFrameBuffer(buffer);
         file.writePixels(image.height);
-    }  // only its end completes the file
+    }  // the destructor completes the file
     io::write_bytes(path, bytes);
 }
 
@@ -59,8 +59,8 @@ Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memor
         Imf::InputFile file(stream);
         const Imath::Box2i window = file.header().dataWindow();
         const Imath::V2i size = window.max - window.min + Imath::V2i(1, 1);
-        if (size.x < 1 || size.y < 1 || size.x > longest_side || size.y > longest_side)
-            throw std::runtime_error("a picture must have sides in [1, 16384]");
+        if (size.x < 1 || size.y < 1 || size.x > max_side || size.y > max_side)
+            throw std::runtime_error("width and height of a picture must be in [1, 16384]");
         const Imf::ChannelList& has = file.header().channels();
         const bool grey = has.findChannel("Y") != nullptr;
         limit.take("the picture", 3 * sizeof(float) * static_cast<std::uintmax_t>(size.x) *

@@ -1,13 +1,14 @@
-// Each dataset of samples is one part of a multi-part file with one channel, Y. Everything else is
-// text on the first part, in attributes named by what they are:
+// Each dataset of samples is one part of a multi-part file, with one channel Y. Everything else is
+// text in attributes:
 //
-//     stratus:NAME      an entry of the metadata, checksum included
-//     dataset:NAME      the numbers of an axis or of the diffusion exponent, separated by spaces
-//     dataset:NAME.scale, dataset:NAME.units
-//     part:layout, part:checksum      on every part, how its samples lie and their checksum
+//     stratus:NAME            on the first part, an entry of the metadata, checksum included
+//     dataset:NAME            on the first part, the numbers of an axis or of the diffusion exponent,
+//                             separated by spaces
+//     dataset:NAME.scale, dataset:NAME.units      on the first part
+//     part:layout, part:checksum      on every part, the order of its samples and their checksum
 //
-// The metadata's checksum covers the first three. Headers are gone through before OpenEXR sees
-// them, because it takes memory for whatever size they name.
+// The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR reads
+// them, because it allocates memory for any size that they give.
 #include "memory_stream.h"
 #include "table_content.h"
 
@@ -38,19 +39,19 @@ constexpr const char* layout_attribute = "part:layout";
 constexpr const char* checksum_attribute = "part:checksum";
 
 /// OpenEXR counts the bytes of 16 rows of samples in an int.
-constexpr std::size_t longest_side = std::size_t{1} << 24;
+constexpr std::size_t max_side = std::size_t{1} << 24;
 
-/// What OpenEXR keeps of a part while it inflates 32 rows of it: those rows three times.
-constexpr std::size_t rows_at_once = 3 * 32;
+/// OpenEXR inflates 32 rows of a part at once and holds three copies of them.
+constexpr std::size_t rows_in_memory = 3 * 32;
 
 // --- Table <-> picture ---
 
-struct Size {
+struct PictureSize {
     std::size_t width, height;
 };
 
-/// Rows and columns that the samples over these axes take.
-Size picture_size(std::span<const std::size_t> extents) {
+/// Width and height of the samples over these axes.
+PictureSize picture_size(std::span<const std::size_t> extents) {
     switch (extents.size()) {
         case 2: return {extents[1], extents[0]};
         case 3: return {extents[2], extents[0] * extents[1]};
@@ -68,8 +69,8 @@ std::string layout_text(std::size_t rank) {
     }
 }
 
-/// The sizes that a picture is laid out by: pictures of all mixtures, one beneath the other, have
-/// the rows of as many more albedos.
+/// The extents that determine the layout of a picture. The pictures of all mixtures are stacked
+/// vertically, as if there were that many more albedos.
 std::vector<std::size_t> picture_extents(const Table& table, std::size_t rank) {
     std::vector<std::size_t> sizes = extents(table, rank);
     if (table.has_mixture()) {
@@ -79,7 +80,7 @@ std::vector<std::size_t> picture_extents(const Table& table, std::size_t rank) {
     return sizes;
 }
 
-/// Samples in the order of the picture: only those over all five axes lie otherwise in the table.
+/// Samples in the order of the picture, which differs from the table's only over all five axes.
 std::vector<float> to_picture(const std::vector<float>& samples, std::span<const std::size_t> n) {
     if (n.size() < 5) return samples;
     const std::size_t run = n[3] * n[4];
@@ -95,7 +96,7 @@ std::vector<float> to_picture(const std::vector<float>& samples, std::span<const
     return pixels;
 }
 
-/// Memory for the rows from `first_row` on.
+/// Describes `pixels` to OpenEXR as the rows from `first_row` on.
 Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
                               std::size_t first_row = 0) {
     Imf::FrameBuffer buffer;
@@ -107,9 +108,9 @@ Imf::FrameBuffer frame_buffer(std::vector<float>& pixels, std::size_t width,
     return buffer;
 }
 
-// --- Headers, before OpenEXR sees them ---
+// --- Headers, checked before OpenEXR reads them ---
 
-/// Goes through bytes from the front and refuses to go beyond their end.
+/// Reads bytes from the front and throws at their end.
 class Cursor {
   public:
     explicit Cursor(const Bytes& bytes) : rest_(bytes.data(), bytes.size()) {}
@@ -140,12 +141,12 @@ class Cursor {
     std::string_view rest_;
 };
 
-/// A type of attribute that a table's headers have. OpenEXR reads as many bytes as the type needs,
-/// whatever length the file names: unless both agree it would take memory for lengths unchecked
-/// here.
+/// A type of attribute in the headers of tables. OpenEXR reads as many bytes as the type needs,
+/// whatever length the file gives: if they differed, it would go on reading in the wrong place and
+/// allocate memory for lengths that were not checked.
 struct AttributeType {
     std::string_view name;
-    std::size_t size;  // 0: any, the length that the file names
+    std::size_t size;  // 0: any, given by the file
 };
 
 constexpr std::array<AttributeType, 8> attribute_types{{
@@ -163,28 +164,29 @@ void check_attribute(std::string_view type, std::string_view value) {
     const auto found = std::find_if(attribute_types.begin(), attribute_types.end(),
                                     [&](const AttributeType& known) { return known.name == type; });
     if (found == attribute_types.end())
-        throw std::runtime_error("a header has an attribute of a type that no table has");
+        throw std::runtime_error("a header has an attribute of an unsupported type");
     if (found->size != 0 && value.size() != found->size)
         throw std::runtime_error("a header has an attribute of the wrong length");
     // One channel, its name one character, ended by an empty name.
     if (type == "chlist" && (value[0] == '\0' || value[1] != '\0' || value.back() != '\0'))
-        throw std::runtime_error("a part must have one channel, Y, of 32-bit numbers");
+        throw std::runtime_error("a part must have one channel, Y, of 32-bit floats");
 }
 
 /// Checks that a data window begins at 0, 0 and is no larger than what the file can be inflated to,
-/// and counts what OpenEXR takes for it.
+/// and counts the memory that OpenEXR needs to read it.
 void check_window(std::string_view value, std::size_t file_size, MemoryLimit& limit) {
-    std::array<std::int32_t, 4> corner;  // x and y of the first, then of the last sample
+    std::array<std::int32_t, 4> corner;  // x and y of the first and of the last sample
     if (value.size() != sizeof corner) throw std::runtime_error("a data window is damaged");
     std::memcpy(corner.data(), value.data(), sizeof corner);
     if (corner[0] != 0 || corner[1] != 0 || corner[2] < 0 || corner[3] < 0)
-        throw std::runtime_error("a data window does not begin at 0, 0");
+        throw std::runtime_error("a data window must begin at 0, 0");
     const std::array<std::size_t, 2> sides{static_cast<std::size_t>(corner[2]) + 1,
                                            static_cast<std::size_t>(corner[3]) + 1};
-    if (std::max(sides[0], sides[1]) > longest_side)
-        throw std::runtime_error("a data window is larger than any table's");
+    if (std::max(sides[0], sides[1]) > max_side)
+        throw std::runtime_error("a data window must not be larger than " +
+                                 std::to_string(max_side) + " on a side");
     checked_count("a data window", sides, sizeof(float), file_size);
-    limit.take("a part", rows_at_once * sides[0] * sizeof(float));
+    limit.take("a part", rows_in_memory * sides[0] * sizeof(float));
 }
 
 void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit) {
@@ -192,7 +194,7 @@ void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit)
     while (!cursor.at_zero()) {
         const std::string_view name = cursor.take_name();
         if (!names.insert(name).second)
-            throw std::runtime_error("attribute " + shown(name) + " is there twice");
+            throw std::runtime_error("duplicate attribute " + shown(name));
         const std::string_view type = cursor.take_name();
         const std::int32_t size = cursor.take_integer();
         if (size < 0) throw std::runtime_error("a header is damaged");
@@ -200,7 +202,7 @@ void check_attributes(Cursor& cursor, std::size_t file_size, MemoryLimit& limit)
         check_attribute(type, value);
         if (name == "dataWindow") check_window(value, file_size, limit);
         if (name == "type" && value != Imf::SCANLINEIMAGE)
-            throw std::runtime_error("a part is not of scan lines");
+            throw std::runtime_error("a part must consist of scan lines");
     }
     cursor.take(1);
 }
@@ -213,7 +215,7 @@ void check_headers(const Bytes& bytes, MemoryLimit& limit) {
     cursor.take(exr_magic.size());
     const std::int32_t flags = cursor.take_integer() & ~long_names;
     if (flags != version && flags != (version | multi_part))
-        throw std::runtime_error("OpenEXR file is not one of scan lines, version 2");
+        throw std::runtime_error("must be an OpenEXR file of scan lines, version 2");
     check_attributes(cursor, bytes.size(), limit);
     if (flags == version) return;
     while (!cursor.at_zero()) check_attributes(cursor, bytes.size(), limit);
@@ -221,12 +223,10 @@ void check_headers(const Bytes& bytes, MemoryLimit& limit) {
 
 // --- Attributes ---
 
-using Texts = std::map<std::string, std::string>;
-
 /// Everything about the table but its samples, by attribute name.
-Texts attributes_of(const Table& table, const Metadata& metadata) {
+Metadata attributes_of(const Table& table, const Metadata& metadata) {
     const std::string dataset(dataset_prefix);
-    Texts texts;
+    Metadata texts;
     for (const auto& [name, text] : metadata) texts[std::string(metadata_prefix) + name] = text;
     for (const AxisField& field : axis_fields_of(table)) {
         const Axis& axis = table.*field.axis;
@@ -238,9 +238,9 @@ Texts attributes_of(const Table& table, const Metadata& metadata) {
     return texts;
 }
 
-/// The texts of a header that begin with a prefix, without it or with it.
-Texts texts_of(const Imf::Header& header, std::string_view prefix, bool keep_prefix) {
-    Texts texts;
+/// The text attributes of a header whose names begin with a prefix.
+Metadata texts_of(const Imf::Header& header, std::string_view prefix, bool keep_prefix) {
+    Metadata texts;
     for (auto attribute = header.begin(); attribute != header.end(); ++attribute) {
         const std::string_view name = attribute.name();
         const auto* text = dynamic_cast<const Imf::StringAttribute*>(&attribute.attribute());
@@ -252,31 +252,24 @@ Texts texts_of(const Imf::Header& header, std::string_view prefix, bool keep_pre
 
 const std::string& part_text(const Imf::Header& header, const std::string& part, const char* name) {
     const auto* text = header.findTypedAttribute<Imf::StringAttribute>(name);
-    if (!text) throw std::runtime_error(part + " lacks its attribute " + name);
+    if (!text) throw std::runtime_error(part + " has no attribute " + name);
     return text->value();
 }
 
-/// Metadata of a file whose checksum holds.
 Metadata read_metadata(const Imf::Header& header) {
     Metadata metadata = texts_of(header, metadata_prefix, false);
     check_format(metadata);
     metadata.erase(checksum_name);
 
-    Texts covered = texts_of(header, metadata_prefix, true);
+    Metadata covered = texts_of(header, metadata_prefix, true);
     covered.merge(texts_of(header, dataset_prefix, true));
-    const std::string name = std::string(metadata_prefix) + checksum_name;
-    const std::string stored = entry(covered, name);
-    covered.erase(name);
-    check_checksum("the metadata", stored, checksum(covered));
+    check_and_remove_checksum(covered, std::string(metadata_prefix) + checksum_name);
     return metadata;
 }
 
 void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table) {
-    const Texts texts = texts_of(header, dataset_prefix, false);
-    const std::vector<AxisField> axes = axis_fields_of(metadata);
-    if (axes.size() == axis_fields.size() && texts.contains(mixture_field.name))
-        entry(metadata, "second_phase_function");  // refuses: none is there
-    for (const AxisField& field : axes) {
+    const Metadata texts = texts_of(header, dataset_prefix, false);
+    for (const AxisField& field : axis_fields_of(metadata, texts.contains(mixture_field.name))) {
         const std::string name = field.name;
         Axis& axis = table.*field.axis;
         check_scale(name, axis, entry(texts, name + ".scale"));
@@ -288,10 +281,11 @@ void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table
 
 // --- Parts ---
 
-/// Header of one part; all parts of a file share the display window.
-Imf::Header part_header(const SampleField& field, const std::string& layout, const Size& size,
-                        const Size& display, const std::vector<float>& samples) {
-    const auto window = [](const Size& s) {
+/// The header of one part. All parts of a file have the same display window.
+Imf::Header part_header(const SampleField& field, const std::string& layout,
+                        const PictureSize& size, const PictureSize& display,
+                        const std::vector<float>& samples) {
+    const auto window = [](const PictureSize& s) {
         return Imath::Box2i({0, 0},
                             {static_cast<int>(s.width) - 1, static_cast<int>(s.height) - 1});
     };
@@ -307,20 +301,20 @@ Imf::Header part_header(const SampleField& field, const std::string& layout, con
 
 std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata,
                                     const std::vector<SampleField>& fields) {
-    const Size display = picture_size(picture_extents(table, fields.front().rank));
-    const std::string of_mixture =
+    const PictureSize display = picture_size(picture_extents(table, fields.front().rank));
+    const std::string mixture_layout =
         table.has_mixture() ? "one picture per mixture, one beneath the other: " : "";
     std::vector<Imf::Header> headers;
     for (const SampleField& field : fields) {
-        const Size size = picture_size(picture_extents(table, field.rank));
-        if (std::max(size.width, size.height) > longest_side)
+        const PictureSize size = picture_size(picture_extents(table, field.rank));
+        if (std::max(size.width, size.height) > max_side)
             throw std::runtime_error(std::string(field.name) + " is too large for a picture, " +
                                      std::to_string(size.width) + " x " +
                                      std::to_string(size.height));
-        headers.push_back(part_header(field, of_mixture + layout_text(field.rank), size, display,
-                                      table.*field.samples));
+        headers.push_back(part_header(field, mixture_layout + layout_text(field.rank), size,
+                                      display, table.*field.samples));
     }
-    Texts texts = attributes_of(table, metadata);
+    Metadata texts = attributes_of(table, metadata);
     const std::string sum = checksum(texts);
     texts[std::string(metadata_prefix) + checksum_name] = sum;
     for (const auto& [name, text] : texts) headers.front().insert(name, Imf::StringAttribute(text));
@@ -333,32 +327,32 @@ int find_part(const Imf::MultiPartInputFile& file, const std::string& name) {
     throw std::runtime_error("part " + name + " is missing");
 }
 
-void check_part(const Imf::Header& header, const std::string& name, const Size& size) {
+void check_part(const Imf::Header& header, const std::string& name, const PictureSize& size) {
     const Imath::Box2i& window = header.dataWindow();
     if (static_cast<std::size_t>(window.max.x) + 1 != size.width ||
         static_cast<std::size_t>(window.max.y) + 1 != size.height)
-        throw std::runtime_error("data window of " + name + " is not that of its axes");
+        throw std::runtime_error("data window of " + name + " does not match its axes");
     if (header.compression() != Imf::PIZ_COMPRESSION)
-        throw std::runtime_error(name + " is not compressed as a table is");
+        throw std::runtime_error(name + " must have PIZ compression");
     auto channel = header.channels().begin();
     if (channel == header.channels().end() || std::string_view(channel.name()) != channel_name ||
         channel.channel().type != Imf::FLOAT || channel.channel().xSampling != 1 ||
         channel.channel().ySampling != 1 || ++channel != header.channels().end())
-        throw std::runtime_error(name + " must have one channel, Y, of 32-bit numbers");
+        throw std::runtime_error(name + " must have one channel, Y, of 32-bit floats");
 }
 
-/// Fills `pixels` with the rows from `first` on.
+/// Fills `pixels` with the rows of a part from `first` on.
 void read_rows(Imf::InputPart& part, std::size_t width, std::size_t first,
                std::vector<float>& pixels) {
     part.setFrameBuffer(frame_buffer(pixels, width, first));
     part.readPixels(static_cast<int>(first), static_cast<int>(first + pixels.size() / width) - 1);
 }
 
-/// One row of tiles after the other, so that no second copy of the samples is needed.
+/// Reads one row of tiles at a time, so as to need no second copy of all samples.
 void read_tiles(Imf::InputPart& part, std::size_t width, std::span<const std::size_t> n,
                 MemoryLimit limit, std::vector<float>& samples) {
     const std::size_t run = n[3] * n[4];
-    limit.take("a row of tiles", n[2] * width * sizeof(float));  // given back below
+    limit.take("a row of tiles", n[2] * width * sizeof(float));
     std::vector<float> pixels(n[2] * width);
     auto into = samples.begin();
     for (std::size_t albedo = 0; albedo < n[0]; ++albedo) {
@@ -376,7 +370,7 @@ std::vector<float> read_part(Imf::MultiPartInputFile& file, const SampleField& f
     const int number = find_part(file, name);
     const Imf::Header& header = file.header(number);
     const std::size_t count = checked_count(name, extents, sizeof(float), file_size);
-    const Size size = picture_size(extents);
+    const PictureSize size = picture_size(extents);
     check_part(header, name, size);
     Imf::InputPart part(file, number);
     std::vector<float> samples(count);
@@ -400,13 +394,13 @@ Bytes encode_exr(const Table& table, const Metadata& metadata) {
         Imf::MultiPartOutputFile file(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t i = 0; i < fields.size(); ++i) {
             const std::vector<std::size_t> n = picture_extents(table, fields[i].rank);
-            const Size size = picture_size(n);
+            const PictureSize size = picture_size(n);
             std::vector<float> pixels = to_picture(table.*fields[i].samples, n);
             Imf::OutputPart part(file, static_cast<int>(i));
             part.setFrameBuffer(frame_buffer(pixels, size.width));
             part.writePixels(static_cast<int>(size.height));
         }
-    }  // only its end completes the file
+    }  // the destructor completes the file
     return bytes;
 }
 
@@ -416,10 +410,8 @@ Table decode_exr(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>
     constexpr bool rebuild_missing_offsets = false;
     Imf::MultiPartInputFile file(stream, Imf::globalThreadCount(), rebuild_missing_offsets);
 
-    Table table;
     const Metadata metadata = read_metadata(file.header(0));
-    take_metadata(metadata, table);
-    note_version(metadata, notes);
+    Table table = table_without_samples(metadata, notes);
     read_axes(file.header(0), metadata, table);
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);

@@ -1,9 +1,10 @@
 #include "hdf5_structures.h"
 
+#include "hdf5_file_region.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <functional>
 #include <initializer_list>
 #include <new>
@@ -16,100 +17,52 @@
 namespace stratus::io {
 namespace {
 
-struct Fault {
-    const char* reason;
-};
-
-void expect(bool holds, const char* reason) {
-    if (!holds) throw Fault{reason};
-}
-
-/// A product that a hostile file cannot make small again.
+/// The product, or the largest number where it overflows.
 std::uint64_t times(std::uint64_t a, std::uint64_t b) {
     return b != 0 && a > UINT64_MAX / b ? UINT64_MAX : a * b;
 }
 
-/// Part of a file, as far as the file goes.
-class Part {
-  public:
-    Part(std::span<const char> file, std::uint64_t start)
-        : file_(file), content_(file.subspan(std::min<std::uint64_t>(start, file.size()))) {}
+using Check = std::function<void(const FileRegion&)>;
 
-    std::uint64_t size() const { return content_.size(); }
-
-    /// The little-endian number of up to eight bytes at `at`; beyond the end there are zeros.
-    std::uint64_t number(std::uint64_t at, std::uint64_t bytes) const {
-        std::uint64_t value = 0;
-        for (std::uint64_t i = 0; i < bytes && at < size() && i < size() - at; ++i)
-            value |= std::uint64_t{static_cast<unsigned char>(content_[at + i])} << (8 * i);
-        return value;
-    }
-
-    bool begins(std::string_view name) const {
-        return size() >= name.size() && std::memcmp(content_.data(), name.data(), name.size()) == 0;
-    }
-
-    std::string_view bytes() const { return {content_.data(), content_.size()}; }
-
-    /// `size` bytes from `at` on.
-    Part within(std::uint64_t at, std::uint64_t size) const {
-        expect(at <= content_.size() && size <= content_.size() - at,
-               "a structure ends before its content");
-        Part part = *this;
-        part.content_ = content_.subspan(at, size);
-        return part;
-    }
-    Part from(std::uint64_t at) const { return within(at, size() - std::min(at, size())); }
-
-    /// All from another place in the file on.
-    Part elsewhere(std::uint64_t address) const { return {file_, address}; }
-
-  private:
-    std::span<const char> file_, content_;
-};
-
-using Check = std::function<void(const Part&)>;
-
-/// Checks the checksum that follows the first `size` bytes: the library finds out only when it is
-/// halfway through a tree, and loses its way back.
-void check_sum(const Part& structure, std::uint64_t size) {
+/// Compares the checksum after the first `size` bytes, which the library does only halfway through
+/// a tree, from where it cannot recover.
+void check_checksum(const FileRegion& structure, std::uint64_t size) {
     expect(lookup3(structure.within(0, size).bytes()) == structure.within(size, 4).number(0, 4),
-           "a structure is damaged");
+           "damaged structure");
 }
 
 // --- Messages ---
 
-/// Checks a datatype; within another may be none that has others in it. Returns the bytes of an
-/// element.
-std::uint64_t check_datatype(const Part& type, bool within_another = false) {
-    constexpr const char* other = "a datatype is none that a table has";
+/// Checks a datatype and returns the bytes of an element. Datatypes are nested one deep at most.
+std::uint64_t check_datatype(const FileRegion& type, bool nested = false) {
+    constexpr const char* unsupported = "unsupported datatype";
     constexpr unsigned integer = 0, floating = 1, text = 3, compound = 6, reference = 7, list = 9;
-    const auto start = [](std::uint64_t kind) {  // of what follows the properties of a kind
+    const auto properties_end = [](std::uint64_t kind) {
         return kind == integer ? 12U : kind == floating ? 20U : 8U;
     };
     const std::uint64_t kind = type.number(0, 1) & 15, version = type.number(0, 1) >> 4;
     const std::uint64_t element = type.number(4, 4);
-    expect(version >= 1 && version <= 3 && element > 0, other);
-    std::uint64_t at = start(kind);
+    expect(version >= 1 && version <= 3 && element > 0, unsupported);
+    std::uint64_t at = properties_end(kind);
     type.from(at);
     if (kind == integer || kind == floating || kind == text || kind == reference) return element;
-    expect((kind == compound || kind == list) && !within_another, other);
+    expect((kind == compound || kind == list) && !nested, unsupported);
     if (kind == list) check_datatype(type.from(at), true);
     if (kind == list) return element;
     constexpr std::uint64_t max_members = 16;
-    expect(type.number(1, 2) <= max_members, other);
+    expect(type.number(1, 2) <= max_members, unsupported);
     for (std::uint64_t left = type.number(1, 2); left > 0; --left) {
         std::uint64_t name = 1;
         while (type.number(at + name - 1, 1) != 0) ++name;
         at += version < 3 ? (name + 7) / 8 * 8 : name;
         at += version == 1 ? 32U : version == 2 ? 4U : (std::bit_width(element) + 7U) / 8;
-        expect(check_datatype(type.from(at), true) <= element, other);
-        at += start(type.number(at, 1) & 15);
+        expect(check_datatype(type.from(at), true) <= element, unsupported);
+        at += properties_end(type.number(at, 1) & 15);
     }
     return element;
 }
 
-std::vector<std::uint64_t> check_dataspace(const Part& space) {
+std::vector<std::uint64_t> check_dataspace(const FileRegion& space) {
     const std::uint64_t rank = space.number(1, 1), at = space.number(0, 1) == 1 ? 8 : 4;
     const bool limited = space.number(2, 1) & 1;
     expect(rank <= 32, "a dataspace has too many dimensions");
@@ -119,7 +72,7 @@ std::vector<std::uint64_t> check_dataspace(const Part& space) {
     return extents;
 }
 
-void check_attribute(const Part& attribute) {
+void check_attribute(const FileRegion& attribute) {
     const std::uint64_t version = attribute.number(0, 1);
     const auto padded = [&](std::uint64_t bytes) {
         return version == 1 ? (bytes + 7) / 8 * 8 : bytes;
@@ -127,9 +80,10 @@ void check_attribute(const Part& attribute) {
     const std::uint64_t name = attribute.number(2, 2), type_size = attribute.number(4, 2);
     const std::uint64_t name_at = version == 3 ? 9 : 8, type_at = name_at + padded(name);
     const std::uint64_t space_at = type_at + padded(type_size);
-    const Part values = attribute.from(space_at + padded(attribute.number(6, 2)));
-    expect(version == 1 || attribute.number(1, 1) == 0, "an attribute shares its type");
-    expect(name > 0 && attribute.number(name_at + name - 1, 1) == 0, "an attribute's name goes on");
+    const FileRegion values = attribute.from(space_at + padded(attribute.number(6, 2)));
+    expect(version == 1 || attribute.number(1, 1) == 0, "an attribute with a shared datatype");
+    expect(name > 0 && attribute.number(name_at + name - 1, 1) == 0,
+           "an attribute's name is not terminated");
     std::uint64_t bytes = check_datatype(attribute.within(type_at, type_size));
     for (const std::uint64_t extent :
          check_dataspace(attribute.within(space_at, attribute.number(6, 2))))
@@ -137,23 +91,23 @@ void check_attribute(const Part& attribute) {
     expect(bytes <= values.size(), "an attribute is larger than its message");
 }
 
-void check_link(const Part& link) {
+void check_link(const FileRegion& link) {
     const std::uint64_t flags = link.number(1, 1), size_of_length = 1U << (flags & 3);
     const std::uint64_t at = 2U + (flags & 8 ? 1 : 0) + (flags & 4 ? 8 : 0) + (flags & 16 ? 1 : 0);
     const bool hard = !(flags & 8) || link.number(2, 1) == 0;
     link.from(at + size_of_length).from(link.number(at, size_of_length)).from(hard ? 8 : 2);
 }
 
-void check_fill_value(const Part& fill) {
+void check_fill_value(const FileRegion& fill) {
     const std::uint64_t version = fill.number(0, 1), at = version < 3 ? 4 : 2;
     const bool given = version == 1 || fill.number(at - 1, 1) & (version < 3 ? 1 : 0x20);
     const std::uint64_t size = fill.number(at, 4);
     fill.from(at + (given ? 4 : 0));
-    if (given && size <= INT32_MAX) fill.from(at + 4).from(size);  // a negative one: none
+    if (given && size <= INT32_MAX) fill.from(at + 4).from(size);  // a negative size: no value
 }
 
 /// Returns whether there are filters.
-bool check_filters(const Part& filters) {
+bool check_filters(const FileRegion& filters) {
     const std::uint64_t version = filters.number(0, 1), count = filters.number(1, 1);
     std::uint64_t at = version == 1 ? 8 : 2;
     for (std::uint64_t left = count; left > 0; --left) {
@@ -161,31 +115,32 @@ bool check_filters(const Part& filters) {
         const std::uint64_t name = named ? filters.number(at + 2, 2) : 0;
         const std::uint64_t values = filters.number(at + (named ? 6 : 4), 2);
         at += (named ? 8 : 6) + name;
-        expect(name == 0 || filters.number(at - 1, 1) == 0, "a filter's name goes on");
+        expect(name == 0 || filters.number(at - 1, 1) == 0, "a filter's name is not terminated");
         at += 4 * (version == 1 ? (values + 1) / 2 * 2 : values);
         filters.from(at);
     }
     return count > 0;
 }
 
-/// Where a dataset's samples lie: together, or in chunks of which all are listed.
-void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents, bool filtered) {
+/// Where the samples of a dataset are: contiguous, or in chunks with an index of all of them.
+void check_layout(const FileRegion& layout, const std::vector<std::uint64_t>& extents,
+                  bool filtered) {
     constexpr unsigned compact = 0, contiguous = 1, chunked = 2, single = 1, fixed_array = 3;
     constexpr std::uint64_t max_chunks = 1 << 20;
     const std::uint64_t version = layout.number(0, 1), kind = layout.number(1, 1);
-    expect(version == 3 || version == 4, "a layout is older than those of HDF5 1.6");
+    expect(version == 3 || version == 4, "the data layout predates HDF5 1.6");
     if (kind == compact) layout.from(4).from(layout.number(2, 2));
     if (kind == contiguous) layout.from(18);
     if (kind == compact || kind == contiguous) return;
-    expect(kind == chunked, "samples lie in other files");
-    expect(version == 4, "chunks are listed as before HDF5 1.10");
+    expect(kind == chunked, "samples are stored in other files");
+    expect(version == 4, "the chunk index predates HDF5 1.10");
     const std::uint64_t rank = layout.number(3, 1), size_of_extent = layout.number(4, 1);
-    expect(rank == extents.size() + 1, "chunks are of another rank than their dataset");
-    expect(size_of_extent >= 1 && size_of_extent <= 8, "chunks have no extents");
+    expect(rank == extents.size() + 1, "chunks have another rank than their dataset");
+    expect(size_of_extent >= 1 && size_of_extent <= 8, "chunks without extents");
     std::uint64_t bytes = 1, chunks = 1;
     for (std::uint64_t d = 0; d < rank; ++d) {
         const std::uint64_t extent = layout.number(5 + d * size_of_extent, size_of_extent);
-        expect(extent > 0, "chunks have no extents");
+        expect(extent > 0, "chunks without extents");
         bytes = times(bytes, extent);
         if (d < extents.size())
             chunks = times(chunks, extents[d] / extent + (extents[d] % extent > 0));
@@ -197,38 +152,40 @@ void check_layout(const Part& layout, const std::vector<std::uint64_t>& extents,
         layout.from(at + (filtered_here ? 21 : 9));
         return;
     }
-    expect(index == fixed_array, "chunks are listed as no table's are");
+    expect(index == fixed_array, "unsupported chunk index");
     layout.from(at + 10);
-    const Part list = layout.elsewhere(layout.number(at + 2, 8));
+    const FileRegion chunk_index = layout.at_address(layout.number(at + 2, 8));
     if (layout.number(at + 2, 8) == HADDR_UNDEF) return;
     const std::uint64_t size_of_size = 1U + (std::bit_width(bytes) + 7U) / 8;
-    expect(list.number(5, 1) == filtered && chunks <= max_chunks && list.number(8, 8) == chunks &&
-               list.number(6, 1) == (filtered ? 12 + size_of_size : 8) &&
-               list.number(7, 1) == layout.number(at + 1, 1) && list.number(7, 1) < 32,
-           "a list of chunks is not that of its dataset");
-    check_sum(list, 24);
-    const Part entries = list.elsewhere(list.number(16, 8));
-    const bool paged = chunks > std::uint64_t{1} << list.number(7, 1);
-    if (!paged && list.number(16, 8) != HADDR_UNDEF)
-        check_sum(entries, 14 + chunks * list.number(6, 1));
+    expect(chunk_index.number(5, 1) == filtered && chunks <= max_chunks &&
+               chunk_index.number(8, 8) == chunks &&
+               chunk_index.number(6, 1) == (filtered ? 12 + size_of_size : 8) &&
+               chunk_index.number(7, 1) == layout.number(at + 1, 1) &&
+               chunk_index.number(7, 1) < 32,
+           "the chunk index does not match its dataset");
+    check_checksum(chunk_index, 24);
+    const FileRegion entries = chunk_index.at_address(chunk_index.number(16, 8));
+    const bool paged = chunks > std::uint64_t{1} << chunk_index.number(7, 1);
+    if (!paged && chunk_index.number(16, 8) != HADDR_UNDEF)
+        check_checksum(entries, 14 + chunks * chunk_index.number(6, 1));
 }
 
-// --- Attributes and links that lie in a heap, and the trees that find them there ---
+// --- Attributes and links in a heap, and the B-trees that index them ---
 
-/// A tree of nodes of 512 bytes, as all of a table's are.
-class Tree {
+/// A B-tree with nodes of 512 bytes, the size that HDF5 chooses for attributes and links.
+class BTree {
   public:
-    explicit Tree(const Part& header) : header_(header) {}
+    explicit BTree(const FileRegion& header) : header_(header) {}
 
-    /// Checks the tree itself, and what each record says of the heap.
+    /// Checks the tree, and calls `check_record` with the part of each record that refers to the heap.
     void check(const Check& check_record) const {
         const std::uint64_t depth = header_.number(12, 2), merge = header_.number(15, 1);
-        check_sum(header_, 34);
+        check_checksum(header_, 34);
         expect(header_.begins("BTHD") && header_.number(4, 1) == 0 && header_.number(6, 4) == 512 &&
                    depth <= 2 && kind() < records.size() && records[kind()].size > 0 &&
                    records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
                    merge > 0 && 2 * merge < header_.number(14, 1),
-               "a tree is none that a table has");
+               "malformed or unsupported B-tree");
         std::uint64_t left = max_records;
         check_node(header_.number(16, 8), header_.number(24, 2), depth, left, check_record);
     }
@@ -237,90 +194,90 @@ class Tree {
     static constexpr std::uint64_t max_records = 4096;
 
     struct Record {
-        std::uint64_t size, key;  // bytes in all, and those before what it says of the heap
+        std::uint64_t size, key;  // bytes of the record, and of its part before the heap reference
     };
-    /// By kind; that a table has are 1 huge objects, 5 names and 6 order of links, 8 names and 9
-    /// order of attributes.
+    /// By kind: 1 huge objects, 5 names and 6 creation order of links, 8 names and 9 creation order
+    /// of attributes.
     static constexpr std::array<Record, 10> records{
         {{}, {24, 0}, {}, {}, {}, {11, 4}, {15, 8}, {}, {17, 0}, {13, 0}}};
 
     std::uint64_t kind() const { return header_.number(5, 1); }
 
-    /// Checks a node and all below it; `left` is how many records there may be yet.
+    /// Checks a node and its descendants, which must not have more than `left` records.
     void check_node(std::uint64_t address, std::uint64_t count, std::uint64_t depth,
                     std::uint64_t& left, const Check& check_record) const {
         constexpr std::uint64_t room = 502, start = 6;
         const auto [size, key] = records[kind()];
         const std::uint64_t pointer = depth == 0 ? 0 : depth == 1 ? 9 : 11;
-        expect(count <= (room - pointer) / (size + pointer), "a tree has a node that is too full");
-        expect(count <= left, "a tree is larger than any table's");
+        expect(count <= (room - pointer) / (size + pointer), "a B-tree node has too many records");
+        expect(count <= left, "a B-tree has too many records");
         left -= count;
         if (count == 0) return;
-        const Part node = header_.elsewhere(address);
+        const FileRegion node = header_.at_address(address);
         expect(node.begins(depth > 0 ? "BTIN" : "BTLF") && node.number(4, 1) == 0 &&
                    node.number(5, 1) == kind(),
-               "a tree has a node that is none");
-        check_sum(node, start + count * size + (depth > 0 ? (count + 1) * pointer : 0));
+               "malformed B-tree node");
+        check_checksum(node, start + count * size + (depth > 0 ? (count + 1) * pointer : 0));
         for (std::uint64_t r = 0; r < count; ++r)
             check_record(node.within(start + r * size + key, size - key));
         for (std::uint64_t c = 0; depth > 0 && c <= count; ++c) {
-            const Part child = node.from(start + count * size + c * pointer);
+            const FileRegion child = node.from(start + count * size + c * pointer);
             check_node(child.number(0, 8), child.number(8, 1), depth - 1, left, check_record);
         }
     }
 
-    Part header_;
+    FileRegion header_;
 };
 
-/// A heap of blocks in rows of four: two rows of the smallest size, then twice as large each.
-class Heap {
+/// A heap of blocks in rows of four: the first two rows of the smallest size, then doubling.
+class FractalHeap {
   public:
-    Heap(const Part& file, std::uint64_t address)
-        : address_(address), header_(file.elsewhere(address)) {}
+    FractalHeap(const FileRegion& file, std::uint64_t address)
+        : address_(address), header_(file.at_address(address)) {}
 
-    /// Checks the heap itself, and the huge objects that do not lie in it.
+    /// Checks the heap, and the huge objects that are stored outside it.
     void check(const Check& check_message) const {
         constexpr std::uint64_t largest_block = 65536;
-        const char* const other = "a heap is none that a table has";
+        const char* const unsupported = "malformed or unsupported heap";
         const std::uint64_t managed = header_.number(10, 4), bits = header_.number(128, 2);
-        check_sum(header_, 142);
+        check_checksum(header_, 142);
         expect(header_.begins("FRHP") && header_.number(4, 1) == 0 &&
                    header_.number(5, 2) == 3 + bits / 8 && header_.number(7, 2) == 0 &&
                    header_.number(9, 1) <= 3 && managed >= 256 && managed <= largest_block &&
                    header_.number(110, 2) == 4 && (first() == 512 || first() == 1024) &&
                    header_.number(120, 8) == largest_block && (bits == 32 || bits == 40),
-               other);
-        const char* const larger = "a heap is larger than any table's";
+               unsupported);
+        const char* const larger = "a heap is too large";
         expect(rows() <= 16, larger);
-        for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
+        for_each_block([&](std::uint64_t offset, std::uint64_t size, const FileRegion& block) {
             if (block.size() == 0) return;
-            expect(size <= largest_block, larger);  // would be lists of further blocks
+            expect(size <= largest_block, larger);  // larger ones are lists of further blocks
             check_block(block, "FHDB", offset, size);
         });
-        if (rows() > 0) check_block(header_.elsewhere(header_.number(132, 8)), "FHIB", 0, 0);
+        if (rows() > 0) check_block(header_.at_address(header_.number(132, 8)), "FHIB", 0, 0);
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
-        expect(header_.number(86, 8) > 0, other);  // the library would delete their tree
-        Tree(header_.elsewhere(huge)).check([&](const Part& record) {
-            check_message(header_.elsewhere(0).within(record.number(0, 8), record.number(8, 8)));
+        expect(header_.number(86, 8) > 0, unsupported);  // 0: the library would delete their tree
+        BTree(header_.at_address(huge)).check([&](const FileRegion& record) {
+            check_message(header_.at_address(0).within(record.number(0, 8), record.number(8, 8)));
         });
     }
 
-    /// Checks the object that a tree's record names.
-    void check_object(const Part& id, const Check& check_message) const {
+    /// Checks the object that a B-tree record refers to.
+    void check_object(const FileRegion& id, const Check& check_message) const {
         constexpr unsigned managed = 0x00, huge = 0x10;
         const std::uint64_t kind = id.number(0, 1), at = id.number(1, size_of_offset());
-        expect(!(id.number(8, 1) & 2), "an attribute is shared");
+        expect(!(id.number(8, 1) & 2), "a shared attribute");
         if (kind == huge) return;
-        expect(kind == managed, "a heap has an object of a kind that no table has");
+        expect(kind == managed, "unsupported kind of heap object");
         bool found = false;
-        for_each_block([&](std::uint64_t offset, std::uint64_t size, const Part& block) {
+        for_each_block([&](std::uint64_t offset, std::uint64_t size, const FileRegion& block) {
             if (at < offset || at - offset >= size || block.size() == 0) return;
             const std::uint64_t length = id.number(1 + size_of_offset(), 2);
             check_message(block.within(0, size).within(at - offset, length));
             found = true;
         });
-        expect(found, "a heap lacks an object");
+        expect(found, "an object is missing from a heap");
     }
 
   private:
@@ -331,46 +288,46 @@ class Heap {
         return row < 2 ? first() : first() << (row - 1);
     }
 
-    void check_block(const Part& block, const char* name, std::uint64_t offset,
+    void check_block(const FileRegion& block, const char* name, std::uint64_t offset,
                      std::uint64_t size) const {
         const std::uint64_t sum_at = 13 + size_of_offset();
         expect(block.begins(name) && block.number(4, 1) == 0 && block.number(5, 8) == address_ &&
                    block.number(13, size_of_offset()) == offset,
-               "a heap has a block that is not in its place");
-        if (size == 0) return check_sum(block, sum_at + 32 * rows());  // a list of blocks
+               "misplaced heap block");
+        if (size == 0) return check_checksum(block, sum_at + 32 * rows());  // a list of blocks
         if (!(header_.number(9, 1) & 2)) return;
         std::string bytes(block.within(0, size).bytes());
         bytes.replace(sum_at, 4, 4, '\0');
-        expect(lookup3(bytes) == block.number(sum_at, 4), "a structure is damaged");
+        expect(lookup3(bytes) == block.number(sum_at, 4), "damaged structure");
     }
 
-    /// Calls `visit` with each block's place in the heap, its size, and its bytes if it has any.
+    /// Calls `visit` with each block's offset in the heap, its size, and its bytes if it has any.
     template <class Visit>
     void for_each_block(const Visit& visit) const {
-        const Part root = header_.elsewhere(header_.number(132, 8));
+        const FileRegion root = header_.at_address(header_.number(132, 8));
         if (rows() == 0) return visit(std::uint64_t{0}, first(), root);
         std::uint64_t offset = 0;
         for (std::uint64_t n = 0; n < 4 * rows(); ++n) {
             const std::uint64_t size = size_in_row(n / 4);
-            const Part block = root.elsewhere(root.number(13 + size_of_offset() + 8 * n, 8));
+            const FileRegion block = root.at_address(root.number(13 + size_of_offset() + 8 * n, 8));
             visit(offset, size, block);
             offset += size;
         }
     }
 
     std::uint64_t address_;
-    Part header_;
+    FileRegion header_;
 };
 
-/// What an object header says of a heap, at `at`, and of the trees that find what is in it.
-void check_heap(const Part& message, std::uint64_t at, const Check& check_message) {
+/// Checks the heap whose address an object header has at `at`, and the B-trees that index it.
+void check_heap(const FileRegion& message, std::uint64_t at, const Check& check_message) {
     const bool ordered = message.number(1, 1) & 2;
     message.from(at + (ordered ? 24 : 16));
     if (message.number(at, 8) == HADDR_UNDEF) return;
-    const Heap heap(message, message.number(at, 8));
+    const FractalHeap heap(message, message.number(at, 8));
     heap.check(check_message);
     for (std::uint64_t tree_at = at + 8; tree_at <= at + (ordered ? 16 : 8); tree_at += 8)
-        Tree(message.elsewhere(message.number(tree_at, 8))).check([&](const Part& record) {
+        BTree(message.at_address(message.number(tree_at, 8))).check([&](const FileRegion& record) {
             heap.check_object(record, check_message);
         });
 }
@@ -379,21 +336,21 @@ void check_heap(const Part& message, std::uint64_t at, const Check& check_messag
 
 class ObjectHeader {
   public:
-    explicit ObjectHeader(const Part& header) : header_(header) {}
+    explicit ObjectHeader(const FileRegion& header) : header_(header) {}
 
-    /// Bytes that are read of it at once.
+    /// Bytes of its first chunk, which is read at once.
     std::uint64_t size() const { return start() + header_.number(size_at(), size_of_size()) + 4; }
 
     void check() {
-        expect(header_.number(4, 1) == 2, "an object header is of another version");
-        check_sum(header_, size() - 4);
+        expect(header_.number(4, 1) == 2, "unsupported object header version");
+        check_checksum(header_, size() - 4);
         check_messages(header_.within(start(), size() - 4 - start()));
         for (std::size_t c = 0; c < continued_.size(); ++c) {
             const std::uint64_t size = continued_[c].number(8, 8);
-            expect(c < 100 && size >= 8, "an object header goes on as none does");
-            const Part chunk = header_.elsewhere(0).within(continued_[c].number(0, 8), size);
-            expect(chunk.begins("OCHK"), "an object header goes on as none does");
-            check_sum(chunk, size - 4);
+            expect(c < 100 && size >= 8, "malformed object header continuation");
+            const FileRegion chunk = header_.at_address(0).within(continued_[c].number(0, 8), size);
+            expect(chunk.begins("OCHK"), "malformed object header continuation");
+            check_checksum(chunk, size - 4);
             check_messages(chunk.within(4, size - 8));
         }
         if (layout_) check_layout(*layout_, extents_, filtered_);
@@ -407,24 +364,24 @@ class ObjectHeader {
     std::uint64_t size_of_size() const { return 1U << (flags() & 3); }
     std::uint64_t start() const { return size_at() + size_of_size(); }
 
-    void check_messages(const Part& chunk) {
+    void check_messages(const FileRegion& chunk) {
         const std::uint64_t prefix = flags() & 4 ? 6 : 4;
         for (std::uint64_t at = 0; at + prefix <= chunk.size();) {
             const std::uint64_t size = chunk.number(at + 1, 2);
-            expect(!(chunk.number(at + 3, 1) & 2), "an object header shares a message");
+            expect(!(chunk.number(at + 3, 1) & 2), "a shared object header message");
             check_message(chunk.number(at, 1), chunk.within(at + prefix, size));
             at += prefix + size;
         }
     }
 
-    void check_message(std::uint64_t kind, const Part& message) {
+    void check_message(std::uint64_t kind, const FileRegion& message) {
         constexpr std::size_t max_messages = 4096;
         const bool repeats = kind == 0x00 || kind == 0x06 || kind == 0x0c || kind == 0x10;
         expect(repeats || std::count(kinds_.begin(), kinds_.end(), kind) == 0,
-               "an object has a message twice");
-        expect(kinds_.size() < max_messages, "an object has more messages than any table's");
+               "a duplicate object header message");
+        expect(kinds_.size() < max_messages, "too many object header messages");
         kinds_.push_back(kind);
-        const bool counts = message.number(1, 1) & 1;  // those that were ever made
+        const bool counts = message.number(1, 1) & 1;  // has a creation counter
         switch (kind) {
             case 0x00: break;
             case 0x01: extents_ = check_dataspace(message); break;
@@ -433,7 +390,7 @@ class ObjectHeader {
             case 0x04: message.from(4).from(message.number(0, 4)); break;
             case 0x05: check_fill_value(message); break;
             case 0x06: check_link(message); break;
-            case 0x07: expect(false, "samples lie in other files"); break;
+            case 0x07: expect(false, "samples are stored in other files"); break;
             case 0x08: layout_ = message; break;
             case 0x0a: message.from(2); break;
             case 0x0b: filtered_ = check_filters(message); break;
@@ -442,24 +399,24 @@ class ObjectHeader {
             case 0x12: message.from(8); break;
             case 0x15: check_heap(message, counts ? 4 : 2, check_attribute); break;
             case 0x16: message.from(5); break;
-            default: expect(false, "an object has a message that no table has");
+            default: expect(false, "unsupported object header message");
         }
     }
 
-    Part header_;
-    std::vector<std::uint64_t> kinds_;  // of all messages so far
-    std::vector<Part> continued_;
+    FileRegion header_;
+    std::vector<std::uint64_t> kinds_;  // of the messages so far
+    std::vector<FileRegion> continued_;
     std::vector<std::uint64_t> extents_;
     bool filtered_ = false;
-    std::optional<Part> layout_;
+    std::optional<FileRegion> layout_;
 };
 
-void check_superblock(const Part& file) {
+void check_superblock(const FileRegion& file) {
     const std::uint64_t version = file.number(8, 1);
-    expect(version >= 2, "it is laid out as before HDF5 1.10; h5repack --latest lays it out anew");
+    expect(version >= 2, "its structures predate HDF5 1.10; h5repack --latest converts it");
     expect(version <= 3 && file.number(9, 1) == 8 && file.number(10, 1) == 8 &&
                file.number(12, 8) == 0 && file.number(20, 8) == HADDR_UNDEF,
-           "its superblock is none that a table has");
+           "malformed or unsupported superblock");
 }
 
 }  // namespace
@@ -490,36 +447,36 @@ std::uint32_t lookup3(std::string_view bytes) {
     return s[2];
 }
 
-const char* Hdf5Structures::fault(H5FD_mem_t kind, std::uint64_t address,
-                                  std::uint64_t size) noexcept {
-    constexpr const char* other = "a structure is none that a table has";
+const char* Hdf5Structures::refusal(H5FD_mem_t kind, std::uint64_t address,
+                                    std::uint64_t size) noexcept {
+    constexpr const char* unsupported = "unsupported structure";
     const std::uint64_t rest = std::exchange(rest_, HADDR_UNDEF);
     if (kind == H5FD_MEM_DRAW || (kind == H5FD_MEM_OHDR && address == rest)) return nullptr;
     try {
-        const Part part(file_, address);
+        const FileRegion structure(file_, address);
         const auto is_one_of = [&](std::initializer_list<const char*> names) {
             return std::any_of(names.begin(), names.end(),
-                               [&](const char* name) { return part.begins(name); });
+                               [&](const char* name) { return structure.begins(name); });
         };
-        expect(size >= 8, "a structure ends before its content");
+        expect(size >= 8, "truncated structure");
         if (kind == H5FD_MEM_SUPER) {
-            check_superblock(part.elsewhere(0));
-        } else if (kind == H5FD_MEM_OHDR && part.begins("OHDR")) {
-            ObjectHeader header(part);
+            check_superblock(structure.at_address(0));
+        } else if (kind == H5FD_MEM_OHDR && structure.begins("OHDR")) {
+            ObjectHeader header(structure);
             header.check();
             if (header.size() > size) rest_ = address + size;
         } else if (kind == H5FD_MEM_OHDR) {
-            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), other);
+            expect(is_one_of({"OCHK", "FRHP", "FHIB", "FAHD"}), unsupported);
         } else if (kind == H5FD_MEM_BTREE) {
-            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), other);
+            expect(is_one_of({"BTHD", "BTIN", "BTLF"}), unsupported);
         } else {
-            expect(kind == H5FD_MEM_LHEAP && !part.begins("HEAP"), other);
+            expect(kind == H5FD_MEM_LHEAP && !structure.begins("HEAP"), unsupported);
         }
         return nullptr;
-    } catch (const Fault& fault) {
-        return fault.reason;
+    } catch (const RefusedStructure& refused) {
+        return refused.reason;
     } catch (const std::bad_alloc&) {
-        return "there is no memory to check it";
+        return "not enough memory to check it";
     }
 }
 

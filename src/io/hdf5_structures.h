@@ -1,9 +1,9 @@
-// What HDF5 1.10 takes for granted of the structures that it decodes, checked before it does:
-// counts, sizes and places that lead it out of its memory where they were made up.
+// Checks of HDF5 files that HDF5 1.10 omits: it trusts the counts, sizes and addresses in the
+// structures that it decodes, and forged ones make it access memory out of bounds.
 //
-// Known are the structures that tables consist of, which HDF5 1.10 brought; all others are refused,
-// whole files of older ones too. Names and numbers are those of the HDF5 File Format Specification,
-// version 3.0.
+// Supported are the structures that tables consist of, which came with HDF5 1.10; all others are
+// refused, and with them all files of older versions. Names and numbers are those of the HDF5 File
+// Format Specification, version 3.0.
 #pragma once
 
 #include <hdf5.h>
@@ -21,15 +21,15 @@ class Hdf5Structures {
   public:
     explicit Hdf5Structures(std::span<const char> file) : file_(file) {}
 
-    /// Why the library must not decode the `size` bytes at `address` that it asks for; null when it
-    /// may. To be asked before every read, in their order.
+    /// Why the library must not decode the `size` bytes at `address` that it is about to read; null
+    /// if it may. Must be called for all reads in their order.
     ///
-    /// Cost   goes through all that an object header holds, attributes in heaps too.
-    const char* fault(H5FD_mem_t kind, std::uint64_t address, std::uint64_t size) noexcept;
+    /// Cost   visits everything that an object header refers to, attributes in heaps included.
+    const char* refusal(H5FD_mem_t kind, std::uint64_t address, std::uint64_t size) noexcept;
 
   private:
     std::span<const char> file_;
-    std::uint64_t rest_ = HADDR_UNDEF;  // where an object header goes on whose start has been read
+    std::uint64_t rest_ = HADDR_UNDEF;  // where a header continues whose first part has been read
 };
 
 }  // namespace stratus::io

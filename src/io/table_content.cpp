@@ -17,45 +17,45 @@
 namespace stratus::io {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "checksums take bytes as they lie");
+static_assert(std::endian::native == std::endian::little, "checksums are of little-endian bytes");
 
 struct MetadataField {
     const char* name;
-    Kind kind;
+    EntryType type;
 };
 
 constexpr std::array<MetadataField, 16> metadata_fields{{
-    {"format", Kind::text},
-    {"format_major", Kind::integer},
-    {"format_minor", Kind::integer},
-    {"datasets", Kind::text},
-    {"phase_function", Kind::text},
-    {"second_phase_function", Kind::text},
-    {"below", Kind::text},
-    {"below_albedo", Kind::number},
-    {"below_phase_function", Kind::text},
-    {"moments", Kind::numbers},
-    {"asymmetry", Kind::number},
-    {"extrapolation_length", Kind::number},
-    {"second_extrapolation_length", Kind::number},
-    {"tolerance", Kind::number},
-    {"measured_error", Kind::number},
-    {"highest_order", Kind::integer},
+    {"format", EntryType::text},
+    {"format_major", EntryType::integer},
+    {"format_minor", EntryType::integer},
+    {"datasets", EntryType::text},
+    {"phase_function", EntryType::text},
+    {"second_phase_function", EntryType::text},
+    {"below", EntryType::text},
+    {"below_albedo", EntryType::number},
+    {"below_phase_function", EntryType::text},
+    {"moments", EntryType::numbers},
+    {"asymmetry", EntryType::number},
+    {"extrapolation_length", EntryType::number},
+    {"second_extrapolation_length", EntryType::number},
+    {"tolerance", EntryType::number},
+    {"measured_error", EntryType::number},
+    {"highest_order", EntryType::integer},
 }};
 
 constexpr int stored_moments = 64;
 
-/// A phase function read from its text has the moments that it was stored with, to the rounding of
-/// another machine.
+/// Moments computed from a phase function's text equal the stored ones up to the rounding of the
+/// machine that wrote them.
 constexpr double moment_tolerance = 1e-9;
 
-constexpr std::size_t largest_dataset = std::size_t{8} << 30;  // bytes
+constexpr std::size_t max_dataset_bytes = std::size_t{8} << 30;
 
-/// Deflate codes at most 1032 bytes in one; the rest is for the padding of chunks.
-constexpr std::size_t largest_inflation = 1100;
+/// Deflate compresses by at most 1032; the rest allows for the padding of chunks.
+constexpr std::size_t max_inflation = 1100;
 
-/// OpenEXR keeps 255 bytes of an attribute's name, of which a prefix takes some.
-constexpr std::size_t longest_attribute_name = 200;
+/// OpenEXR keeps 255 bytes of an attribute's name, some of which are our prefix.
+constexpr std::size_t max_attribute_name = 200;
 
 const MetadataField* find_field(const std::string& name) {
     const auto found = std::find_if(metadata_fields.begin(), metadata_fields.end(),
@@ -82,8 +82,8 @@ std::string names_of_samples(const Table& table) {
     return names;
 }
 
-/// Phase functions in files are complete: text that names another file is refused, and nothing is
-/// opened for it.
+/// Refuses a text that names another file: a table file must be complete, and reading it opens no
+/// other.
 PhaseFunction read_phase_function(const std::string& name, const std::string& text) {
     if (text.find("file") != std::string::npos)
         throw std::runtime_error("attribute " + name +
@@ -91,7 +91,7 @@ PhaseFunction read_phase_function(const std::string& name, const std::string& te
     return parse_phase_function(text);
 }
 
-// Kinds of Below in files; nothing has no entry.
+// Kinds of lower boundary in files; without one there is no entry.
 constexpr const char* surface_name = "lambert surface";
 constexpr const char* layer_name = "semi-infinite layer";
 
@@ -103,7 +103,7 @@ void add_lower_boundary(const LowerBoundary& boundary, Metadata& metadata) {
     if (!is_surface) metadata["below_phase_function"] = boundary.phase_function.text();
 }
 
-LowerBoundary take_lower_boundary(const Metadata& metadata) {
+LowerBoundary read_lower_boundary(const Metadata& metadata) {
     const auto kind = metadata.find("below");
     if (kind == metadata.end()) return {};
     const bool is_surface = kind->second == surface_name;
@@ -129,7 +129,7 @@ bool has_mixture(const Metadata& metadata) {
            metadata.contains("second_extrapolation_length");
 }
 
-void take_mixture(const Metadata& metadata, Table& table) {
+void read_mixture(const Metadata& metadata, Table& table) {
     if (!has_mixture(metadata)) return;
     table.second_phase_function =
         read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
@@ -137,9 +137,9 @@ void take_mixture(const Metadata& metadata, Table& table) {
         to_number("second_extrapolation_length", entry(metadata, "second_extrapolation_length"));
 }
 
-std::vector<AxisField> with_mixture(bool mixed) {
+std::vector<AxisField> all_axis_fields(bool has_mixture) {
     std::vector<AxisField> fields(axis_fields.begin(), axis_fields.end());
-    if (mixed) fields.insert(fields.begin(), mixture_field);
+    if (has_mixture) fields.insert(fields.begin(), mixture_field);
     return fields;
 }
 
@@ -156,6 +156,16 @@ void check_moments(const Metadata& metadata, const PhaseFunction& phase_function
             "attributes moments and asymmetry are not those of the phase function");
 }
 
+void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
+    const int newest = std::max(table_format_minor, table_format_minor_of_mixtures);
+    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
+    if (!notes || minor <= newest) return;
+    const std::string major = std::to_string(table_format_major) + ".";
+    notes->push_back("format " + major + std::to_string(minor) + " is newer than " + major +
+                     std::to_string(newest) +
+                     ", the newest that this program knows: what it adds is ignored");
+}
+
 }  // namespace
 
 std::string shown(std::string_view text) {
@@ -166,9 +176,9 @@ std::string shown(std::string_view text) {
     return '"' + result + (text.size() > longest ? "...\"" : "\"");
 }
 
-Kind kind_of(const std::string& name) {
+EntryType entry_type(const std::string& name) {
     const MetadataField* field = find_field(name);
-    return field ? field->kind : Kind::text;
+    return field ? field->type : EntryType::text;
 }
 
 Metadata metadata_of(const Table& table) {
@@ -192,7 +202,7 @@ Metadata metadata_of(const Table& table) {
 void check_format(const Metadata& metadata) {
     const auto format = metadata.find("format");
     const std::string wanted = std::string("is not a ") + table_format_name + " file: ";
-    if (format == metadata.end()) throw std::runtime_error(wanted + "it names no format");
+    if (format == metadata.end()) throw std::runtime_error(wanted + "it has no attribute format");
     if (format->second != table_format_name)
         throw std::runtime_error(wanted + "its format is " + shown(format->second));
 
@@ -207,21 +217,12 @@ void check_format(const Metadata& metadata) {
         throw std::runtime_error("format " + version + " is not one that " + readable);
 }
 
-void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
-    const int newest = std::max(table_format_minor, table_format_minor_of_mixtures);
-    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
-    if (!notes || minor <= newest) return;
-    const std::string major = std::to_string(table_format_major) + ".";
-    notes->push_back("format " + major + std::to_string(minor) + " is newer than " + major +
-                     std::to_string(newest) +
-                     ", which this program knows: what is new in it is not used");
-}
-
-void take_metadata(const Metadata& metadata, Table& table) {
+Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
+    Table table;
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
-    table.lower_boundary = take_lower_boundary(metadata);
-    take_mixture(metadata, table);
+    table.lower_boundary = read_lower_boundary(metadata);
+    read_mixture(metadata, table);
     check_moments(metadata, table.phase_function);
     table.extrapolation_length = number("extrapolation_length");
     table.tolerance = number("tolerance");
@@ -229,6 +230,8 @@ void take_metadata(const Metadata& metadata, Table& table) {
     table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
     for (const auto& [name, text] : metadata)
         if (!find_field(name)) table.attributes[name] = text;
+    note_version(metadata, notes);
+    return table;
 }
 
 std::vector<SampleField> listed_samples(const Metadata& metadata) {
@@ -280,9 +283,9 @@ void check_checksum(const std::string& what, const std::string& stored,
                                  ", computed " + computed);
 }
 
-void take_checksum(Metadata& metadata) {
-    const std::string stored = entry(metadata, checksum_name);
-    metadata.erase(checksum_name);
+void check_and_remove_checksum(Metadata& metadata, const std::string& name) {
+    const std::string stored = entry(metadata, name);
+    metadata.erase(name);
     check_checksum("the metadata", stored, checksum(metadata));
 }
 
@@ -293,11 +296,12 @@ void check_scale(const std::string& name, const Axis& axis, const std::string& s
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {
-    return with_mixture(table.has_mixture());
+    return all_axis_fields(table.has_mixture());
 }
 
-std::vector<AxisField> axis_fields_of(const Metadata& metadata) {
-    return with_mixture(has_mixture(metadata));
+std::vector<AxisField> axis_fields_of(const Metadata& metadata, bool mixture_is_stored) {
+    if (mixture_is_stored) entry(metadata, "second_phase_function");
+    return all_axis_fields(has_mixture(metadata));
 }
 
 std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
@@ -310,14 +314,14 @@ std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
 
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
                           std::size_t element_size, std::uintmax_t stored) {
-    const std::size_t largest = largest_dataset / element_size;
+    const std::size_t largest = max_dataset_bytes / element_size;
     std::size_t count = 1;
     for (const std::size_t extent : extents) {
         if (extent == 0) throw std::runtime_error(dataset + " is empty");
         if (extent > largest / count) throw std::runtime_error(dataset + " is larger than 8 GiB");
         count *= extent;
     }
-    if (count * element_size / largest_inflation > stored)
+    if (count * element_size / max_inflation > stored)
         throw std::runtime_error(dataset + " is larger than what the file holds");
     return count;
 }
@@ -363,12 +367,12 @@ void check_table(const Table& table) {
     Table copy = table;
     prepare(copy);
     for (const auto& [name, text] : table.attributes) {
-        require(!name.empty() && name.size() <= longest_attribute_name, "table",
+        require(!name.empty() && name.size() <= max_attribute_name, "write_table",
                 "an attribute's name", "1 to 200 bytes long", shown(name));
-        require(!find_field(name) && name != checksum_name, "table", "an attribute's name",
-                "none of the format's own", shown(name));
-        require((name + text).find('\0') == std::string::npos, "table", "attribute " + shown(name),
-                "free of zero bytes", shown(text));
+        require(!find_field(name) && name != checksum_name, "write_table", "an attribute's name",
+                "one that the format does not reserve", shown(name));
+        require((name + text).find('\0') == std::string::npos, "write_table",
+                "attribute " + shown(name), "free of zero bytes", shown(text));
     }
 }
 

@@ -1,12 +1,11 @@
-// What a table file holds, whatever its format: the datasets, the metadata around them, their
-// checksums and limits.
+// What a table file holds, independent of its format: datasets, metadata, checksums and limits.
 //
 // Datasets run over the first axes of the table in order: reflection and transmission over all
 // five, plane albedo and diffuse transmittance over three, spherical albedo over two, the diffusion
-// exponent over one; where the table has a mixture axis, all of them over that one first. Metadata
-// is text by name; the kind of each of the format's own entries says which texts are numbers.
-// Numbers become the shortest text that reads back as the same bits, so one checksum of names and
-// texts serves both formats.
+// exponent over one. If the table has a mixture axis, it precedes these in all of them. Metadata is
+// text by name; `entry_type` tells which entries are numbers. A number is written as the shortest
+// text that reads back as the same bits, so that one checksum over names and texts serves both
+// formats.
 #pragma once
 
 #include <stratus/runtime/table.h>
@@ -34,7 +33,7 @@ struct AxisField {
 struct SampleField {
     const char* name;
     const char* long_name;
-    std::size_t rank;  // without the mixture
+    std::size_t rank;  // without the mixture axis
     std::vector<float> Table::*samples;
 };
 
@@ -64,92 +63,88 @@ inline constexpr const char* diffusion_exponent_name = "diffusion_exponent";
 inline constexpr const char* diffusion_exponent_long_name =
     "decay of the light field with optical depth, deep inside the layer";
 
-/// Name of every checksum, beside what it covers.
+/// Name of the attribute that holds a checksum, of metadata and of each dataset.
 inline constexpr const char* checksum_name = "checksum";
 
-/// Attributes of a file by name, as text; the checksum over them is not one of them.
+/// Attributes of a file by name, as text, without their checksum.
 using Metadata = std::map<std::string, std::string>;
 
-/// Text from a file as a message may show it: short, and free of what disturbs a terminal.
+/// Text from a file in quotes, shortened and without control characters, for messages.
 std::string shown(std::string_view text);
 
-enum class Kind { text, integer, number, numbers };
+enum class EntryType { text, integer, number, numbers };
 
-/// How an entry is typed where the format has types; every name that is not the format's own is
-/// text.
-Kind kind_of(const std::string& name);
+/// The type of a metadata entry in formats that have types; text for names that the format does not
+/// define.
+EntryType entry_type(const std::string& name);
 
 /// Everything that the table holds besides its datasets, and what the format adds: name, version,
 /// list of datasets.
 Metadata metadata_of(const Table& table);
 
-/// Checks that metadata is of this format and of a version that this program reads; looks at
-/// nothing else.
+/// Checks the format's name and version and nothing else.
 void check_format(const Metadata& metadata);
 
-/// Adds a note, without the file's name, where metadata is of a newer minor version than this
-/// program writes.
-void note_version(const Metadata& metadata, std::vector<std::string>* notes);
-
-/// Fills all that `metadata_of` told.
-void take_metadata(const Metadata& metadata, Table& table);
+/// The table that `metadata_of` described, still without axes and samples. Adds a note, without the
+/// file's name, if the minor version is newer than this program's.
+Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes);
 
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);
 
-/// Counts the samples of a table whose axes have been read towards the limit, all of them before
-/// the first is read. Each dataset's own size is checked as in `checked_count`, for a file of so
-/// many bytes.
+/// Counts the samples of a table whose axes have been read towards the limit, before any of them is
+/// read. The size of each dataset is checked as in `checked_count`, given the size of the file.
 void take_memory(const Table& table, const std::vector<SampleField>& listed,
                  std::uintmax_t file_size, MemoryLimit& limit);
 
-/// "crc32:xxxxxxxx" of bytes, and of the values' little-endian bytes.
+/// "crc32:xxxxxxxx" of the bytes, or of the little-endian bytes of the values.
 std::string checksum(std::span<const char> bytes);
 std::string checksum(std::span<const float> values);
 std::string checksum(std::span<const double> values);
 
-/// The same of names and texts in the order of their names, each ended by a zero byte.
+/// The same of names and texts, each followed by a zero byte, in the order of the names.
 std::string checksum(const Metadata& metadata);
 
-/// Refuses `what` when its checksum is not the one that was stored with it.
+/// Throws std::runtime_error that `what` is damaged unless both checksums are the same.
 void check_checksum(const std::string& what, const std::string& stored,
                     const std::string& computed);
 
-/// Takes the checksum out of metadata as it was read, refusing it when it is not that of the other
-/// entries.
-void take_checksum(Metadata& metadata);
+/// Removes the checksum, which has this name, and checks that it is that of the other entries.
+void check_and_remove_checksum(Metadata& metadata, const std::string& name = checksum_name);
 
-/// Refuses an axis whose scale, by its name in a file, is not the one that the axis has in memory.
+/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory.
 void check_scale(const std::string& name, const Axis& axis, const std::string& stored);
 
-/// The axes of a table, and those that a file must have by its metadata; the mixture first.
+/// The axes of a table, the mixture first.
 std::vector<AxisField> axis_fields_of(const Table& table);
-std::vector<AxisField> axis_fields_of(const Metadata& metadata);
 
-/// Sizes of the first `rank` axes, and of the mixture before them where there is one.
+/// The axes that a file must have according to its metadata. A mixture axis must not be stored
+/// unless the metadata names a second phase function.
+std::vector<AxisField> axis_fields_of(const Metadata& metadata, bool mixture_is_stored);
+
+/// Sizes of the first `rank` axes, preceded by that of the mixture axis if there is one.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
-/// Product of the extents, checked before memory is taken: it neither overflows nor goes beyond 8
-/// GiB of elements, nor beyond what `stored` bytes can be inflated to.
+/// Product of the extents, to be asked for before memory is allocated: throws std::runtime_error
+/// where it is 0, beyond 8 GiB of elements, or more than `stored` bytes can be inflated to.
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
                           std::size_t element_size, std::uintmax_t stored);
 
 /// The shortest texts that read back as the same bits, separated by spaces.
 std::string to_text(std::span<const double> values);
 
-/// From text; std::runtime_error naming `what`.
+/// Errors   std::runtime_error naming `what`.
 double to_number(const std::string& what, std::string_view text);
 int to_integer(const std::string& what, std::string_view text);
 std::vector<double> to_numbers(const std::string& what, std::string_view text);
 
-/// The entry `name`; std::runtime_error when there is none.
+/// The text of the entry `name`; std::runtime_error when it is missing.
 const std::string& entry(const Metadata& metadata, const std::string& name);
 
-/// Refuses, with std::invalid_argument, a table that no reader would accept back.
+/// Throws std::invalid_argument for a table that no reader would accept.
 void check_table(const Table& table);
 
-// The formats themselves, file <-> memory. Errors: std::exception without the file's name, which
-// `naming` adds.
+// The formats themselves. Errors are std::exceptions without the file's name, which `naming` adds.
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 Bytes encode_hdf5(const Table& table, const Metadata& metadata);

@@ -1,5 +1,5 @@
-// HDF5 files that only an adversary would make: changed, all checksums right again. Each is refused
-// with its own sentence.
+// Forged HDF5 files: changed on purpose, with all checksums recomputed. Each is refused with its own
+// message.
 #include "forged_hdf5.h"
 
 #include <stratus/io/table_file.h>
@@ -20,8 +20,8 @@
 namespace stratus::test {
 namespace {
 
-/// The file, without the seal that covers its bytes, of a table that has everything: several
-/// chunks, and so many attributes that their trees have two levels.
+/// The file, without its seal, of a table with structures of all kinds: several chunks, and so many
+/// attributes that their B-trees have two levels.
 const std::string& unsealed() {
     static const std::string bytes = [] {
         constexpr std::ptrdiff_t seal_size = sizeof "\nstratus-table crc32:00000000";
@@ -49,7 +49,7 @@ std::string refusal_of(const std::string& bytes) {
     return refusal<std::runtime_error>([&] { decode(bytes); });
 }
 
-TEST(ForgedHdf5, StampsOfAFileAsItWasWrittenAreThoseThatItHas) {
+TEST(ForgedHdf5, StampingAnUnchangedFileChangesNothing) {
     const std::string& bytes = unsealed();
     for (const char* kind : {"OCHK", "BTIN", "BTLF", "FHIB", "FHDB", "FADB"})
         EXPECT_NE(bytes.find(kind), std::string::npos) << kind;
@@ -58,7 +58,7 @@ TEST(ForgedHdf5, StampsOfAFileAsItWasWrittenAreThoseThatItHas) {
     EXPECT_TRUE(file.bytes() == bytes);
 }
 
-TEST(ForgedHdf5, EveryStructureIsStamped) {
+TEST(ForgedHdf5, StampingCoversEveryStructure) {
     const std::string& bytes = unsealed();
     for (const std::size_t start : ForgedHdf5(bytes).starts()) {
         ForgedHdf5 file(bytes);
@@ -70,19 +70,19 @@ TEST(ForgedHdf5, EveryStructureIsStamped) {
     }
 }
 
-TEST(ForgedHdf5, IsDamagedWithoutStamps) {
+TEST(ForgedHdf5, IsRefusedAsDamagedWithoutStamping) {
     std::string bytes = unsealed();
     bytes.replace(bytes.find("small"), 5, "smell");
-    EXPECT_EQ(refusal_of(bytes), "HDF5 cannot list the attributes: a structure is damaged");
+    EXPECT_EQ(refusal_of(bytes), "HDF5 cannot list the attributes: damaged structure");
 }
 
-TEST(Hdf5Table, IsNotWrittenWithMoreAttributesThanAreRead) {
+TEST(Hdf5Table, RefusesToWriteMoreAttributesThanItReads) {
     Table table = sample_table();
     for (int i = 0; i < 1000; ++i)
         table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
     const auto encode = [&] { io::encode_hdf5(table, io::metadata_of(table)); };
     const std::string message = refusal<std::runtime_error>(encode);
-    EXPECT_TRUE(message.starts_with("cannot keep all attributes: ")) << message;
+    EXPECT_TRUE(message.starts_with("cannot store all attributes: ")) << message;
     table.attributes.clear();
     for (int i = 0; i < 300; ++i)
         table.attributes["note " + std::to_string(i)] = std::string(1000, 'x');
@@ -100,13 +100,13 @@ struct Forgery {
 
 std::ostream& operator<<(std::ostream& stream, const Forgery& row) { return stream << row.name; }
 
-/// Puts `text` in place of every `other`, which is as long.
+/// Replaces every `other` with `text`, which is as long.
 void replace_all(std::string& bytes, const std::string& other, const std::string& text) {
     for (std::size_t at = 0; (at = bytes.find(other, at)) != std::string::npos; at += text.size())
         bytes.replace(at, text.size(), text);
 }
 
-/// Sets a little-endian number, `offset` bytes behind the start of the first `name`.
+/// Sets a little-endian number `offset` bytes after the start of the first `name`.
 void set(std::string& bytes, const std::string& name, int offset, std::uint64_t value,
          std::size_t size = 1) {
     const std::size_t start = bytes.find(name);
@@ -120,68 +120,69 @@ Forgery forgery(const char* name, const std::string& structure, int offset, std:
     return {name, [=](std::string& bytes) { set(bytes, structure, offset, value, size); }, reason};
 }
 
-// Where messages lie is told by what they are known to hold.
-const std::string attribute = "note 30";  // nine bytes behind its message's start
-const std::string chunks{4, 2, 0, 6};     // layout of the fourth version: in chunks, of rank 5
-const std::string filters{2, 2, 2, 0};    // of the second version: two, the first one to shuffle
-const std::string end = "a structure ends before its content";
-const std::string other_tree = "a tree is none that a table has";
-const std::string other_heap = "a heap is none that a table has";
-const std::string other_type = "a datatype is none that a table has";
-const std::string other_superblock = "its superblock is none that a table has";
+// Messages are found by their known content.
+const std::string attribute = "note 30";  // nine bytes after the start of its message
+const std::string chunks{4, 2, 0, 6};     // layout version 4: chunked, of rank 5
+const std::string filters{2, 2, 2, 0};    // version 2: two filters, the first of them shuffle
+const std::string truncated = "truncated structure";
+const std::string bad_tree = "malformed or unsupported B-tree";
+const std::string bad_heap = "malformed or unsupported heap";
+const std::string bad_type = "unsupported datatype";
+const std::string bad_superblock = "malformed or unsupported superblock";
 
 const std::vector<Forgery> forgeries{
-    {"AttributeThatIsThereTwice",
-     [](std::string& bytes) { replace_all(bytes, "note 20", "note 21"); },
-     "attribute \"note 21\" is there twice"},
-    forgery("SmallAddresses", "HDF", 8, 4, 1, other_superblock),
-    forgery("ShiftedAddresses", "HDF", 11, 8, 8, other_superblock),
-    forgery("HugeMessage", "OHDR", 8, 0xffff, 2, end),
-    forgery("SharedMessage", "OHDR", 10, 2, 1, "an object header shares a message"),
-    forgery("OtherMessage", "OHDR", 7, 0x0f, 1, "an object has a message that no table has"),
-    forgery("MessageThatIsThereTwice", "OHDR", 47, 0x02, 1, "an object has a message twice"),
-    forgery("HugeObjectHeader", "OHDR", 6, 0xff, 1, end),
-    forgery("OtherTree", "BTHD", 5, 10, 1, other_tree),
-    forgery("RecordsOfNoSize", "BTHD", 10, 0, 2, other_tree),
-    forgery("NodesOfNoSize", "BTHD", 6, 0, 4, other_tree),
-    forgery("DeepTree", "BTHD", 12, 0xffff, 2, other_tree),
-    forgery("FullNode", "BTHD", 24, 0xffff, 2, "a tree has a node that is too full"),
-    forgery("FullNodeBelow", std::string("BTIN\0\x09", 6), 27, 255, 1,
-            "a tree has a node that is too full"),
-    forgery("HeapOfNoWidth", "FRHP", 110, 0, 2, other_heap),
-    forgery("HeapOfSmallBlocks", "FRHP", 112, 1, 8, other_heap),
-    forgery("HeapOfHugeBlocks", "FRHP", 120, std::uint64_t{1} << 40, 8, other_heap),
-    forgery("HeapWithoutBounds", "FRHP", 128, 0xffff, 2, other_heap),
-    forgery("FilteredHeap", "FRHP", 7, 8, 2, other_heap),
-    forgery("HeapOfNoHugeObjectsButTheirTree", std::string("FRHP\0\x08", 6), 86, 0, 8, other_heap),
-    forgery("HeapOfManyRows", "FRHP", 140, 17, 2, "a heap is larger than any table's"),
-    forgery("BlockInAnothersPlace", "FHDB", 13, 0xffff, 2,
-            "a heap has a block that is not in its place"),
+    {"DuplicateAttribute", [](std::string& bytes) { replace_all(bytes, "note 20", "note 21"); },
+     "duplicate attribute \"note 21\""},
+    forgery("SmallAddresses", "HDF", 8, 4, 1, bad_superblock),
+    forgery("ShiftedAddresses", "HDF", 11, 8, 8, bad_superblock),
+    forgery("HugeMessage", "OHDR", 8, 0xffff, 2, truncated),
+    forgery("SharedMessage", "OHDR", 10, 2, 1, "a shared object header message"),
+    forgery("UnsupportedMessage", "OHDR", 7, 0x0f, 1, "unsupported object header message"),
+    forgery("DuplicateMessage", "OHDR", 47, 0x02, 1, "a duplicate object header message"),
+    forgery("HugeObjectHeader", "OHDR", 6, 0xff, 1, truncated),
+    forgery("UnsupportedTree", "BTHD", 5, 10, 1, bad_tree),
+    forgery("EmptyRecords", "BTHD", 10, 0, 2, bad_tree),
+    forgery("EmptyNodes", "BTHD", 6, 0, 4, bad_tree),
+    forgery("DeepTree", "BTHD", 12, 0xffff, 2, bad_tree),
+    forgery("OverfullNode", "BTHD", 24, 0xffff, 2, "a B-tree node has too many records"),
+    forgery("OverfullInnerNode", std::string("BTIN\0\x09", 6), 27, 255, 1,
+            "a B-tree node has too many records"),
+    forgery("HeapOfWidthZero", "FRHP", 110, 0, 2, bad_heap),
+    forgery("HeapOfSmallBlocks", "FRHP", 112, 1, 8, bad_heap),
+    forgery("HeapOfHugeBlocks", "FRHP", 120, std::uint64_t{1} << 40, 8, bad_heap),
+    forgery("HeapOfHugeOffsets", "FRHP", 128, 0xffff, 2, bad_heap),
+    forgery("FilteredHeap", "FRHP", 7, 8, 2, bad_heap),
+    forgery("HeapWithATreeOfNoHugeObjects", std::string("FRHP\0\x08", 6), 86, 0, 8, bad_heap),
+    forgery("HeapOfManyRows", "FRHP", 140, 17, 2, "a heap is too large"),
+    forgery("MisplacedBlock", "FHDB", 13, 0xffff, 2, "misplaced heap block"),
     forgery("TinyObject", std::string("BTLF\0\x08", 6), 6, 0x20, 1,
-            "a heap has an object of a kind that no table has"),
-    forgery("ObjectBeyondItsBlock", std::string("BTLF\0\x08", 6), 12, 0xffff, 2, end),
-    forgery("ObjectThatIsNowhere", std::string("BTLF\0\x08", 6), 7, 0xffffff, 4,
-            "a heap lacks an object"),
-    forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1, "an attribute is shared"),
-    forgery("AttributeOfASharedType", attribute, -8, 1, 1, "an attribute shares its type"),
-    forgery("AttributeWhoseNameGoesOn", attribute, -7, 5, 2, "an attribute's name goes on"),
-    forgery("AttributeOfManyTypes", attribute, 8, 0x18, 1, other_type),
-    forgery("AttributeOfNoSize", attribute, 12, 0, 4, other_type),
+            "unsupported kind of heap object"),
+    forgery("ObjectBeyondItsBlock", std::string("BTLF\0\x08", 6), 12, 0xffff, 2, truncated),
+    forgery("MissingObject", std::string("BTLF\0\x08", 6), 7, 0xffffff, 4,
+            "an object is missing from a heap"),
+    forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1, "a shared attribute"),
+    forgery("AttributeWithASharedType", attribute, -8, 1, 1, "an attribute with a shared datatype"),
+    forgery("AttributeWithAnUnterminatedName", attribute, -7, 5, 2,
+            "an attribute's name is not terminated"),
+    forgery("AttributeOfAnUnsupportedType", attribute, 8, 0x18, 1, bad_type),
+    forgery("AttributeOfSizeZero", attribute, 12, 0, 4, bad_type),
     forgery("HugeAttribute", attribute, 12, 0x7fffffff, 4,
             "an attribute is larger than its message"),
-    forgery("AttributeOfManyMembers", attribute, 8, 0x1116, 2, other_type),
+    forgery("AttributeOfManyMembers", attribute, 8, 0x1116, 2, bad_type),
     forgery("AttributeOfManyDimensions", attribute, 17, 200, 1,
             "a dataspace has too many dimensions"),
-    forgery("ChunksOfAnotherRank", chunks, 3, 33, 1, "chunks are of another rank"),
-    forgery("ChunksWithoutExtents", chunks, 4, 0, 1, "chunks have no extents"),
-    forgery("EmptyChunks", chunks, 5, 0, 1, "chunks have no extents"),
-    forgery("ChunksListedOtherwise", chunks, 11, 4, 1, "chunks are listed as no table's are"),
-    forgery("ChunksOfAnotherNumber", "FAHD", 8, 1, 8,
-            "a list of chunks is not that of its dataset"),
-    forgery("ChunksOfOtherFilters", "FAHD", 5, 0, 1, "a list of chunks is not that of its dataset"),
-    forgery("SamplesInOtherFiles", chunks, 1, 3, 1, "samples lie in other files"),
-    forgery("OldChunks", chunks, 0, 3, 1, "chunks are listed as before HDF5 1.10"),
-    forgery("FilterWhoseNameGoesOn", filters, 2, 0x0003'0102, 8, "a filter's name goes on"),
+    forgery("ChunksOfAnotherRank", chunks, 3, 33, 1, "chunks have another rank than their dataset"),
+    forgery("ChunksWithoutExtents", chunks, 4, 0, 1, "chunks without extents"),
+    forgery("EmptyChunks", chunks, 5, 0, 1, "chunks without extents"),
+    forgery("UnsupportedChunkIndex", chunks, 11, 4, 1, "unsupported chunk index"),
+    forgery("ChunkIndexOfAnotherCount", "FAHD", 8, 1, 8,
+            "the chunk index does not match its dataset"),
+    forgery("ChunkIndexOfOtherFilters", "FAHD", 5, 0, 1,
+            "the chunk index does not match its dataset"),
+    forgery("SamplesInOtherFiles", chunks, 1, 3, 1, "samples are stored in other files"),
+    forgery("OldChunkIndex", chunks, 0, 3, 1, "the chunk index predates HDF5 1.10"),
+    forgery("FilterWithAnUnterminatedName", filters, 2, 0x0003'0102, 8,
+            "a filter's name is not terminated"),
 };
 
 class Forged : public testing::TestWithParam<Forgery> {};

@@ -1,5 +1,5 @@
-// Files as format 1.0 and 1.1 (with a mixture) were written when they were new, and what h5py read
-// from them then, text by line: tests/golden. They must load to the same values forever.
+// Files written when formats 1.0 and 1.1 (with a mixture) were new, in tests/golden, with the values
+// that h5py read from them then, one dataset a line. They must load to the same values forever.
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 const fs::path golden_folder = STRATUS_GOLDEN_FOLDER;
 
-/// Numbers by the name of their dataset.
+/// The numbers of each dataset by its name.
 template <class Number>
 std::map<std::string, std::vector<Number>> read_values(const fs::path& path) {
     std::map<std::string, std::vector<Number>> values;
@@ -43,7 +43,7 @@ std::map<std::string, std::vector<Number>> read_values(const fs::path& path) {
 
 class Golden : public testing::TestWithParam<const char*> {};
 
-TEST_P(Golden, LoadsToTheSameValues) {
+TEST_P(Golden, LoadsTheOriginalValues) {
     const fs::path path = golden_folder / GetParam();
     std::vector<std::string> notes;
     const Table table = read_table(path, {0, &notes});
@@ -61,7 +61,7 @@ TEST_P(Golden, LoadsToTheSameValues) {
         expect_same_bits(table.*field.samples, samples[field.name], field.name);
 }
 
-TEST_P(Golden, LoadsToTheSameAttributes) {
+TEST_P(Golden, LoadsTheOriginalAttributes) {
     const std::string name = fs::path(GetParam()).stem().string();
     const Table table = read_table(golden_folder / GetParam());
     EXPECT_EQ(table.attributes.at("title"), "Golden, " + (name == "ground" ? "over ground" : name));
@@ -101,18 +101,17 @@ fs::path with_version(const fs::path& path, const char* major, const char* minor
 
 class Versions : public testing::TestWithParam<const char*> {};
 
-TEST_P(Versions, NewerMinorOnesLoadWithANote) {
+TEST_P(Versions, NewerMinorVersionsLoadWithANote) {
     const TemporaryFolder folder;
     const fs::path path = with_version(folder / GetParam(), "1", "9");
     std::vector<std::string> notes;
     expect_same(read_table(path, {0, &notes}), read_table(golden_folder / "plain.h5"));
-    EXPECT_EQ(notes,
-              std::vector<std::string>{path.string() +
-                                       ": format 1.9 is newer than 1.1, which this program knows: "
-                                       "what is new in it is not used"});
+    EXPECT_EQ(notes, std::vector<std::string>{
+                         path.string() + ": format 1.9 is newer than 1.1, the newest that this "
+                                         "program knows: what it adds is ignored"});
 }
 
-TEST_P(Versions, NewerMajorOnesAreRefused) {
+TEST_P(Versions, NewerMajorVersionsAreRefused) {
     const TemporaryFolder folder;
     const fs::path path = with_version(folder / GetParam(), "2", "0");
     EXPECT_EQ(refusal<std::runtime_error>([&] { read_table(path); }),

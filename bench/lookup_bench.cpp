@@ -2,7 +2,6 @@
 // and doing nothing with it.
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/textured_table.h>
@@ -94,15 +93,6 @@ void transmission(benchmark::State& state, const Table& (*table)()) {
     });
 }
 
-/// The same from samples in half the memory.
-void reflection_of_halves(benchmark::State& state, const Table& (*table)()) {
-    const stratus::HalfTable half = stratus::halved(table());
-    const stratus::TableView view = half.view();
-    at_random_points(state, table(), [&](const Point& at) {
-        return stratus::reflection(view, at.albedo, at.optical_depth, at.geometry).total();
-    });
-}
-
 /// Single scattering alone: what every lookup adds in closed form.
 void closed_form(benchmark::State& state, const Table& (*table)()) {
     stratus::TableView view = table().view();
@@ -182,13 +172,11 @@ void textured_build(benchmark::State& state, const Table& (*table)()) {
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
 BENCHMARK_CAPTURE(transmission, isotropic, isotropic);
-BENCHMARK_CAPTURE(reflection_of_halves, isotropic, isotropic);
 BENCHMARK_CAPTURE(closed_form, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read_256_rows, isotropic, isotropic);
 BENCHMARK_CAPTURE(reflection, rings, rings);
 BENCHMARK_CAPTURE(transmission, rings, rings);
-BENCHMARK_CAPTURE(reflection_of_halves, rings, rings);
 BENCHMARK_CAPTURE(closed_form, rings, rings);
 BENCHMARK_CAPTURE(plain_read, rings, rings);
 BENCHMARK_CAPTURE(plain_read_256_rows, rings, rings);

@@ -60,7 +60,7 @@ double fall_with_mixture(const TableView& table, const Query& query) noexcept {
 /// One side of a table, and the layers of it that a query needs.
 class TableSide {
   public:
-    TableSide(const TableView& table, const Samples& samples, const float* weight) noexcept
+    TableSide(const TableView& table, const float* samples, const float* weight) noexcept
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),

@@ -24,7 +24,7 @@ struct Layer {
 /// The layers that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights
 /// of its depth along both directions: no more than 4 mixtures by 4 albedos by 4 depths.
 struct Layers {
-    Samples samples;  // of the side
+    const float* samples;  // of the side
     Layer layer[window * window * window];
     int count = 0;
     double optical_depth = 0;  // clamped to the table

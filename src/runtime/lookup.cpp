@@ -7,10 +7,6 @@
 #include <cstddef>
 #include <cstring>
 
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-
 #include "layers.h"
 
 namespace stratus {
@@ -77,55 +73,10 @@ struct RowOf<4> {
 };
 #endif
 
-/// How samples of one kind are read: `row(samples) * unit` are their values.
-template <class Sample, int width>
-struct Reader;
-
-template <int width>
-struct Reader<float, width> {
-    using Azimuths = typename RowOf<width>::type;
-    static constexpr float unit = 1;
-
-    static const float* samples(const Samples& side) noexcept { return side.floats; }
-
-    static Azimuths row(const float* samples) noexcept {
-        Azimuths values;
-        std::memcpy(&values, samples, sizeof values);
-        return values;
-    }
-};
-
-template <int width>
-struct Reader<Half, width> {
-    using Azimuths = typename RowOf<width>::type;
-    static constexpr float unit = half_unit;
-
-    static const Half* samples(const Samples& side) noexcept { return side.halves; }
-
-    static Azimuths row(const Half* samples) noexcept {
-        Azimuths values;
-#if defined(__SSE2__)
-        if constexpr (width == 4) {  // `shifted` of all four
-            const __m128i halves = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(samples));
-            const __m128i in_front = _mm_unpacklo_epi16(_mm_setzero_si128(), halves);
-            const __m128i bits =
-                _mm_and_si128(_mm_srai_epi32(in_front, 16 - half_shift), _mm_set1_epi32(half_mask));
-            std::memcpy(&values, &bits, sizeof values);
-            return values;
-        }
-#endif
-        for (int k = 0; k < width; ++k) {
-            const float value = shifted(samples[k]);
-            std::memcpy(reinterpret_cast<float*>(&values) + k, &value, sizeof value);
-        }
-        return values;
-    }
-};
-
 /// Sum over layers and directions; `width` is how many azimuths a window holds.
-template <class Sample, int width>
+template <int width>
 double summed(const TableView& table, const Layers& layers, const Directions& at) noexcept {
-    using Read = Reader<Sample, width>;
+    using Azimuths = typename RowOf<width>::type;
     const std::ptrdiff_t in_count = table.mu_in.count, out_count = table.mu_out.count;
     const std::ptrdiff_t out_stride = table.azimuth.count, in_stride = out_stride * out_count;
     std::ptrdiff_t in_offset[window], out_offset[window];
@@ -133,8 +84,7 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
         in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
         out_offset[i] = at.out_sample[i] * out_stride;
     }
-    const Sample* const samples = Read::samples(layers.samples);
-    typename Read::Azimuths sum{};
+    Azimuths sum{};
     float in[window], out[window];
     for (int n = 0; n < layers.count; ++n) {
         const Layer& layer = layers.layer[n];
@@ -143,13 +93,17 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
             const float* const out_weight = table.mu_out_weight + layer.depth * out_count;
             for (int i = 0; i < window; ++i) {
                 in[i] = at.in.weight[i] * in_weight[at.in_sample[i]];
-                out[i] = Read::unit * (at.out.weight[i] * out_weight[at.out_sample[i]]);
+                out[i] = at.out.weight[i] * out_weight[at.out_sample[i]];
             }
         }
         for (int i = 0; i < window; ++i) {
             const float share = layer.share * in[i];
-            const Sample* const rows = samples + layer.first + in_offset[i];
-            const auto out_row = [&](int j) { return Read::row(rows + out_offset[j]); };
+            const float* const rows = layers.samples + layer.first + in_offset[i];
+            const auto out_row = [&](int j) {
+                Azimuths values;
+                std::memcpy(&values, rows + out_offset[j], sizeof values);
+                return values;
+            };
             sum += share * ((out[0] * out_row(0) + out[1] * out_row(1)) +
                             (out[2] * out_row(2) + out[3] * out_row(3)));
         }
@@ -159,22 +113,16 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
     return total;
 }
 
-template <class Sample>
-double summed(const TableView& table, const Layers& layers, const Directions& at) noexcept {
-    switch (at.azimuth_count) {
-        case 1: return summed<Sample, 1>(table, layers, at);
-        case 2: return summed<Sample, 2>(table, layers, at);
-        case 3: return summed<Sample, 3>(table, layers, at);
-        default: return summed<Sample, 4>(table, layers, at);
-    }
-}
-
 /// The layers' sum over directions, times what the samples were divided by along both of them.
 double summed(const TableView& table, const Layers& layers, const Geometry& geometry) noexcept {
     const Directions at = directions_of(table, geometry);
-    return directional_factor(table, layers, geometry.mu_in, geometry.mu_out) *
-           (layers.samples.floats ? summed<float>(table, layers, at)
-                                  : summed<Half>(table, layers, at));
+    const double factor = directional_factor(table, layers, geometry.mu_in, geometry.mu_out);
+    switch (at.azimuth_count) {
+        case 1: return factor * summed<1>(table, layers, at);
+        case 2: return factor * summed<2>(table, layers, at);
+        case 3: return factor * summed<3>(table, layers, at);
+        default: return factor * summed<4>(table, layers, at);
+    }
 }
 
 }  // namespace

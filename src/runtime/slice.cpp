@@ -79,14 +79,11 @@ Stencils azimuth_stencils(const AxisView& axis, int intervals) {
 Sheet summed(const TableView& table, const Layers& layers) {
     Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
     const int columns = table.azimuth.count;
-    std::vector<float> widened(layers.samples.halves ? sum.value.size() : 0);
     for (int n = 0; n < layers.count; ++n) {
         const Layer& layer = layers.layer[n];
         const float* const in = table.mu_in_weight + layer.depth * table.mu_in.count;
         const float* const out = table.mu_out_weight + layer.depth * table.mu_out.count;
-        layers.samples.copy(layer.first, static_cast<std::ptrdiff_t>(widened.size()),
-                            widened.data());
-        const float* from = widened.empty() ? layers.samples.floats + layer.first : widened.data();
+        const float* from = layers.samples + layer.first;
         float* to = sum.value.data();
         for (int i = 0; i < table.mu_in.count; ++i)
             for (int j = 0; j < table.mu_out.count; ++j) {

@@ -177,13 +177,6 @@ void work_out_weights(Table& table) {
 
 }  // namespace
 
-void Samples::copy(std::ptrdiff_t first, std::ptrdiff_t count, float* into) const noexcept {
-    if (floats)
-        std::copy_n(floats + first, count, into);
-    else
-        std::transform(halves + first, halves + first + count, into, to_float);
-}
-
 std::size_t Table::sample_count() const noexcept {
     return mixture_count() * albedo.values.size() * optical_depth.values.size() *
            mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
@@ -215,9 +208,9 @@ TableView Table::view() const noexcept {
     view.mu_in = mu_in.view();
     view.mu_out = mu_out.view();
     view.azimuth = azimuth.view();
-    if (!reflection_multiple.empty()) view.reflection_multiple.floats = reflection_multiple.data();
+    if (!reflection_multiple.empty()) view.reflection_multiple = reflection_multiple.data();
     if (!transmission_multiple.empty())
-        view.transmission_multiple.floats = transmission_multiple.data();
+        view.transmission_multiple = transmission_multiple.data();
     view.reflection_weight = reflection_weight.data();
     view.transmission_weight = transmission_weight.data();
     view.mu_in_weight = mu_in_weight.data();

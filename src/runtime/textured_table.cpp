@@ -101,8 +101,7 @@ class Shapes {
                        : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
         const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
         const std::ptrdiff_t at = speaker * depths + depth;
-        std::vector<float> from(size(cosines * cosines * columns));
-        samples_.copy(at * cosines * cosines * columns, cosines * cosines * columns, from.data());
+        const float* const from = samples_ + at * cosines * cosines * columns;
         const float* const in = table_.mu_in_weight + depth * cosines;
         const float* const out = table_.mu_out_weight + depth * cosines;
         std::vector<float> values;
@@ -110,8 +109,8 @@ class Shapes {
         for (std::ptrdiff_t i = 0; i < cosines; ++i)
             for (std::ptrdiff_t j = 0; j <= i; ++j) {
                 const float share = 0.5f * weight_[at] * in[i] * out[j];
-                const float* const there = from.data() + (i * cosines + j) * columns;
-                const float* const back = from.data() + (j * cosines + i) * columns;
+                const float* const there = from + (i * cosines + j) * columns;
+                const float* const back = from + (j * cosines + i) * columns;
                 for (std::ptrdiff_t k = 0; k < columns; k += step)
                     values.push_back(share * (there[k] + back[k]));
             }
@@ -176,7 +175,7 @@ class Shapes {
     }
 
     const TableView& table_;
-    Samples samples_;
+    const float* samples_;
     const float* weight_;
     Side side_;
     std::vector<double> phase_;  // over (pair, azimuth)

@@ -1,6 +1,5 @@
 // A program of its own, because it counts every call of operator new in it.
 #include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/textured_table.h>
 
@@ -41,9 +40,8 @@ TEST(Lookup, AllocatesNothing) {
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
-    const HalfTable half = halved(table);
     const Table both = mixed(table, table);
-    const TableView views[] = {table.view(), half.view(), both.view()};
+    const TableView views[] = {table.view(), both.view()};
     const TexturedTable textured(table.view());
     const std::vector<float> some(20, 0.6f);
     std::vector<float> total(20);

@@ -1,6 +1,5 @@
 // Tables that mix two kinds of scattering, seen at one mixture: TableView::at_mixture.
 #include <stratus/runtime/constants.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 
@@ -92,16 +91,6 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
         transparency(0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1),
                      0.9, 0.9, 1),
         1e-6);
-}
-
-TEST(Mixture, LeavesHalvesWithinTheirPrecision) {
-    const HalfTable half = halved(both());
-    for (const double depth : depths)
-        for (const Geometry& at : geometries) {
-            const double whole = reflection(both().view().at_mixture(0.3), 0.9, depth, at).total();
-            EXPECT_NEAR(reflection(half.view().at_mixture(0.3), 0.9, depth, at).total(), whole,
-                        std::ldexp(whole, -10));
-        }
 }
 
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {

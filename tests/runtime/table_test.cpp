@@ -97,8 +97,8 @@ TEST(Table, IsSeenByItsViewWithoutCopies) {
     prepare(table);
     const TableView view = table.view();
     EXPECT_EQ(view.phase_function, &table.phase_function);
-    EXPECT_EQ(view.reflection_multiple.floats, table.reflection_multiple.data());
-    EXPECT_EQ(view.transmission_multiple.floats, table.transmission_multiple.data());
+    EXPECT_EQ(view.reflection_multiple, table.reflection_multiple.data());
+    EXPECT_EQ(view.transmission_multiple, table.transmission_multiple.data());
     EXPECT_EQ(view.optical_depth.size(), 5);
     EXPECT_EQ(view.optical_depth.count, 4);
     EXPECT_EQ(view.extrapolation_length, small_table_length);

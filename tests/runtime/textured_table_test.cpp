@@ -1,7 +1,6 @@
 #include <stratus/runtime/textured_table.h>
 
 #include <stratus/runtime/constants.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/instruction_set.h>
 
 #include "refusal.h"
@@ -249,12 +248,6 @@ INSTANTIATE_TEST_SUITE_P(All, TexturedOver,
                              return row.param.kind == LowerBoundary::Kind::surface ? "surface"
                                                                                    : "layer";
                          });
-
-TEST(TexturedTable, IsMadeOfHalvesToo) {
-    const Table table = filled(usual, to_eight);
-    const HalfTable half = halved(table);
-    expect_lookups(TexturedTable(half.view()), table.view(), points(table, 200, 0.05, 8));
-}
 
 TEST(TexturedTable, OutlivesItsTable) {
     Table table = filled(usual, to_eight);

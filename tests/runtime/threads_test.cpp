@@ -1,7 +1,6 @@
 // One table, many threads: what `./run test --sanitize` runs under ThreadSanitizer, which sees
 // every unguarded access to what one thread writes.
 #include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 
 #include "small_table.h"
@@ -23,7 +22,6 @@ constexpr int thread_count = 8;
 /// All that threads share.
 struct Shared {
     Table table;
-    HalfTable half;
     Table over_ground;
     Bsdf bsdf;
 };
@@ -67,14 +65,6 @@ const Function functions[] = {
          return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry_of(p))
              .total();
      }},
-    {"ReflectionOfHalves",
-     [](const Shared& shared, const Point& p) {
-         return reflection(shared.half.view(), p.albedo, p.optical_depth, geometry_of(p)).total();
-     }},
-    {"TransmissionOfHalves",
-     [](const Shared& shared, const Point& p) {
-         return transmission(shared.half.view(), p.albedo, p.optical_depth, geometry_of(p)).total();
-     }},
     {"ReflectionOverGround",
      [](const Shared& shared, const Point& p) {
          return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_of(p))
@@ -88,11 +78,6 @@ const Function functions[] = {
          return double{drawn.value} +
                 double{shared.bsdf.pdf(drawn.side, mu, drawn.mu_out, drawn.azimuth)} +
                 double{shared.bsdf.albedo(mu).reflected};
-     }},
-    {"Halved",
-     [](const Shared& shared, const Point& p) {
-         return reflection(halved(shared.table).view(), p.albedo, p.optical_depth, geometry_of(p))
-             .total();
      }},
 };
 
@@ -111,7 +96,7 @@ class SharedTable : public testing::TestWithParam<Function> {};
 
 TEST_P(SharedTable, GivesManyThreadsTheBitsThatItGivesOne) {
     const Table table = every_kind();
-    const Shared shared{table, halved(table), every_kind_over_ground(),
+    const Shared shared{table, every_kind_over_ground(),
                         Bsdf(table.view().bind(2, 0.7))};
     const std::vector<Point> points = random_points(200);
     const auto values_at_all_points = [&] {

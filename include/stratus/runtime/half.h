@@ -1,8 +1,7 @@
 // Numbers of 16 bits: IEEE binary16, 11 significant bits between 2^-14 and 65504.
 //
-// A half's bits, moved to where float keeps them, are its value times 2^-112: both formats differ
-// by that bias of their exponents alone. The multiplication that undoes it makes subnormal halves
-// right too.
+// The bits of a half, moved to their places in a float, are its value times 2^-112, the difference
+// of the exponents' biases. Multiplying by 2^112 is right for subnormal halves too.
 #pragma once
 
 #include <cmath>
@@ -16,22 +15,18 @@ struct Half {
 };
 
 constexpr float largest_half = 65504;
-constexpr float min_normal_half = 6.103515625e-5f;                  // 2^-14
 constexpr float half_unit = 5192296858534827628530496329220096.0f;  // 2^112
-constexpr int half_shift = 13;                   // bits of a float's fraction that a half has not
+constexpr int half_shift = 13;                   // fraction bits of a float beyond those of a half
 constexpr std::int32_t half_mask = ~0x70000000;  // the bits of a float that a half fills
 
-/// The float whose value is that of a finite half times 2^-112.
-inline float shifted(Half half) noexcept {
-    // The sign comes along as four bits, of which the mask leaves the one where float has it.
+/// The value of a finite half, exactly.
+inline float to_float(Half half) noexcept {
+    // Sign extension copies the sign to four bits; the mask keeps the one that is a float's.
     const std::int32_t bits = static_cast<std::int16_t>(half.bits) * (1 << half_shift) & half_mask;
     float value;
     std::memcpy(&value, &bits, sizeof value);
-    return value;
+    return half_unit * value;
 }
-
-/// The value of a finite half, exactly.
-inline float to_float(Half half) noexcept { return half_unit * shifted(half); }
 
 /// The half nearest to a number, of two equally near the even one.
 ///

@@ -11,7 +11,6 @@
 
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/effects.h>
-#include <stratus/runtime/half.h>
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
@@ -27,21 +26,6 @@ namespace stratus {
 template <int channels>
 class SliceOf;
 
-/// Samples of one side, either floats or halves: at most one of the pointers is not null.
-struct Samples {
-    const float* floats = nullptr;
-    const Half* halves = nullptr;
-
-    explicit operator bool() const noexcept { return floats || halves; }
-
-    float operator[](std::ptrdiff_t at) const noexcept {
-        return floats ? floats[at] : to_float(halves[at]);
-    }
-
-    /// Writes `count` samples from `first` on, as floats, to `into`.
-    void copy(std::ptrdiff_t first, std::ptrdiff_t count, float* into) const noexcept;
-};
-
 /// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
 /// or a renderer's own).
 struct TableView {
@@ -56,11 +40,11 @@ struct TableView {
     double chosen_mixture = std::numeric_limits<double>::quiet_NaN();
     double second_extrapolation_length = 0;
 
-    Samples reflection_multiple, transmission_multiple;  // none when the table has no such side
+    const float* reflection_multiple = nullptr;  // null when the table has no such side
+    const float* transmission_multiple = nullptr;
 
     // What samples are multiplied by before they are interpolated (lookup.h): over (mixture,
-    // albedo, optical_depth) for either side, and over (optical_depth, mu). Of floats, 1 where
-    // something lies beneath. Halves hold more of the product themselves (half_table.h).
+    // albedo, optical_depth) for either side, and over (optical_depth, mu); 1 over a lower boundary.
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;
@@ -69,8 +53,8 @@ struct TableView {
     double extrapolation_length;       // optical depth; of the first phase function
     double tolerance;                  // that the samples were baked for; 0: unknown
 
-    bool has_reflection() const noexcept { return bool{reflection_multiple}; }
-    bool has_transmission() const noexcept { return bool{transmission_multiple}; }
+    bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
+    bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
     bool has_lower_boundary() const noexcept {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }

@@ -22,6 +22,16 @@ constexpr double min_absorptance = 1e-3;
 
 }  // namespace
 
+SolverOptions solver_options(const Recipe& recipe) {
+    SolverOptions solver;
+    solver.nodes = recipe.discretisation.nodes;
+    solver.modes = recipe.discretisation.modes;
+    solver.scheme = recipe.discretisation.scheme;
+    solver.orders = recipe.orders;
+    solver.mode_tolerance = 1e-3 * recipe.tolerance;
+    return solver;
+}
+
 Axis mu_axis(int samples) {
     return make_axis(AxisScale::arcsine_of_fourth_root, lowest_mu, 1, samples);
 }

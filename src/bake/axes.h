@@ -1,10 +1,13 @@
-// Where a resolved recipe puts its samples.
+// How a resolved recipe is solved, and where it puts its samples.
 #pragma once
 
 #include <stratus/bake/recipe.h>
 #include <stratus/runtime/axis.h>
 
 namespace stratus {
+
+/// The solver that a recipe asks for, as far as it is resolved.
+SolverOptions solver_options(const Recipe& recipe);
 
 /// mu from 1e-4 to 1: light closer than 0.006 degrees to the surface is clamped.
 Axis mu_axis(int samples);

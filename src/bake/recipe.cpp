@@ -148,6 +148,7 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
 }
 
 Recipe at_mixture(const Recipe& recipe, double share_of_first) {
+    if (!recipe.mixture) return recipe;
     Recipe alone = recipe;
     alone.phase_function =
         PhaseFunction::mixture(share_of_first, recipe.phase_function, recipe.second_phase_function);

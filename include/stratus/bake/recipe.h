@@ -60,7 +60,8 @@ Recipe parse_recipe(const std::string& text, const std::string& directory = "",
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
-/// The recipe of one mixture alone: its phase function is the sum of both.
+/// The recipe of one mixture alone: its phase function is the sum of both. One that mixes nothing
+/// comes back as it is.
 Recipe at_mixture(const Recipe& recipe, double share_of_first);
 
 /// TOML text of a recipe. Of a resolved one every choice is spelled out, so that the same table can

@@ -1,0 +1,44 @@
+// The choices of a discretisation, a function an axis: ascending candidates in, the cheapest whose
+// error holds out. Every choice builds on those that the probes' recipe holds already; the order is
+// that of the declarations.
+#pragma once
+
+#include "probes.h"
+
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+struct Choice {
+    double value = 0;
+    double error_at_cap = 0;  // where even the last candidate misses; 0 elsewhere
+};
+
+Choice choose_nodes(Probes& probes);
+Choice choose_modes(Probes& probes);
+Choice choose_mu_samples(Probes& probes);
+Choice choose_azimuth_samples(Probes& probes);
+
+/// First depth of the ladder beyond which the law of diffusion bridges the way to infinity; 0 where
+/// the axis does not end there.
+Choice choose_deepest_optical_depth(Probes& probes);
+
+Choice choose_optical_depth_samples(Probes& probes);
+Choice choose_albedo_samples(Probes& probes);
+
+/// Samples along the mixture, of a recipe of which all else is resolved.
+Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options);
+
+// ---- what they share ----------------------------------------------------------------------------
+
+/// Tells what was chosen and the error that is left.
+void note_choice(const Probes& probes, const std::string& what, double error,
+                 const std::string& of);
+
+/// First of the ascending candidates whose error is within the probes' limit, by bisection; the
+/// last if none is.
+Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
+                       const std::function<double(int candidate)>& error);
+
+}  // namespace stratus

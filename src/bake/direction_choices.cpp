@@ -1,0 +1,198 @@
+// Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
+
+#include "axes.h"
+#include "choices.h"
+
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+/// Parts of a choice's limit that the solver itself may use up: nodes, and the modes left out.
+constexpr double share_of_nodes = 0.2, share_of_modes = 0.05;
+
+double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers& to) {
+    const DirectionGrid& directions = probes.directions;
+    return measure_layers(
+        probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+            add_errors(probes.recipe, to[a][d], directions, directions.mu.size(), errors,
+                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+                           return from[a][d].side(side).multiple[directions.at(i, j, k)];
+                       });
+        });
+}
+
+/// What all modes from `kept` on add at most.
+double tail_of_modes(Probes& probes, int kept) {
+    const ProbedLayers& layers = probed_layers(probes);
+    const DirectionGrid& directions = probes.directions;
+    return measure_layers(
+        probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+            const ProbedLayer& layer = layers[a][d];
+            add_errors(probes.recipe, layer, directions, directions.mu.size(), errors,
+                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+                           const auto& modes = side == Side::reflection
+                                                   ? layer.solution.reflection_modes
+                                                   : layer.solution.transmission_modes;
+                           double tail = 0;
+                           for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
+                               tail += 2 * std::abs(modes[m](static_cast<Eigen::Index>(i),
+                                                             static_cast<Eigen::Index>(j)));
+                           return layer.side(side).multiple[directions.at(i, j, k)] + tail;
+                       });
+        });
+}
+
+double mu_error(const Probes& probes, int samples) {
+    const Recipe& recipe = probes.recipe;
+    const Axis axis = mu_axis(samples);
+    const std::size_t count = probes.directions.mu.size();
+    std::vector<double> mu = probes.directions.mu;  // then the axis' own
+    mu.insert(mu.end(), axis.values.begin(), axis.values.end());
+    const DirectionGrid all = directions_at(recipe, mu);
+    const ProbedLayers layers = solve_layers(probes, probes.albedos, probes.ladder, all);
+    std::vector<Stencil> stencils;
+    for (std::size_t i = 0; i < count; ++i) stencils.push_back(axis.view().stencil(mu[i]));
+    return measure_layers(
+        probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+            const ProbedLayer& layer = layers[a][d];
+            std::vector<double> divisors;
+            for (const double cosine : mu)
+                divisors.push_back(intercepted(recipe, layer.solution.optical_depth, cosine));
+            const auto sample = [&](std::size_t i, std::size_t p) {
+                return count + static_cast<std::size_t>(stencils[i].first) + p;
+            };
+            const auto weight = [&](std::size_t i, std::size_t p) {
+                return stencils[i].weight[p] * divisors[i] / divisors[sample(i, p)];
+            };
+            add_errors(
+                recipe, layer, all, count, errors,
+                [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+                    double found = 0;
+                    for (std::size_t p = 0; p < Blend::size; ++p)
+                        for (std::size_t q = 0; q < Blend::size; ++q)
+                            found +=
+                                weight(i, p) * weight(j, q) *
+                                layer.side(side).multiple[all.at(sample(i, p), sample(j, q), k)];
+                    return found;
+                });
+        });
+}
+
+double azimuth_error(Probes& probes, int samples) {
+    const Recipe& recipe = probes.recipe;
+    const ProbedLayers& layers = probed_layers(probes);
+    std::vector<double> tests;
+    // No candidate has a sample at one of these.
+    for (int n = 0; n < 16; ++n) tests.push_back(pi * (n + 0.37) / 16);
+    const Axis axis = azimuth_axis(samples);
+    const std::vector<double>& mu = probes.directions.mu;
+    const DirectionGrid at_tests(recipe.phase_function, recipe.lower_boundary, mu, tests);
+    const DirectionGrid at_samples(recipe.phase_function, recipe.lower_boundary, mu, axis.values);
+    std::vector<Stencil> stencils;
+    for (const double phi : tests) stencils.push_back(axis.view().stencil(phi));
+    return measure_layers(
+        probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
+            const ProbedLayer target = probe(recipe, layers[a][d].solution, at_tests);
+            const ProbedLayer sampled = probe(recipe, layers[a][d].solution, at_samples);
+            add_errors(recipe, target, at_tests, mu.size(), errors,
+                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+                           const auto first = static_cast<std::size_t>(stencils[k].first);
+                           double found = 0;
+                           for (std::size_t p = 0; p < Blend::size; ++p)
+                               found += stencils[k].weight[p] *
+                                        sampled.side(side).multiple[at_samples.at(i, j, first + p)];
+                           return found;
+                       });
+        });
+}
+
+}  // namespace
+
+void note_choice(const Probes& probes, const std::string& what, double error,
+                 const std::string& of) {
+    if (probes.options.note)
+        probes.options.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
+}
+
+Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
+                       const std::function<double(int candidate)>& error) {
+    std::size_t low = 0, high = candidates.size() - 1;
+    double left = error(candidates[high]);
+    while (low < high) {
+        const std::size_t middle = (low + high) / 2;
+        const double at_middle = error(candidates[middle]);
+        if (at_middle <= probes.max_error) {
+            high = middle;
+            left = at_middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    const bool holds = left <= probes.max_error;
+    note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
+                holds ? "interpolation misses" : "at its cap; interpolation misses");
+    return {static_cast<double>(candidates[high]), holds ? 0 : left};
+}
+
+Choice choose_nodes(Probes& probes) {
+    constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
+    const double max_change = share_of_nodes * probes.max_error;
+    int& nodes = probes.recipe.discretisation.nodes;
+    double left = infinity;
+    for (const int candidate : candidates) {
+        const int coarser = std::exchange(nodes, candidate);
+        const ProbedLayers layers = std::exchange(probes.layers, {});
+        probed_layers(probes);
+        if (layers.empty()) continue;
+        left = change(probes, layers, probes.layers);
+        if (left > max_change) continue;
+        nodes = coarser;
+        probes.layers = layers;
+        note_choice(probes, "nodes " + std::to_string(nodes), left, "more nodes change");
+        return {static_cast<double>(nodes)};
+    }
+    note_choice(probes, "nodes " + std::to_string(nodes), left, "at its cap; fewer nodes change");
+    return {static_cast<double>(nodes), left};
+}
+
+/// Modes from which on all others together add next to nothing.
+Choice choose_modes(Probes& probes) {
+    int low = 1;
+    int high = static_cast<int>(probed_layers(probes)[0][0].solution.reflection_modes.size());
+    double left = 0;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        const double tail = tail_of_modes(probes, middle);
+        if (tail <= share_of_modes * probes.max_error) {
+            high = middle;
+            left = tail;
+        } else {
+            low = middle + 1;
+        }
+    }
+    note_choice(probes, "modes " + std::to_string(high), left, "all higher ones add");
+    return {static_cast<double>(high)};
+}
+
+Choice choose_mu_samples(Probes& probes) {
+    return choose_cheapest(probes, "mu_samples",
+                           {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
+                           [&](int candidate) { return mu_error(probes, candidate); });
+}
+
+Choice choose_azimuth_samples(Probes& probes) {
+    const LowerBoundary& boundary = probes.recipe.lower_boundary;
+    if (probes.recipe.phase_function.is_isotropic() &&
+        (boundary.kind != LowerBoundary::Kind::layer || boundary.phase_function.is_isotropic()))
+        return {1};
+    return choose_cheapest(
+        probes, "azimuth_samples",
+        {5, 7, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 37, 41, 49, 57, 65, 81, 97},
+        [&](int candidate) { return azimuth_error(probes, candidate); });
+}
+
+}  // namespace stratus

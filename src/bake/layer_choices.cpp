@@ -1,0 +1,268 @@
+// Choices of what resolves layers: samples of optical depth, of albedo and along the mixture.
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/number_text.h>
+
+#include "axes.h"
+#include "choices.h"
+
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+/// A ratio of two exponentially small scales; 0 where the divisor is below what a float holds.
+double ratio(double scale, double divisor) { return divisor > 1e-35 ? scale / divisor : 0; }
+
+double infinity_error(Probes& probes, std::size_t last) {
+    const ProbedLayers& layers = probed_layers(probes);
+    const std::size_t deeper = layers[0].size() - 2 - last;  // finite depths
+    const double length = probes.extrapolation_length;
+    return measure_layers(
+        probes, layers.size(), deeper, [&](std::size_t a, std::size_t d, Errors& errors) {
+            const ProbedLayer& target = layers[a][last + 1 + d];
+            const double k = probes.exponents[a];
+            const double tau = target.solution.optical_depth;
+            const double tau_last = layers[a][last].solution.optical_depth;
+            const double deficit = reflection_deficit(tau_last, k, length);
+            Blend blend;
+            blend.sample[0] = &layers[a][last];
+            blend.sample[1] = &layers[a].back();
+            blend.reflection[0] = deficit > 0 ? reflection_deficit(tau, k, length) / deficit : 0;
+            blend.reflection[1] = 1 - blend.reflection[0];
+            blend.transmission[0] =
+                ratio(transmission_scale(tau, k, length), transmission_scale(tau_last, k, length));
+            add_blend_errors(probes.recipe, target, probes.directions, blend, errors);
+        });
+}
+
+/// Layers at `fine` depths an octave; a candidate's own samples are every (fine / candidate)-th.
+struct FineDepths {
+    static constexpr int fine = 12;
+    double min, max;
+    int octaves;
+    std::vector<ProbedLayers> of_step;
+
+    const ProbedLayer& at(std::size_t albedo, int depth) const {
+        return of_step[static_cast<std::size_t>(depth % fine)][albedo]
+                      [static_cast<std::size_t>(depth / fine)];
+    }
+};
+
+FineDepths solve_fine_depths(const Probes& probes, double min, double max) {
+    FineDepths depths{0, max, std::max(1, static_cast<int>(std::ceil(std::log2(max / min)))), {}};
+    depths.min = std::ldexp(max, -depths.octaves);
+    for (int step = 0; step < FineDepths::fine; ++step)
+        depths.of_step.push_back(
+            solve_layers(probes, probes.albedos,
+                         {depths.min * std::exp2(static_cast<double>(step) / FineDepths::fine),
+                          depths.octaves + (step == 0 ? 1 : 0), false},
+                         probes.directions));
+    return depths;
+}
+
+/// Adds the errors of a cubic along optical depth, samples divided by their scales (lookup.h).
+template <class Sample>
+void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Stencil& stencil,
+                      double exponent, Errors& errors, const Sample& sample) {
+    const double tau = target.solution.optical_depth;
+    const std::vector<double>& mu = probes.directions.mu;
+    std::vector<double> along[Blend::size];  // over mu
+    Blend blend;
+    for (std::size_t p = 0; p < Blend::size; ++p) {
+        if (stencil.weight[p] == 0) continue;
+        blend.sample[p] = &sample(p);
+        const double depth = blend.sample[p]->solution.optical_depth;
+        for (const Side side : {Side::reflection, Side::transmission})
+            (side == Side::reflection ? blend.reflection : blend.transmission)[p] =
+                stencil.weight[p] * sample_scale(probes, side, tau, exponent) /
+                sample_scale(probes, side, depth, exponent);
+        for (const double cosine : mu)
+            along[p].push_back(intercepted(probes.recipe, tau, cosine) /
+                               intercepted(probes.recipe, depth, cosine));
+    }
+    add_errors(probes.recipe, target, probes.directions, mu.size(), errors,
+               [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+                   const double* const weight =
+                       side == Side::reflection ? blend.reflection : blend.transmission;
+                   const std::size_t at = probes.directions.at(i, j, k);
+                   double found = 0;
+                   for (std::size_t p = 0; p < Blend::size; ++p)
+                       if (blend.sample[p] != nullptr)
+                           found += weight[p] * along[p][i] * along[p][j] *
+                                    blend.sample[p]->side(side).multiple[at];
+                   return found;
+               });
+}
+
+double depth_error(const Probes& probes, const FineDepths& depths, int candidate) {
+    const int stride = FineDepths::fine / candidate, intervals = candidate * depths.octaves;
+    const AxisView axis =
+        make_axis(AxisScale::logarithmic, depths.min, depths.max, intervals + 1).view();
+    return measure_layers(probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
+                          [&](std::size_t a, std::size_t interval, Errors& errors) {
+                              const ProbedLayer& target =
+                                  depths.at(a, static_cast<int>(interval) * stride + stride / 2);
+                              const Stencil stencil = axis.stencil(target.solution.optical_depth);
+                              add_depth_errors(
+                                  probes, target, stencil, probes.exponents[a], errors,
+                                  [&](std::size_t p) -> const ProbedLayer& {
+                                      return depths.at(
+                                          a, (stencil.first + static_cast<int>(p)) * stride);
+                                  });
+                          });
+}
+
+/// Layers at `fine` even steps along an axis; a candidate's own samples are every so many of them.
+/// What remains is the same for albedo and mixture: the middle of every interval against a cubic.
+struct Steps {
+    std::size_t intervals, stride;
+
+    Steps(int candidate, std::size_t fine)
+        : intervals(static_cast<std::size_t>(candidate - 1)), stride(fine / intervals) {}
+
+    std::size_t middle(std::size_t interval) const { return interval * stride + stride / 2; }
+
+    std::size_t sample(const Stencil& stencil, std::size_t p) const {
+        return std::min(static_cast<std::size_t>(stencil.first) + p, intervals) * stride;
+    }
+};
+
+double albedo_error(const Probes& probes, const DirectionGrid& directions,
+                    const ProbedLayers& layers, const std::vector<double>& exponents,
+                    int candidate) {
+    const Steps steps(candidate, layers.size() - 1);
+    const AxisView axis = albedo_axis(probes.recipe.albedo, candidate).view();
+    const bool divides = !probes.recipe.lower_boundary.is_present();
+    return measure_layers(
+        probes, steps.intervals, layers[0].size(),
+        [&](std::size_t interval, std::size_t d, Errors& errors) {
+            const ProbedLayer& target = layers[steps.middle(interval)][d];
+            const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
+            const Stencil stencil = axis.stencil(albedo);
+            double k = 0;
+            for (std::size_t p = 0; p < Blend::size; ++p)
+                k += stencil.weight[p] * exponents[steps.sample(stencil, p)];
+            Blend blend;
+            for (std::size_t p = 0; p < Blend::size; ++p) {
+                const std::size_t at = steps.sample(stencil, p);
+                const ProbedLayer& sample = layers[at][d];
+                blend.sample[p] = &sample;
+                const auto weight = [&](Side side) {
+                    if (!divides) return double{stencil.weight[p]};
+                    return stencil.weight[p] *
+                           ratio(albedo * sample_scale(probes, side, tau, k),
+                                 sample.solution.albedo *
+                                     sample_scale(probes, side, tau, exponents[at]));
+                };
+                blend.reflection[p] = weight(Side::reflection);
+                blend.transmission[p] = weight(Side::transmission);
+            }
+            add_blend_errors(probes.recipe, target, directions, blend, errors);
+        });
+}
+
+/// The probes and the layers of one mixture, at few directions.
+struct MixtureStep {
+    Probes probes;
+    DirectionGrid directions;
+    ProbedLayers layers;
+};
+
+MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
+    Probes probes = place_probes(recipe, max_error, options);
+    DirectionGrid directions = directions_at(recipe, few_cosines());
+    ProbedLayers layers =
+        solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
+    for (auto& of_albedo : layers)
+        for (ProbedLayer& layer : of_albedo)  // a hundred megabytes otherwise
+            layer.solution.reflection_modes = layer.solution.transmission_modes = {};
+    return {std::move(probes), std::move(directions), std::move(layers)};
+}
+
+double mixture_error(const std::vector<MixtureStep>& all, int candidate) {
+    const Steps steps(candidate, all.size() - 1);
+    const AxisView axis = mixture_axis({0, 1}, candidate).view();
+    const Probes& any = all.front().probes;
+    const std::size_t albedos = any.albedos.size();
+    return measure_layers(
+        any, steps.intervals * albedos, all.front().layers[0].size(),
+        [&](std::size_t n, std::size_t d, Errors& errors) {
+            const std::size_t a = n % albedos, middle = steps.middle(n / albedos);
+            const Stencil stencil =
+                axis.stencil(static_cast<double>(middle) / static_cast<double>(all.size() - 1));
+            const MixtureStep& here = all[middle];
+            const ProbedLayer& target = here.layers[a][d];
+            const auto transmitted = [&](double exponent) {
+                return transmission_scale(target.solution.optical_depth, exponent,
+                                          any.extrapolation_length);
+            };
+            double k = 0;
+            for (std::size_t p = 0; p < Blend::size; ++p)
+                k += double{stencil.weight[p]} * all[steps.sample(stencil, p)].probes.exponents[a];
+            Blend blend;
+            for (std::size_t p = 0; p < Blend::size; ++p) {
+                const MixtureStep& sample = all[steps.sample(stencil, p)];
+                blend.sample[p] = &sample.layers[a][d];
+                blend.reflection[p] = stencil.weight[p];
+                const double sampled = transmitted(sample.probes.exponents[a]);
+                blend.transmission[p] =
+                    sampled > 0 ? stencil.weight[p] * transmitted(k) / sampled : 0;
+            }
+            add_blend_errors(here.probes.recipe, target, here.directions, blend, errors);
+        });
+}
+
+}  // namespace
+
+Choice choose_deepest_optical_depth(Probes& probes) {
+    if (!probes.ladder.to_infinity || probes.ladder.octaves == 0) return {};
+    double left = 0;
+    std::size_t last = 0;
+    for (; last + 2 < static_cast<std::size_t>(probes.ladder.octaves); ++last) {
+        left = infinity_error(probes, last);
+        if (left <= probes.max_error) break;
+    }
+    const double deepest = std::ldexp(probes.ladder.first, static_cast<int>(last));
+    note_choice(probes, "deepest finite optical_depth " + short_number(deepest), left,
+                "the law of diffusion beyond misses");
+    return {deepest};
+}
+
+Choice choose_optical_depth_samples(Probes& probes) {
+    if (probes.ladder.octaves == 0) return {};
+    const Range range = probes.recipe.optical_depth;
+    const double max =
+        std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
+    if (range.min >= max) return {1};
+    const FineDepths depths = solve_fine_depths(probes, range.min, max);
+    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 6},
+                           [&](int candidate) { return depth_error(probes, depths, candidate); });
+}
+
+Choice choose_albedo_samples(Probes& probes) {
+    const Recipe& recipe = probes.recipe;
+    if (recipe.albedo.min == recipe.albedo.max) return {1};
+    constexpr int fine = 120;
+    const std::vector<double> albedos = albedo_axis(recipe.albedo, fine + 1).values;
+    const DirectionGrid directions = directions_at(recipe, few_cosines());
+    const ProbedLayers layers =
+        solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
+    const std::vector<double> exponents = decay_exponents(recipe, albedos);
+    return choose_cheapest(probes, "albedo_samples",
+                           {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
+                               return albedo_error(probes, directions, layers, exponents,
+                                                   candidate);
+                           });
+}
+
+Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {
+    constexpr int fine = 24;
+    std::vector<MixtureStep> steps;
+    for (const double share : mixture_axis(*recipe.mixture, fine + 1).values)
+        steps.push_back(solve_mixture_step(at_mixture(recipe, share), max_error, options));
+    return choose_cheapest(steps.front().probes, "mixture_samples", {2, 3, 4, 5, 7, 9, 13},
+                           [&](int candidate) { return mixture_error(steps, candidate); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,117 @@
+// What every choice of a discretisation is measured on, at one mixture: layers solved once, at
+// directions between grazing and normal, a few azimuths, albedos over the range and every octave of
+// depth (and infinity). Errors are relative as in accuracy.h; a choice stands when 99.9 % of the
+// probed values are within its share of the tolerance.
+#pragma once
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/runtime/axis.h>
+
+#include "direction_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <vector>
+
+namespace stratus {
+
+/// One side of a solved layer at all directions.
+struct ProbedSide {
+    std::vector<double> multiple, total;  // over (mu, mu, azimuth)
+    double floor = 0;                     // accuracy.h
+};
+
+struct ProbedLayer {
+    LayerSolution solution;
+    ProbedSide reflection, transmission;
+
+    const ProbedSide& side(Side which) const {
+        return which == Side::reflection ? reflection : transmission;
+    }
+};
+
+using ProbedLayers = std::vector<std::vector<ProbedLayer>>;  // [albedo][depth]
+
+struct Probes {
+    Recipe recipe;  // of one mixture, its discretisation as far as it is chosen
+    double max_error;
+    BakeOptions options;
+    DirectionGrid directions;
+    std::vector<double> albedos, exponents;  // exponents: decay_exponents (axes.h)
+    DepthLadder ladder;
+    double extrapolation_length;
+    ProbedLayers layers;  // of all modes; empty until solved
+};
+
+/// Probes of a recipe of one mixture, of which nothing is solved yet.
+Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
+
+DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines);
+
+/// The few cosines that suffice where layers, not directions, are interpolated.
+std::vector<double> few_cosines();
+
+/// The probes' own layers, solved when first asked for.
+const ProbedLayers& probed_layers(Probes& probes);
+
+/// Layers solved with the nodes and modes that are chosen.
+ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
+                          const DepthLadder& ladder, const DirectionGrid& directions);
+
+/// A solved layer at all directions.
+ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
+
+/// The octaves of depth that the table's samples will have.
+DepthLadder ladder_to_deepest(const Probes& probes);
+
+// ---- errors -------------------------------------------------------------------------------------
+
+using Errors = std::vector<double>;
+
+/// 99.9 % of the errors that measure(albedo, depth, errors) adds for all albedos and depths.
+double measure_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// Adds the errors of found(side, i, j, k) at all pairs of the first `cosines` of the directions
+/// and at all azimuths, for both sides of `expected` that the recipe asks for.
+template <class Found>
+void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
+                std::size_t cosines, Errors& errors, const Found& found) {
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        if (side == Side::reflection
+                ? !recipe.reflection
+                : !recipe.transmission || std::isinf(expected.solution.optical_depth))
+            continue;
+        const ProbedSide& values = expected.side(side);
+        for (std::size_t i = 0; i < cosines; ++i)
+            for (std::size_t j = i; j < cosines; ++j)
+                for (std::size_t k = 0; k < directions.azimuth.size(); ++k) {
+                    const std::size_t at = directions.at(i, j, k);
+                    errors.push_back(std::abs(found(side, i, j, k) - values.multiple[at]) /
+                                     std::max(values.total[at], values.floor));
+                }
+    }
+}
+
+/// Samples that interpolate a layer, and their weights on either side.
+struct Blend {
+    static constexpr std::size_t size = std::extent_v<decltype(Stencil::weight)>;
+    const ProbedLayer* sample[size] = {};
+    double reflection[size] = {}, transmission[size] = {};
+};
+
+/// Adds the errors of a blend at all directions.
+void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
+                      const DirectionGrid& directions, const Blend& blend, Errors& errors);
+
+// ---- what samples are divided by before they are interpolated (lookup.h); 1 over a boundary -----
+
+double intercepted(const Recipe& recipe, double optical_depth, double mu);
+double sample_scale(const Probes& probes, Side side, double optical_depth, double exponent);
+
+}  // namespace stratus

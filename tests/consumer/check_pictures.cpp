@@ -1,9 +1,8 @@
-// Compares the path tracer's pictures with what lookups alone say.
+// Compares the path tracer's pictures with direct lookups.
 //
 //     check_pictures TABLE SUNLIT.ppm SUN FURNACE.ppm SKY
 //
-// SUNLIT has no sky and light that bounced once; FURNACE has no sun. Says nothing when all is
-// right.
+// SUNLIT has no sky, and light that bounced once; FURNACE has no sun. Prints nothing if they agree.
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
@@ -20,7 +19,7 @@
 
 namespace {
 
-// As the path tracer has them.
+// The same as in the path tracer.
 constexpr std::array albedo{1.0, 0.97, 0.9};
 constexpr double half_width = 1.6;
 const double root_half = std::sqrt(0.5), root_third = std::sqrt(1.0 / 3);
@@ -31,7 +30,7 @@ struct Vector {
     double x, y, z;
 };
 
-/// Pixels by their place, to the right and up, in [-half_width, half_width].
+/// Pixels by their coordinates to the right and up, in [-half_width, half_width].
 class Picture {
   public:
     explicit Picture(const std::string& path) {
@@ -41,10 +40,10 @@ class Picture {
         file >> kind >> size_ >> size_ >> white;
         for (double value; file >> value;) value_.push_back(value / white);
         if (kind != "P3" || value_.size() != 3 * size_ * size_)
-            throw std::runtime_error(path + " is no picture");
+            throw std::runtime_error(path + " must be a square PPM picture, P3");
     }
 
-    /// Mean of nine pixels about a place.
+    /// Mean of nine pixels around a point.
     double at(double right, double up, std::size_t channel) const {
         double sum = 0;
         for (const double r : {-1, 0, 1})
@@ -87,7 +86,7 @@ double sunlit(const stratus::TableView& table, double w, double sun, const Vecto
     const double mu_in = (normal.x - normal.y + normal.z) * root_third;
     const double mu_out = (normal.z - normal.y) * root_half;
     if (mu_in <= 0) return 0;
-    // Light travels along (-1, 1, -1), then along (0, -1, 1); of both, what is along the facet.
+    // Light travels along (-1, 1, -1), then along (0, -1, 1): the product of their parts along the facet.
     const double along = -2 * root_third * root_half + mu_in * mu_out;
     const double sines = std::sqrt((1 - mu_in * mu_in) * (1 - mu_out * mu_out));
     const double azimuth = std::acos(sines > 0 ? std::clamp(along / sines, -1.0, 1.0) : 1.0);
@@ -109,7 +108,7 @@ double share_of_sky(const stratus::TableView& table, double w, double mu_out) {
     return sum;
 }
 
-/// The sphere's normal where it is seen right and up of the picture's centre.
+/// The sphere's normal at a point to the right and up of the picture's centre.
 Vector normal_at(double right, double up) {
     const double towards = std::sqrt(1 - right * right - up * up);
     return {right, (up - towards) * root_half, (up + towards) * root_half};
@@ -120,14 +119,14 @@ void check_sunlit(const Picture& picture, const stratus::TableView& table, doubl
     const auto expect_about = [](const std::string& what, double met, double expected) {
         expect_within(what, met, 0.995 * expected, 1.005 * expected);
     };
-    struct Place {
+    struct Facet {
         const char* name;
         double right, up;
     };
     for (std::size_t c = 0; c < 3; ++c) {
         const std::string of = " in channel " + std::to_string(c);
-        for (const Place& at : {Place{"top", 0, root_half}, Place{"centre", 0, 0},
-                                Place{"sunny side", 0.6, 0.1}, Place{"evening", -0.5, 0.5}}) {
+        for (const Facet& at : {Facet{"top", 0, root_half}, Facet{"centre", 0, 0},
+                                Facet{"sunny side", 0.6, 0.1}, Facet{"evening", -0.5, 0.5}}) {
             const Vector normal = normal_at(picture.middle(at.right), picture.middle(at.up));
             expect_about(at.name + of, picture.at(at.right, at.up, c),
                          sunlit(table, albedo[c], sun, normal));
@@ -145,7 +144,7 @@ void check_furnace(const Picture& picture, const stratus::TableView& table, doub
         for (std::size_t column = 0; column < picture.size(); ++column) {
             const double value = picture.value(row, column, 0);
             sum += value;
-            // What absorbs nothing is as bright as the sky; noise of 32 paths.
+            // Without absorption as bright as the sky, but for the noise of 32 paths.
             expect_within("pixel in the furnace", value, 0.8 * sky, 1.2 * sky);
         }
     const double mean = sum / static_cast<double>(picture.size() * picture.size());

@@ -1,4 +1,4 @@
-# Installs BUILD, and moves the copy to PREFIX: nothing of it may remember where it was.
+# Installs BUILD and moves the copy to PREFIX: installed files must not contain their first path.
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${PREFIX} ${PREFIX}.first)

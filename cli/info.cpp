@@ -1,10 +1,10 @@
 // `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
 #include <stratus/io/atomic_file.h>
-#include <stratus/picture/portrait.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/runtime/table.h>
+#include <stratus/scene/table_portrait.h>
 
 #include "commands.h"
 #include "query.h"
@@ -157,9 +157,10 @@ void print_attributes(const Table& table) {
 
 void draw_picture(const Table& table, const InfoOptions& options) {
     require_different_files("info", options.table, options.picture);
+    const Portrait portrait = make_portrait(table);
     const SignalsHeld held;
     write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
-        draw_portrait(table, temporary);
+        draw_portrait(portrait, temporary);
     });
 }
 

@@ -1,72 +1,53 @@
 #include <stratus/picture/line_plot.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/picture/round_number.h>
 #include <stratus/runtime/number_text.h>
 
-#include "page.h"
+#include "plot_axes.h"
 
-#include <cmath>
+#include <cstddef>
+#include <iterator>
 
 namespace stratus {
 namespace {
 
-constexpr double page_width = 16 / 2.54 * 72, page_height = 280;
-constexpr double left = 46, right = 110, top = 26, bottom = 36;
+constexpr double page_height = 280;
+constexpr Box plot_box{46, 26, plot_page_width - 110, page_height - 36};
 constexpr Colour line_colours[] = {{0, 0, 0},          {0.10, 0.30, 0.65}, {0.05, 0.50, 0.35},
                                    {0.85, 0.45, 0.05}, {0.70, 0.25, 0.50}, {0.45, 0.65, 0.85},
                                    {0.40, 0.25, 0.10}, {0.60, 0.60, 0.10}};
 
-/// 1, 2 or 5 times a power of ten that divides `end` into some five parts.
-double tick_step(double end) {
-    const double unit = std::pow(10.0, std::floor(std::log10(end / 4)));
-    const double part = end / 4 / unit;
-    return unit * (part < 2 ? 1 : part < 5 ? 2 : 5);
+/// Some five of them, at round numbers from 0 to `end`.
+template <class Position>
+std::vector<Tick> linear_ticks(double end, const Position& position) {
+    std::vector<Tick> ticks;
+    const double step = round_below(end / 4);
+    for (int k = 0; k * step <= end * (1 + 1e-9); ++k)
+        ticks.push_back({position(k * step), short_number(k * step, 3)});
+    return ticks;
 }
 
 }  // namespace
 
 void draw_line_plot(const LinePlot& plot, const std::filesystem::path& svg) {
-    write_svg(svg, page_width, page_height, [&](cairo_t* cairo) {
-        const Page page(cairo);
-        const double x1 = page_width - right, y1 = page_height - bottom;
-        auto across = [&](double x) { return left + x / plot.x_end * (x1 - left); };
-        auto down = [&](double y) { return y1 - y / plot.y_end * (y1 - top); };
-        page.text(left, 16, plot.title, 10, black);
-        const double x_step = tick_step(plot.x_end), y_step = tick_step(plot.y_end);
-        for (int k = 0; k * x_step <= plot.x_end * (1 + 1e-9); ++k) {
-            page.line(across(k * x_step), top, across(k * x_step), y1, 0.5, grid);
-            page.text(across(k * x_step), y1 + 12, short_number(k * x_step, 3), 8, black, 0.5);
-        }
-        for (int k = 0; k * y_step <= plot.y_end * (1 + 1e-9); ++k) {
-            page.line(left, down(k * y_step), x1, down(k * y_step), 0.5, grid);
-            page.text(left - 5, down(k * y_step) + 3, short_number(k * y_step, 3), 8, black, 1);
-        }
-        page.text((left + x1) / 2, y1 + 27, plot.x_title, 8, black, 0.5);
-        cairo_save(cairo);
-        cairo_translate(cairo, 14, (top + y1) / 2);
-        cairo_rotate(cairo, -pi / 2);
-        page.text(0, 0, plot.y_title, 8, black, 0.5);
-        cairo_restore(cairo);
-
+    const Box& box = plot_box;
+    const auto across = [&](double x) { return box.x0 + x / plot.x_end * box.width(); };
+    const auto down = [&](double y) { return box.y1 - y / plot.y_end * box.height(); };
+    draw_svg(svg, plot_page_width, page_height, [&](const Page& page) {
+        page.text({box.x0, 16}, plot.title, 10, black);
+        draw_x_axis(page, box, linear_ticks(plot.x_end, across), plot.x_title);
+        draw_y_axis(page, box, linear_ticks(plot.y_end, down), plot.y_title);
         for (std::size_t n = 0; n < plot.lines.size(); ++n) {
             const Line& line = plot.lines[n];
-            const Colour& colour = line_colours[n % std::size(line_colours)];
-            const double dashes[] = {4, 3};
-            cairo_save(cairo);
-            cairo_rectangle(cairo, left, top, x1 - left, y1 - top);
-            cairo_clip(cairo);
-            cairo_new_path(cairo);
-            for (const auto& [x, y] : line.points) cairo_line_to(cairo, across(x), down(y));
-            page.colour(colour);
-            cairo_set_line_width(cairo, 1.2);
-            cairo_set_dash(cairo, dashes, line.dashed ? 2 : 0, 0);
-            cairo_stroke(cairo);
-            cairo_restore(cairo);
-            const double y = top + 10 + 14 * static_cast<double>(n);
-            cairo_set_dash(cairo, dashes, line.dashed ? 2 : 0, 0);
-            page.line(x1 + 8, y - 3, x1 + 26, y - 3, 1.4, colour);
-            cairo_set_dash(cairo, dashes, 0, 0);
-            page.text(x1 + 31, y, line.name, 8, black);
+            Pen pen{1.2, line_colours[n % std::size(line_colours)]};
+            if (line.dashed) pen.dashes = {4, 3};
+            std::vector<Point> curve;
+            for (const auto& [x, y] : line.points) curve.push_back({across(x), down(y)});
+            page.clipped(box, [&] { page.curve(curve, pen); });
+            const double y = box.y0 + 10 + 14 * static_cast<double>(n);
+            pen.width = 1.4;
+            page.line({box.x1 + 8, y - 3}, {box.x1 + 26, y - 3}, pen);
+            page.text({box.x1 + 31, y}, line.name, plot_text_size, black);
         }
     });
 }

@@ -1,12 +1,15 @@
 #include <stratus/picture/lobe_plot.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/picture/round_number.h>
 #include <stratus/runtime/number_text.h>
 
-#include "page.h"
+#include "lobe_outline.h"
+#include "plot_axes.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 
 namespace stratus {
 namespace {
@@ -14,61 +17,71 @@ namespace {
 // In points.
 constexpr double margin = 10, left = 52, cell_width = 88, cell_height = 84, block_gap = 18;
 constexpr double heading = 58, row_gap = 16;
-constexpr double box_height = 5, box_width = 70, radius_of_largest = 39;
+constexpr double layer_height = 5, layer_width = 70, max_radius = 39;
+constexpr double text_size = 9;
 
 constexpr Colour curve_colours[] = {{0.10, 0.30, 0.65}, {0.05, 0.50, 0.35}, {0.85, 0.45, 0.05},
                                     {0.70, 0.25, 0.50}, {0.40, 0.25, 0.10}, {0.45, 0.65, 0.85},
                                     {0.20, 0.20, 0.20}, {0.60, 0.60, 0.10}};
 
-double largest_of(const std::vector<LobePanel>& row) {
-    double largest = 0;
+Colour curve_colour(std::size_t curve) { return curve_colours[curve % std::size(curve_colours)]; }
+
+double row_middle(std::size_t row) {
+    return heading + (static_cast<double>(row) + 0.5) * (cell_height + row_gap);
+}
+
+double column_middle(std::size_t column) {
+    return (static_cast<double>(column) + 0.5) * cell_width;
+}
+
+double max_value(const std::vector<LobePanel>& row) {
+    double max = 0;
     for (const LobePanel& panel : row)
         for (const LobeCurve& curve : panel.curves)
             for (const auto* side : {&curve.above, &curve.below})
-                for (const double radius : *side) largest = std::max(largest, radius);
-    return largest > 0 ? largest : 1;
-}
-
-/// 1, 2 or 5 times a power of ten, below `value`.
-double round_below(double value) {
-    const double unit = std::pow(10.0, std::floor(std::log10(value)));
-    return unit * (value >= 5 * unit ? 5 : value >= 2 * unit ? 2 : 1);
-}
-
-void trace(cairo_t* cairo, const std::vector<double>& radii, double scale, double up) {
-    const double steps = static_cast<double>(radii.size()) - 1;
-    for (std::size_t k = 0; k < radii.size(); ++k) {
-        const double angle = pi * (static_cast<double>(k) / steps - 0.5);
-        // Light that comes from the right goes on to the left.
-        cairo_line_to(cairo, -scale * radii[k] * std::sin(angle),
-                      -up * scale * radii[k] * std::cos(angle));
-    }
+                for (const double radius : *side) max = std::max(max, radius);
+    return max > 0 ? max : 1;
 }
 
 void draw_panel(const Page& page, const LobePanel& panel, double scale, double circle) {
-    cairo_t* const cairo = page.cairo();
-    cairo_set_line_width(cairo, 0.5);
-    page.colour(grid);
-    cairo_new_path(cairo);
-    cairo_arc(cairo, 0, 0, circle * scale, 0, 2 * pi);
-    cairo_stroke(cairo);
-    page.colour({0.93, 0.93, 0.93});
-    cairo_rectangle(cairo, -box_width / 2, -box_height / 2, box_width, box_height);
-    cairo_fill_preserve(cairo);
-    page.colour(quiet);
-    cairo_stroke(cairo);
-
-    const double towards_x = std::sin(panel.incident), towards_y = -std::cos(panel.incident);
-    page.line(0.98 * cell_width / 2 * towards_x, 0.98 * cell_width / 2 * towards_y, 0, 0, 0.9,
-              {0.85, 0.60, 0.0});
+    page.arc({0, 0}, circle * scale, 0, 2 * pi, {0.5, grid});
+    const Box layer{-layer_width / 2, -layer_height / 2, layer_width / 2, layer_height / 2};
+    page.fill(layer, {0.93, 0.93, 0.93});
+    page.outline(layer, {0.5, grey});
+    const double ray = 0.98 * cell_width / 2;
+    page.line({ray * std::sin(panel.incident), -ray * std::cos(panel.incident)}, {0, 0},
+              {0.9, {0.85, 0.60, 0.0}});
     for (std::size_t c = 0; c < panel.curves.size(); ++c) {
-        cairo_new_path(cairo);
-        trace(cairo, panel.curves[c].above, scale, 1);
-        cairo_new_sub_path(cairo);
-        trace(cairo, panel.curves[c].below, scale, -1);
-        page.colour(curve_colours[c % std::size(curve_colours)]);
-        cairo_set_line_width(cairo, 0.9);
-        cairo_stroke(cairo);
+        const Pen pen{0.9, curve_colour(c)};
+        page.curve(lobe_outline(panel.curves[c].above, scale, 1), pen);
+        page.curve(lobe_outline(panel.curves[c].below, scale, -1), pen);
+    }
+}
+
+void draw_names(const Page& page, const std::vector<std::string>& names, double right) {
+    double x = right;
+    for (std::size_t n = names.size(); n-- > 0;) {
+        x -= page.text_width(names[n], text_size);
+        page.text({x, 18}, names[n], text_size, black);
+        page.line({x - 20, 15}, {x - 4, 15}, {1.4, curve_colour(n)});
+        x -= 32;
+    }
+}
+
+void draw_block(const Page& page, const LobeBlock& block, double x) {
+    page.text({x + 6, 36}, block.title, text_size, black);
+    for (std::size_t c = 0; c < block.rows[0].size(); ++c)
+        page.text({x + column_middle(c), 50},
+                  short_number(block.rows[0][c].incident * 180 / pi, 3) + "\u00b0", 8, grey,
+                  Align::centre);
+    for (std::size_t r = 0; r < block.rows.size(); ++r) {
+        const double max = max_value(block.rows[r]);
+        const double scale = max_radius / max, circle = round_below(max);
+        page.text({x + 4, row_middle(r) + cell_height / 2 + 5}, "circle " + short_number(circle, 3),
+                  7, grey);
+        for (std::size_t c = 0; c < block.rows[r].size(); ++c)
+            page.translated({x + column_middle(c), row_middle(r)},
+                            [&] { draw_panel(page, block.rows[r][c], scale, circle); });
     }
 }
 
@@ -81,40 +94,14 @@ void draw_lobe_plot(const LobePlot& plot, const std::filesystem::path& svg) {
                          block_gap * (static_cast<double>(plot.blocks.size()) - 1);
     const double height =
         heading + static_cast<double>(plot.row_titles.size()) * (cell_height + row_gap) + margin;
-    write_svg(svg, width, height, [&](cairo_t* cairo) {
-        const Page page(cairo);
-        page.text(margin, 18, plot.title, 11, black);
-        double x = width - margin;
-        for (std::size_t n = plot.names.size(); n-- > 0;) {
-            x -= page.width(plot.names[n], 9);
-            page.text(x, 18, plot.names[n], 9, black);
-            page.line(x - 20, 15, x - 4, 15, 1.4, curve_colours[n % std::size(curve_colours)]);
-            x -= 32;
-        }
+    draw_svg(svg, width, height, [&](const Page& page) {
+        page.text({margin, 18}, plot.title, 11, black);
+        draw_names(page, plot.names, width - margin);
         for (std::size_t r = 0; r < plot.row_titles.size(); ++r)
-            page.text(margin,
-                      heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap) + 3,
-                      plot.row_titles[r], 9, black);
-        x = left;
+            page.text({margin, row_middle(r) + 3}, plot.row_titles[r], text_size, black);
+        double x = left;
         for (const LobeBlock& block : plot.blocks) {
-            page.text(x + 6, 36, block.title, 9, black);
-            for (std::size_t c = 0; c < block.rows[0].size(); ++c)
-                page.text(x + (static_cast<double>(c) + 0.5) * cell_width, 50,
-                          short_number(block.rows[0][c].incident * 180 / pi, 3) + "\u00b0", 8,
-                          quiet, 0.5);
-            for (std::size_t r = 0; r < block.rows.size(); ++r) {
-                const double largest = largest_of(block.rows[r]);
-                const double scale = radius_of_largest / largest, circle = round_below(largest);
-                const double y = heading + (static_cast<double>(r) + 0.5) * (cell_height + row_gap);
-                page.text(x + 4, y + cell_height / 2 + 5, "circle " + short_number(circle, 3), 7,
-                          quiet);
-                for (std::size_t c = 0; c < block.rows[r].size(); ++c) {
-                    cairo_save(cairo);
-                    cairo_translate(cairo, x + (static_cast<double>(c) + 0.5) * cell_width, y);
-                    draw_panel(page, block.rows[r][c], scale, circle);
-                    cairo_restore(cairo);
-                }
-            }
+            draw_block(page, block, x);
             x += static_cast<double>(block.rows[0].size()) * cell_width + block_gap;
         }
     });

@@ -1,13 +1,16 @@
-// Pages of print: words and lines by cairo, sizes in points (1/72 inch), as SVG.
+// The page that all plots and pictures are drawn on: text, lines, shapes, marks and images, written
+// as PNG (one unit is a pixel) or SVG (one unit is a point, 1/72 inch). y points down.
 #pragma once
 
-#include "cairo_output.h"
+#include <stratus/io/image.h>
+#include <stratus/runtime/constants.h>
 
-#include <cairo-svg.h>
 #include <cairo.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -15,67 +18,85 @@ struct Colour {
     double red, green, blue;
 };
 
-constexpr Colour black{0, 0, 0}, white{1, 1, 1}, grid{0.87, 0.87, 0.87}, quiet{0.35, 0.35, 0.35};
+constexpr Colour black{0, 0, 0}, white{1, 1, 1};
 
+struct Point {
+    double x, y;
+};
+
+struct Box {
+    double x0, y0, x1, y1;
+
+    double width() const { return x1 - x0; }
+    double height() const { return y1 - y0; }
+    Point centre() const { return {(x0 + x1) / 2, (y0 + y1) / 2}; }
+};
+
+struct Pen {
+    double width;
+    Colour colour;
+    double opacity = 1;
+    std::vector<double> dashes{};  // on, off; none: solid
+};
+
+enum class Align { left, centre, right };
+
+enum class Marker { circle, square, triangle, cross, plus, diamond };
+
+/// Draws; what is drawn later covers what was drawn before.
 class Page {
   public:
-    explicit Page(cairo_t* cairo) : cairo_(cairo) {
-        cairo_select_font_face(cairo_, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
-                               CAIRO_FONT_WEIGHT_NORMAL);
-        cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
-    }
+    explicit Page(cairo_t* cairo);
 
-    cairo_t* cairo() const { return cairo_; }
+    double text_width(const std::string& text, double size) const;
 
-    void colour(const Colour& c) const { cairo_set_source_rgb(cairo_, c.red, c.green, c.blue); }
+    /// Text on a base line. Wider than `max_width`, it is set smaller, down to 12 units, and then
+    /// truncated.
+    void text(Point at, std::string text, double size, const Colour& colour,
+              Align align = Align::left, double max_width = infinity) const;
+    /// Upwards, centred at a point of its base line.
+    void vertical_text(Point at, const std::string& text, double size, const Colour& colour) const;
+    /// With a rim, which keeps it legible on lines and images.
+    void haloed_text(Point at, const std::string& text, double size, const Colour& colour,
+                     const Pen& halo, Align align = Align::left) const;
 
-    double width(const std::string& text, double size) const {
-        cairo_text_extents_t extents;
-        cairo_set_font_size(cairo_, size);
-        cairo_text_extents(cairo_, text.c_str(), &extents);
-        return extents.x_advance;
-    }
+    void line(Point from, Point to, const Pen& pen) const;
+    void curve(const std::vector<Point>& points, const Pen& pen) const;
+    void arc(Point centre, double radius, double from, double to, const Pen& pen) const;
+    void arrow(Point from, Point to, const Pen& pen) const;
 
-    /// On a base line; `share` of the text stands left of x.
-    void text(double x, double y, const std::string& text, double size, const Colour& c,
-              double share = 0) const {
-        colour(c);
-        cairo_move_to(cairo_, x - share * width(text, size), y);
-        cairo_show_text(cairo_, text.c_str());
-    }
+    void outline(const std::vector<Point>& shape, const Pen& pen) const;
+    void outline(const Box& box, const Pen& pen) const;
+    void fill(const std::vector<Point>& shape, const Colour& colour, double opacity = 1) const;
+    /// The opacity changes linearly from top to bottom.
+    void fill(const Box& box, const Colour& colour, double top = 1, double bottom = 1) const;
+    void mark(Point at, Marker marker, double radius, const Pen& pen) const;
 
-    void line(double x0, double y0, double x1, double y1, double thickness, const Colour& c) const {
-        colour(c);
-        cairo_set_line_width(cairo_, thickness);
-        cairo_move_to(cairo_, x0, y0);
-        cairo_line_to(cairo_, x1, y1);
-        cairo_stroke(cairo_);
-    }
+    /// Linear light, shown as sRGB(min(light / white, 1)).
+    void image(Point corner, const Image& image, double white) const;
 
-  protected:
+    void clipped(const Box& box, const std::function<void()>& draw) const;
+    /// Draws with the origin moved.
+    void translated(Point origin, const std::function<void()>& draw) const;
+
+  private:
+    void trace(const std::vector<Point>& points) const;
+    void stroke(const Pen& pen) const;
+
     cairo_t* cairo_;
 };
 
-/// Writes `svg` itself: a white page of that size with what `draw` puts on its cairo_t.
+using Draw = std::function<void(const Page&)>;
+
+/// A page of this size and background, written to `path` itself; callers who need it whole or not
+/// at all wrap it.
 ///
-/// Errors   as `fail`.
-template <class Draw>
-void write_svg(const std::filesystem::path& svg, double width, double height, const Draw& draw) {
-    errno = 0;
-    std::ofstream file(svg, std::ios::binary);
-    if (!file) fail(svg, CAIRO_STATUS_WRITE_ERROR);
-    const Surface surface(
-        cairo_svg_surface_create_for_stream(append_to_file, &file, width, height));
-    {
-        const Context context(cairo_create(surface.get()));
-        cairo_set_source_rgb(context.get(), 1, 1, 1);
-        cairo_paint(context.get());
-        draw(context.get());
-    }
-    cairo_surface_finish(surface.get());
-    const cairo_status_t status = cairo_surface_status(surface.get());
-    file.close();
-    if (status != CAIRO_STATUS_SUCCESS || !file) fail(svg, status);
-}
+/// Errors   as `fail` (cairo_handles.h).
+void draw_png(const std::filesystem::path& path, int width, int height, const Colour& background,
+              const Draw& draw);
+void draw_svg(const std::filesystem::path& path, double width, double height, const Draw& draw);
+
+/// A page that is not written, to measure text on before the size of an SVG page is known.
+void measure(const Draw& draw);
 
 }  // namespace stratus

@@ -1,7 +1,8 @@
 #include <stratus/picture/png.h>
 
-#include "cairo_output.h"
+#include "cairo_handles.h"
 #include "file_bytes.h"
+#include "page.h"
 
 #include <cairo.h>
 
@@ -16,18 +17,16 @@
 namespace stratus {
 namespace {
 
-constexpr double label_size = 15;
-
-cairo_status_t take_from_file(void* file, unsigned char* bytes, unsigned int count) {
+cairo_status_t read_from_file(void* file, unsigned char* bytes, unsigned int count) {
     auto& stream = *static_cast<std::ifstream*>(file);
     stream.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
     return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_READ_ERROR;
 }
 
-/// Checks the size that the first bytes tell before Cairo takes memory for it, as it would for any.
-/// What is no PNG is left to Cairo.
+/// Checks the size in the header before Cairo allocates memory for it. Files that are not PNG are
+/// left to Cairo.
 void check_size(std::ifstream& file, io::MemoryLimit limit) {
-    constexpr std::uint64_t longest_side = 1 << 14;
+    constexpr std::uint64_t max_side = 1 << 14;
     constexpr std::size_t width_at = 16, height_at = 20;
     unsigned char start[height_at + 4];
     if (file.read(reinterpret_cast<char*>(start), sizeof start)) {
@@ -36,33 +35,13 @@ void check_size(std::ifstream& file, io::MemoryLimit limit) {
                    std::uint64_t{start[at + 2]} << 8 | start[at + 3];
         };
         const std::uint64_t width = side(width_at), height = side(height_at);
-        if (width > longest_side || height > longest_side)
+        if (width > max_side || height > max_side)
             throw std::runtime_error("a picture must have sides in [1, 16384]");
-        // Cairo's pixels twice, as they are and over black, and ours.
+        // Cairo's pixels twice, as read and over black, and ours.
         limit.take("the picture", width * height * (4 + 4 + 3 * sizeof(float)));
     }
     file.clear();
     file.seekg(0);
-}
-
-std::uint32_t eight_bits(double light) {
-    return static_cast<std::uint32_t>(std::lround(255 * srgb_encoded(light)));
-}
-
-void draw_labels(cairo_surface_t* surface, const std::vector<Label>& labels) {
-    const Context context(cairo_create(surface));
-    cairo_t* const cairo = context.get();
-    cairo_select_font_face(cairo, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(cairo, label_size);
-    for (const Label& label : labels) {
-        cairo_move_to(cairo, label.x, label.y);
-        cairo_text_path(cairo, label.text.c_str());
-        cairo_set_source_rgba(cairo, 0, 0, 0, 0.6);
-        cairo_set_line_width(cairo, 3);
-        cairo_stroke_preserve(cairo);
-        cairo_set_source_rgb(cairo, 0.85, 0.85, 0.85);
-        cairo_fill(cairo);
-    }
 }
 
 }  // namespace
@@ -79,26 +58,12 @@ double srgb_decoded(double number) noexcept {
 
 void write_png(const Image& image, double white, const std::vector<Label>& labels,
                const std::filesystem::path& path) {
-    errno = 0;
-    const Surface surface(
-        cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
-    if (const cairo_status_t status = cairo_surface_status(surface.get());
-        status != CAIRO_STATUS_SUCCESS)
-        fail(path, status);
-    unsigned char* const bytes = cairo_image_surface_get_data(surface.get());
-    const int stride = cairo_image_surface_get_stride(surface.get());
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-            const float* const light = image.pixel(x, y);
-            const std::uint32_t pixel = eight_bits(light[0] / white) << 16 |
-                                        eight_bits(light[1] / white) << 8 |
-                                        eight_bits(light[2] / white);
-            std::memcpy(bytes + static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x,
-                        &pixel, sizeof pixel);
-        }
-    cairo_surface_mark_dirty(surface.get());
-    draw_labels(surface.get(), labels);
-    write_surface(surface.get(), path);
+    draw_png(path, image.width, image.height, black, [&](const Page& page) {
+        page.image({0, 0}, image, white);
+        for (const Label& label : labels)
+            page.haloed_text({label.x, label.y}, label.text, 15, {0.85, 0.85, 0.85},
+                             {3, black, 0.6});
+    });
 }
 
 Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
@@ -106,13 +71,13 @@ Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
     io::naming(path, [&] { check_size(file, io::MemoryLimit(max_memory)); });
-    const Surface read(cairo_image_surface_create_from_png_stream(take_from_file, &file));
+    const Surface read(cairo_image_surface_create_from_png_stream(read_from_file, &file));
     if (const cairo_status_t status = cairo_surface_status(read.get());
         status != CAIRO_STATUS_SUCCESS) {
-        errno = 0;  // what Cairo says of the bytes is the news
+        errno = 0;  // the reason is Cairo's
         fail(path, status);
     }
-    // Whatever it was: 32 bits a pixel, over black.
+    // Whatever the format: 32 bits a pixel, over black.
     Image image(cairo_image_surface_get_width(read.get()),
                 cairo_image_surface_get_height(read.get()));
     const Surface plain(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));

@@ -43,21 +43,32 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
-    const std::optional<Matter> matter = uniform_matter(scene);
+    std::optional<TableView> table;
+    if (tables_) table = tables_->tables[0].view();
+    bind(table ? &*table : nullptr, needed);
+}
+
+LayerLight::LayerLight(const Scene& scene, const TableView& table)
+    : scene_(scene), tables_(nullptr), opposition_(opposition_of(scene)) {
+    bind(&table, scene.effects.multiple);
+}
+
+void LayerLight::bind(const TableView* table, bool multiple) {
+    const std::optional<Matter> matter = uniform_matter(scene_);
     if (!matter || matter->optical_depth == 0) return;
-    const double depth = seen_depth(scene, matter->optical_depth);
+    const double depth = seen_depth(scene_, matter->optical_depth);
     const Medium<3> medium{{depth, depth, depth},
                            {matter->albedo[0], matter->albedo[1], matter->albedo[2]}};
     Effects effects;
-    effects.single = scene.effects.single;
-    effects.multiple = tables_ != nullptr;
-    effects.reflection = scene.effects.reflection;
-    effects.transmission = scene.effects.transmission;
+    effects.single = scene_.effects.single;
+    effects.multiple = multiple;
+    effects.reflection = scene_.effects.reflection;
+    effects.transmission = scene_.effects.transmission;
     effects.opposition = opposition_;
-    if (tables_)
-        slice_.emplace(tables_->tables[0].view(), medium, effects);
+    if (table)
+        slice_.emplace(*table, medium, effects);
     else
-        slice_.emplace(scene.layer.components[0], medium, effects);
+        slice_.emplace(scene_.layer.components[0], medium, effects);
 }
 
 Rgb3 LayerLight::textured_side(const Matter& matter, const Geometry& geometry,

@@ -30,6 +30,10 @@ class LayerLight {
     /// Errors   std::invalid_argument where orders n >= 2 are asked for and there is no table.
     LayerLight(const Scene& scene, const LayerTables* tables);
 
+    /// A uniform layer on the table's own lower boundary: a scene without ground. The phase function
+    /// is the table's too.
+    LayerLight(const Scene& scene, const TableView& table);
+
     /// R and diffuse T of light from above; matter as in the scene, before the effect of density.
     Rgb3 reflection(const Matter& matter, const Geometry& geometry) const noexcept {
         return side(matter, geometry, true);
@@ -52,6 +56,7 @@ class LayerLight {
     void watch(AskedRange* asked) noexcept { asked_ = asked; }
 
   private:
+    void bind(const TableView* table, bool multiple);
     Rgb3 side(const Matter& matter, const Geometry& geometry, bool reflected) const noexcept;
     Rgb3 textured_side(const Matter& matter, const Geometry& geometry,
                        bool reflected) const noexcept;

@@ -1,0 +1,264 @@
+#include "page.h"
+
+#include <stratus/picture/png.h>
+
+#include "cairo_handles.h"
+
+#include <cairo-svg.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+/// The share of a text's width that lies left of where it is aligned.
+double left_share(Align align) {
+    return align == Align::left ? 0 : align == Align::centre ? 0.5 : 1;
+}
+
+/// Of UTF-8: the bytes of a character after its first begin with the bits 10.
+void remove_last_character(std::string& text) {
+    while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80)
+        text.pop_back();
+    if (!text.empty()) text.pop_back();
+}
+
+std::uint32_t eight_bits(double light) {
+    return static_cast<std::uint32_t>(std::lround(255 * srgb_encoded(light)));
+}
+
+/// A cairo_write_func_t; `file` is a std::ofstream.
+cairo_status_t append_to_file(void* file, const unsigned char* bytes, unsigned int count) {
+    auto& stream = *static_cast<std::ofstream*>(file);
+    stream.write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(count));
+    return stream ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
+}
+
+void draw_on(cairo_surface_t* surface, const Colour& background, const Draw& draw) {
+    const Context context(cairo_create(surface));
+    cairo_set_source_rgb(context.get(), background.red, background.green, background.blue);
+    cairo_paint(context.get());
+    draw(Page(context.get()));
+}
+
+}  // namespace
+
+Page::Page(cairo_t* cairo) : cairo_(cairo) {
+    cairo_select_font_face(cairo_, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_line_join(cairo_, CAIRO_LINE_JOIN_ROUND);
+}
+
+double Page::text_width(const std::string& text, double size) const {
+    cairo_text_extents_t extents;
+    cairo_set_font_size(cairo_, size);
+    cairo_text_extents(cairo_, text.c_str(), &extents);
+    return extents.x_advance;
+}
+
+void Page::text(Point at, std::string text, double size, const Colour& colour, Align align,
+                double max_width) const {
+    while (size > 12 && text_width(text, size) > max_width) size -= 0.5;
+    if (text_width(text, size) > max_width) {
+        do remove_last_character(text);
+        while (!text.empty() && text_width(text + "...", size) > max_width);
+        text += "...";
+    }
+    cairo_set_source_rgb(cairo_, colour.red, colour.green, colour.blue);
+    cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
+    cairo_show_text(cairo_, text.c_str());
+}
+
+void Page::vertical_text(Point at, const std::string& text, double size,
+                         const Colour& colour) const {
+    cairo_save(cairo_);
+    cairo_translate(cairo_, at.x, at.y);
+    cairo_rotate(cairo_, -pi / 2);
+    this->text({0, 0}, text, size, colour, Align::centre);
+    cairo_restore(cairo_);
+}
+
+void Page::haloed_text(Point at, const std::string& text, double size, const Colour& colour,
+                       const Pen& halo, Align align) const {
+    cairo_new_path(cairo_);
+    cairo_move_to(cairo_, at.x - left_share(align) * text_width(text, size), at.y);
+    cairo_text_path(cairo_, text.c_str());
+    cairo_set_source_rgba(cairo_, halo.colour.red, halo.colour.green, halo.colour.blue,
+                          halo.opacity);
+    cairo_set_line_width(cairo_, halo.width);
+    cairo_set_dash(cairo_, nullptr, 0, 0);
+    cairo_stroke_preserve(cairo_);
+    cairo_set_source_rgb(cairo_, colour.red, colour.green, colour.blue);
+    cairo_fill(cairo_);
+}
+
+void Page::trace(const std::vector<Point>& points) const {
+    cairo_new_path(cairo_);
+    for (const Point& point : points) cairo_line_to(cairo_, point.x, point.y);
+}
+
+void Page::stroke(const Pen& pen) const {
+    cairo_set_source_rgba(cairo_, pen.colour.red, pen.colour.green, pen.colour.blue, pen.opacity);
+    cairo_set_line_width(cairo_, pen.width);
+    cairo_set_dash(cairo_, pen.dashes.data(), static_cast<int>(pen.dashes.size()), 0);
+    cairo_stroke(cairo_);
+}
+
+void Page::line(Point from, Point to, const Pen& pen) const { curve({from, to}, pen); }
+
+void Page::curve(const std::vector<Point>& points, const Pen& pen) const {
+    trace(points);
+    stroke(pen);
+}
+
+void Page::arc(Point centre, double radius, double from, double to, const Pen& pen) const {
+    cairo_new_path(cairo_);
+    cairo_arc(cairo_, centre.x, centre.y, radius, from, to);
+    stroke(pen);
+}
+
+void Page::arrow(Point from, Point to, const Pen& pen) const {
+    constexpr double head = 12, half_angle = 0.35;
+    const double angle = std::atan2(to.y - from.y, to.x - from.x);
+    const auto behind = [&](double distance, double turn) {
+        return Point{to.x - distance * std::cos(angle + turn),
+                     to.y - distance * std::sin(angle + turn)};
+    };
+    line(from, behind(0.8 * head, 0), pen);
+    fill({to, behind(head, -half_angle), behind(head, half_angle)}, pen.colour, pen.opacity);
+}
+
+void Page::outline(const std::vector<Point>& shape, const Pen& pen) const {
+    trace(shape);
+    cairo_close_path(cairo_);
+    stroke(pen);
+}
+
+void Page::outline(const Box& box, const Pen& pen) const {
+    outline({{box.x0, box.y0}, {box.x1, box.y0}, {box.x1, box.y1}, {box.x0, box.y1}}, pen);
+}
+
+void Page::fill(const std::vector<Point>& shape, const Colour& colour, double opacity) const {
+    trace(shape);
+    cairo_close_path(cairo_);
+    cairo_set_source_rgba(cairo_, colour.red, colour.green, colour.blue, opacity);
+    cairo_fill(cairo_);
+}
+
+void Page::fill(const Box& box, const Colour& colour, double top, double bottom) const {
+    const Pattern gradient(cairo_pattern_create_linear(0, box.y0, 0, box.y1));
+    cairo_pattern_add_color_stop_rgba(gradient.get(), 0, colour.red, colour.green, colour.blue,
+                                      top);
+    cairo_pattern_add_color_stop_rgba(gradient.get(), 1, colour.red, colour.green, colour.blue,
+                                      bottom);
+    cairo_new_path(cairo_);
+    cairo_rectangle(cairo_, box.x0, box.y0, box.width(), box.height());
+    if (top == bottom)
+        cairo_set_source_rgba(cairo_, colour.red, colour.green, colour.blue, top);
+    else
+        cairo_set_source(cairo_, gradient.get());
+    cairo_fill(cairo_);
+}
+
+void Page::mark(Point at, Marker marker, double r, const Pen& pen) const {
+    const auto polygon = [&](std::vector<Point> corners) {
+        for (Point& corner : corners) corner = {at.x + r * corner.x, at.y + r * corner.y};
+        outline(corners, pen);
+    };
+    // Two strokes at right angles through the middle, in one path.
+    const auto strokes = [&](double dx, double dy) {
+        cairo_new_path(cairo_);
+        cairo_move_to(cairo_, at.x - dx, at.y - dy);
+        cairo_line_to(cairo_, at.x + dx, at.y + dy);
+        cairo_move_to(cairo_, at.x - dy, at.y + dx);
+        cairo_line_to(cairo_, at.x + dy, at.y - dx);
+        stroke(pen);
+    };
+    switch (marker) {
+        case Marker::circle: arc(at, r, 0, 2 * pi, pen); break;
+        case Marker::square: polygon({{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}); break;
+        case Marker::triangle: polygon({{0, -1.3}, {1.2, 0.9}, {-1.2, 0.9}}); break;
+        case Marker::diamond: polygon({{0, -1.3}, {1.3, 0}, {0, 1.3}, {-1.3, 0}}); break;
+        case Marker::cross: strokes(r, r); break;
+        case Marker::plus: strokes(1.3 * r, 0); break;
+    }
+}
+
+void Page::image(Point corner, const Image& image, double white) const {
+    const Surface surface(
+        cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+    if (const cairo_status_t status = cairo_surface_status(surface.get());
+        status != CAIRO_STATUS_SUCCESS)
+        throw std::runtime_error(std::string("picture: ") + cairo_status_to_string(status));
+    unsigned char* const bytes = cairo_image_surface_get_data(surface.get());
+    const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface.get());
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const float* const light = image.pixel(x, y);
+            const std::uint32_t pixel = eight_bits(double{light[0]} / white) << 16 |
+                                        eight_bits(double{light[1]} / white) << 8 |
+                                        eight_bits(double{light[2]} / white);
+            std::memcpy(bytes + y * stride + std::ptrdiff_t{4} * x, &pixel, sizeof pixel);
+        }
+    cairo_surface_mark_dirty(surface.get());
+    cairo_set_source_surface(cairo_, surface.get(), corner.x, corner.y);
+    cairo_paint(cairo_);
+}
+
+void Page::clipped(const Box& box, const std::function<void()>& draw) const {
+    cairo_save(cairo_);
+    cairo_new_path(cairo_);
+    cairo_rectangle(cairo_, box.x0, box.y0, box.width(), box.height());
+    cairo_clip(cairo_);
+    draw();
+    cairo_restore(cairo_);
+}
+
+void Page::translated(Point origin, const std::function<void()>& draw) const {
+    cairo_save(cairo_);
+    cairo_translate(cairo_, origin.x, origin.y);
+    draw();
+    cairo_restore(cairo_);
+}
+
+void draw_png(const std::filesystem::path& path, int width, int height, const Colour& background,
+              const Draw& draw) {
+    const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
+    draw_on(surface.get(), background, draw);
+    errno = 0;
+    if (const cairo_status_t status = cairo_surface_status(surface.get());
+        status != CAIRO_STATUS_SUCCESS)
+        fail(path, status);
+    std::ofstream file(path, std::ios::binary);
+    if (!file) fail(path, CAIRO_STATUS_WRITE_ERROR);
+    const cairo_status_t status =
+        cairo_surface_write_to_png_stream(surface.get(), append_to_file, &file);
+    file.close();
+    if (status != CAIRO_STATUS_SUCCESS || !file) fail(path, status);
+}
+
+void draw_svg(const std::filesystem::path& path, double width, double height, const Draw& draw) {
+    errno = 0;
+    std::ofstream file(path, std::ios::binary);
+    if (!file) fail(path, CAIRO_STATUS_WRITE_ERROR);
+    const Surface surface(
+        cairo_svg_surface_create_for_stream(append_to_file, &file, width, height));
+    draw_on(surface.get(), white, draw);
+    cairo_surface_finish(surface.get());
+    const cairo_status_t status = cairo_surface_status(surface.get());
+    file.close();
+    if (status != CAIRO_STATUS_SUCCESS || !file) fail(path, status);
+}
+
+void measure(const Draw& draw) {
+    const Surface surface(cairo_recording_surface_create(CAIRO_CONTENT_COLOR, nullptr));
+    draw_on(surface.get(), white, draw);
+}
+
+}  // namespace stratus

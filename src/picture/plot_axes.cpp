@@ -1,0 +1,45 @@
+#include "plot_axes.h"
+
+#include <cstdlib>
+
+namespace stratus {
+namespace {
+
+constexpr double exponent_size = 7, y_title_at = 14;
+
+/// A label with its exponent, on a base line.
+void draw_label(const Page& page, Point at, const Tick& tick, Align align) {
+    if (!tick.exponent) {
+        page.text(at, tick.label, plot_text_size, black, align);
+        return;
+    }
+    const std::string raised =
+        (*tick.exponent < 0 ? "\u2212" : "") + std::to_string(std::abs(*tick.exponent));
+    const double base_width = page.text_width(tick.label, plot_text_size);
+    const double width = base_width + page.text_width(raised, exponent_size);
+    const double start = at.x - (align == Align::right ? width : width / 2);
+    page.text({start, at.y}, tick.label, plot_text_size, black);
+    page.text({start + base_width, at.y - 3.2}, raised, exponent_size, black);
+}
+
+}  // namespace
+
+void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
+                 const std::string& title) {
+    for (const Tick& tick : ticks) {
+        page.line({tick.at, plot.y0}, {tick.at, plot.y1}, {0.5, grid});
+        if (!tick.label.empty()) draw_label(page, {tick.at, plot.y1 + 13}, tick, Align::centre);
+    }
+    page.text({plot.centre().x, plot.y1 + 26}, title, plot_text_size, black, Align::centre);
+}
+
+void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
+                 const std::string& title) {
+    for (const Tick& tick : ticks) {
+        page.line({plot.x0, tick.at}, {plot.x1, tick.at}, {0.5, grid});
+        if (!tick.label.empty()) draw_label(page, {plot.x0 - 4, tick.at + 3}, tick, Align::right);
+    }
+    page.vertical_text({y_title_at, plot.centre().y}, title, plot_text_size, black);
+}
+
+}  // namespace stratus

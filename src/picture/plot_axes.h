@@ -1,0 +1,27 @@
+// Axes of plots: lines across the plot at the ticks, a label beside each, a title.
+#pragma once
+
+#include "page.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+constexpr Colour grid{0.87, 0.87, 0.87}, grey{0.35, 0.35, 0.35};
+constexpr double plot_text_size = 8;
+constexpr double plot_page_width = 16 / 2.54 * 72;  // points: 16 cm
+
+struct Tick {
+    double at;                      // on the page
+    std::string label;              // may be empty
+    std::optional<int> exponent{};  // of the label, raised
+};
+
+void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
+                 const std::string& title);
+void draw_y_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
+                 const std::string& title);
+
+}  // namespace stratus

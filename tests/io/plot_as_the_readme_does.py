@@ -1,4 +1,4 @@
-"""Runs the README's lines of Python on a table of the place and name that they read.
+"""Runs the Python block of the README on a sample table at the path that it reads.
 
 Usage: plot_as_the_readme_does.py WRITE_SAMPLE_TABLE README. Exits 77 (skipped) where a package is missing.
 """

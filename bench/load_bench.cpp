@@ -1,12 +1,10 @@
-// How long tables take to load, beside reading their bytes and what the formats' own libraries
-// take.
+// Times to load a table, compared with reading the bytes alone and with the formats' own libraries.
 //
-// A table whose samples are 64 MB in memory, baked, in both formats, from a file that the system
-// keeps in memory:
+// A baked table with 64 MB of samples, in both formats, from files in the page cache:
 //
-//     plain_read      the file's bytes, nothing else; `floats`: a file of nothing but the samples
-//     library_read    H5Dread, or OpenEXR's readPixels, of all samples; checks nothing
-//     read_table      what `stratus::io` gives: sealed, checked, ready for lookups
+//     plain_read      reads the bytes of the file; `floats`: of a file of the samples alone
+//     library_read    H5Dread or OpenEXR's readPixels of all samples, without any checks
+//     read_table      stratus::io: all checks, ready for lookups
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
 
@@ -28,7 +26,7 @@
 
 namespace {
 
-/// Saturn's rings, with as many albedos as make it 64 MB.
+/// Saturn's rings, with enough albedos for 64 MB.
 constexpr const char* recipe = R"(
 phase_function = "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5"
 tolerance = 1e-3
@@ -43,7 +41,7 @@ optical_depth_samples_per_octave = 3
 albedo_samples = 20
 )";
 
-/// Both files of one baked table, in a folder of their own that goes with the program.
+/// One baked table in both formats, in a temporary folder that is removed at exit.
 class Files {
   public:
     Files() {
@@ -51,10 +49,10 @@ class Files {
         const stratus::Table table = stratus::solve_table(stratus::parse_recipe(recipe));
         for (const char* ending : {".h5", ".exr"}) stratus::write_table(table, path(ending));
         std::ofstream floats(path(".floats"), std::ios::binary);
-        for (const auto* side : {&table.reflection_multiple, &table.transmission_multiple}) {
-            samples_ += side->size();
-            floats.write(reinterpret_cast<const char*>(side->data()),
-                         static_cast<std::streamsize>(side->size() * sizeof(float)));
+        for (const auto* samples : {&table.reflection_multiple, &table.transmission_multiple}) {
+            samples_ += samples->size();
+            floats.write(reinterpret_cast<const char*>(samples->data()),
+                         static_cast<std::streamsize>(samples->size() * sizeof(float)));
         }
     }
     ~Files() { std::filesystem::remove_all(folder_); }
@@ -90,15 +88,15 @@ void plain_read(benchmark::State& state, const char* ending) {
     count_bytes(state, ending);
 }
 
-constexpr const char* sides[] = {"reflection_multiple", "transmission_multiple"};
+constexpr const char* datasets[] = {"reflection_multiple", "transmission_multiple"};
 
 void read_with_hdf5(const std::string& path, std::vector<float>& samples) {
     float* into = samples.data();
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-    for (const char* side : sides) {
-        const hid_t dataset = H5Dopen2(file, side, H5P_DEFAULT);
+    for (const char* name : datasets) {
+        const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
         H5Dread(dataset, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, into);
-        into += samples.size() / std::size(sides);
+        into += samples.size() / std::size(datasets);
         H5Dclose(dataset);
     }
     H5Fclose(file);
@@ -107,15 +105,15 @@ void read_with_hdf5(const std::string& path, std::vector<float>& samples) {
 void read_with_openexr(const std::string& path, std::vector<float>& samples) {
     float* into = samples.data();
     Imf::MultiPartInputFile file(path.c_str(), 0);
-    for (const char* side : sides) {
+    for (const char* name : datasets) {
         int number = 0;
-        while (file.header(number).name() != side) ++number;
+        while (file.header(number).name() != name) ++number;
         const Imath::Box2i& window = file.header(number).dataWindow();
         const std::size_t width = static_cast<std::size_t>(window.max.x) + 1;
         Imf::FrameBuffer buffer;
         buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(into), sizeof(float),
                                       sizeof(float) * width));
-        into += samples.size() / std::size(sides);
+        into += samples.size() / std::size(datasets);
         Imf::InputPart part(file, number);
         part.setFrameBuffer(buffer);
         part.readPixels(window.min.y, window.max.y);

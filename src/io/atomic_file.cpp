@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A temporary file of `target` is called .STEM.NUMBERS.partial.EXT; by its ending writers pick
-// their format.
+// A temporary file of `target` is called .STEM.NUMBERS.partial.EXT. It keeps the extension because
+// writers choose their format by it.
 
 std::string start_of_temporary(const fs::path& target) {
     return '.' + target.stem().string() + '.';
@@ -42,7 +42,7 @@ bool is_temporary_of(const fs::path& target, const fs::path& path) {
            name.find_first_not_of("0123456789abcdef-", start.size()) == name.size() - end.size();
 }
 
-/// Removes what writers of `target` left behind when they were killed: those who live hold a lock.
+/// Removes temporary files that killed writers of `target` left behind; living writers hold a lock.
 void remove_abandoned(const fs::path& target) {
     std::error_code failure;
     for (fs::directory_iterator entry(target.parent_path(), failure), end; !failure && entry != end;
@@ -57,13 +57,13 @@ void remove_abandoned(const fs::path& target) {
     }
 }
 
-/// The file that a symbolic link leads to, so that the link stays; otherwise the path itself, with
-/// its folder.
+/// The absolute path of the file to replace: the target of a symbolic link, so that the link stays,
+/// or the path itself.
 fs::path resolve(const fs::path& path) {
     return fs::absolute(fs::is_symlink(path) ? fs::weakly_canonical(path) : path);
 }
 
-/// A file that is removed at the end of its scope unless it was moved to its place.
+/// A temporary file, removed at the end of its scope unless it has been moved to its target.
 class Temporary {
   public:
     explicit Temporary(const fs::path& target) : file_(create(target)) {}
@@ -86,7 +86,7 @@ class Temporary {
         for (;;) {
             const fs::path path = temporary_beside(target);
             io::Descriptor created(path, O_RDWR | O_CREAT | O_EXCL);
-            // Before it was locked, it may have been taken for abandoned.
+            // Another writer may have removed it as abandoned before it was locked.
             if (!created.lock() || !created.is_still_at(path)) continue;
             path_ = path;
             return created;
@@ -94,10 +94,10 @@ class Temporary {
     }
 
     fs::path path_;
-    io::Descriptor file_;  // locked for as long as its writer lives
+    io::Descriptor file_;  // locked while its writer lives
 };
 
-/// The file to replace, after checking that nothing but a file stands in its place.
+/// The file to replace, which must be a regular file if it exists.
 fs::path checked_target(const fs::path& path) {
     if (path.empty()) throw std::runtime_error("a file name is needed");
     fs::path target = resolve(path);
@@ -108,8 +108,7 @@ fs::path checked_target(const fs::path& path) {
     return target;
 }
 
-/// Makes a rename durable. File systems that cannot flush a folder say EINVAL; there is no more to
-/// be done there.
+/// Makes a rename durable, except on file systems that cannot flush a folder and report EINVAL.
 void flush_folder(const io::Descriptor& folder) {
     try {
         folder.flush();
@@ -129,7 +128,7 @@ void write_atomically(const fs::path& path,
     Temporary temporary = io::naming(path, [&] { return Temporary(target); });
     try {
         write(temporary.path());
-    } catch (const std::system_error& error) {  // would name the temporary file, or none
+    } catch (const std::system_error& error) {  // name the target instead of the temporary file
         throw std::runtime_error(path.string() + ": " + error.code().message());
     }
     io::naming(path, [&] {

@@ -25,12 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view magic = "stratus-checkpoint 1\n";
-constexpr std::string_view magic_of_any_version = "stratus-checkpoint ";
-constexpr std::size_t longest_name = 4096;  // far more than any piece's
-constexpr int max_tries = 20;               // to open what another process may still hold
+constexpr std::string_view magic_without_version = "stratus-checkpoint ";
+constexpr std::size_t max_name = 4096;  // far longer than any name
+constexpr int max_tries = 20;           // to lock the file
 constexpr std::chrono::milliseconds between_tries{50};
 
-/// What stands before the name of a record. The checksum is of all that comes after it.
+/// Precedes the name of a record. The checksum is of everything after it.
 struct RecordHead {
     std::uint32_t checksum;
     std::uint32_t name_size;
@@ -43,7 +43,7 @@ std::uint32_t checksum_of(const RecordHead& head, std::string_view name,
     const char* const covered = reinterpret_cast<const char*>(&head) + sizeof head.checksum;
     std::uint32_t sum = libdeflate_crc32(0, covered, sizeof head - sizeof head.checksum);
     sum = libdeflate_crc32(sum, name.data(), name.size());
-    if (bytes.empty()) return sum;  // whose place may be null, which stands for a new sum
+    if (bytes.empty()) return sum;  // a null pointer would restart the checksum
     return libdeflate_crc32(sum, bytes.data(), bytes.size());
 }
 
@@ -52,53 +52,53 @@ std::string shown_line(const std::string& line) {
     return '"' + (line.size() > longest ? line.substr(0, longest) + "..." : line) + '"';
 }
 
-/// Refuses a checkpoint whose owner is another, by the first line in which they differ.
-void check_same(const char* what, const std::string& kept, const std::string& wanted) {
-    if (kept == wanted) return;
-    std::istringstream of_kept(kept), of_wanted(wanted);
-    std::string there, here;
+/// Throws, with the first line in which they differ, unless both texts are the same.
+void check_same(const char* what, const std::string& stored, const std::string& expected) {
+    if (stored == expected) return;
+    std::istringstream stored_lines(stored), expected_lines(expected);
+    std::string found, wanted;
     do {
-        if (!std::getline(of_kept, there)) there.clear();
-        if (!std::getline(of_wanted, here)) here.clear();
-    } while (there == here && (of_kept || of_wanted));
-    throw std::runtime_error(std::string("is of another ") + what + ", with " + shown_line(there) +
-                             " where this one has " + shown_line(here) +
+        if (!std::getline(stored_lines, found)) found.clear();
+        if (!std::getline(expected_lines, wanted)) wanted.clear();
+    } while (found == wanted && (stored_lines || expected_lines));
+    throw std::runtime_error(std::string("belongs to another ") + what + ", with " +
+                             shown_line(found) + " where this one has " + shown_line(wanted) +
                              "; remove it to start over");
 }
 
 }  // namespace
 
 struct Checkpoint::File {
-    struct Place {
+    struct Content {
         std::uint64_t offset, size;
     };
 
-    File(const fs::path& at, const CheckpointOwner& owner) : path(at), descriptor(open_alone(at)) {
-        if (!has_work()) {
+    File(const fs::path& at, const CheckpointOwner& owner) : path(at), descriptor(open_locked(at)) {
+        if (!find_records()) {
             begin(owner);
             return;
         }
         check_same("program", text("program"), owner.program);
         check_same("recipe", text("recipe"), owner.recipe);
-        places.erase("program");
-        places.erase("recipe");
-        cut_off(end);
+        contents.erase("program");
+        contents.erase("recipe");
+        truncate(end);
     }
 
-    /// The file at `path`, which no other process has open as a checkpoint. One that was killed
-    /// holds it until the system has taken back its memory, so it is tried a few times.
-    static io::Descriptor open_alone(const fs::path& path) {
+    /// Opens and locks the file, in several tries: a killed process holds its lock until the system
+    /// has reclaimed its memory.
+    static io::Descriptor open_locked(const fs::path& path) {
         for (int tries = 0; tries < max_tries; ++tries) {
             io::Descriptor opened(path, O_RDWR | O_CREAT | O_NOFOLLOW);
-            // Before it was locked, another may have finished and removed it.
+            // Its owner may have finished and removed it before it was locked.
             if (opened.lock() && opened.is_still_at(path)) return opened;
             std::this_thread::sleep_for(between_tries);
         }
-        throw std::runtime_error("another bake of this table is at work");
+        throw std::runtime_error("another bake of this table is running");
     }
 
-    /// Finds all whole records; false where there are none but those of the owner.
-    bool has_work() {
+    /// Finds all complete records; false if there are none besides the owner's.
+    bool find_records() {
         struct stat status;
         if (::fstat(descriptor.number(), &status) != 0 || !S_ISREG(status.st_mode))
             throw std::runtime_error("is not a regular file");
@@ -106,26 +106,25 @@ struct Checkpoint::File {
         std::string start(std::min<std::uint64_t>(size, magic.size()), '\0');
         read(0, start);
         if (start != magic.substr(0, start.size())) {
-            const bool other_version = start.starts_with(magic_of_any_version);
+            const bool other_version = start.starts_with(magic_without_version);
             throw std::runtime_error(other_version ? "is a checkpoint of another version"
-                                                   : "is no checkpoint");
+                                                   : "is not a checkpoint");
         }
         if (size < magic.size()) return false;
         end = magic.size();
         while (find_record(size)) continue;
-        finished = places.size();
-        for (const char* of_owner : {"program", "recipe"}) finished -= places.count(of_owner);
+        finished = contents.size();
+        for (const char* owner : {"program", "recipe"}) finished -= contents.count(owner);
         return finished > 0;
     }
 
-    /// Takes note of the record at `end`; false where no whole one is there.
+    /// Finds the record at `end`; false if it is not complete and undamaged.
     bool find_record(std::uint64_t size) {
         RecordHead head;
         if (size - end < sizeof head) return false;
         read(end, {reinterpret_cast<char*>(&head), sizeof head});
         const std::uint64_t rest = size - end - sizeof head;
-        if (head.name_size > longest_name || head.name_size > rest ||
-            head.size > rest - head.name_size)
+        if (head.name_size > max_name || head.name_size > rest || head.size > rest - head.name_size)
             return false;
         std::string name(head.name_size, '\0');
         read(end + sizeof head, name);
@@ -133,14 +132,14 @@ struct Checkpoint::File {
         std::vector<char> bytes(head.size);
         read(offset, bytes);
         if (checksum_of(head, name, bytes) != head.checksum) return false;
-        places[name] = {offset, head.size};
+        contents[name] = {offset, head.size};
         end = offset + head.size;
         return true;
     }
 
     void begin(const CheckpointOwner& owner) {
-        places.clear();
-        cut_off(0);
+        contents.clear();
+        truncate(0);
         put({magic});
         append("program", owner.program);
         append("recipe", owner.recipe);
@@ -153,10 +152,10 @@ struct Checkpoint::File {
         put({{reinterpret_cast<const char*>(&head), sizeof head}, name, bytes});
     }
 
-    /// Writes all parts at the end. Where the system refuses, all that is kept gives way: a full
-    /// disk must take the finished table rather than this.
+    /// Writes all parts at the end. If that fails, empties the file: on a full disk, the finished
+    /// table matters more.
     void put(std::initializer_list<std::span<const char>> parts) {
-        const std::lock_guard alone(mutex);
+        const std::lock_guard lock(mutex);
         if (!trouble.empty()) return;
         std::uint64_t at = end;
         try {
@@ -168,14 +167,14 @@ struct Checkpoint::File {
             ++finished;
         } catch (const std::system_error& error) {
             trouble = path.string() + ": " + error.code().message();
-            places.clear();
+            contents.clear();
             finished = 0;
-            cut_off(0);
+            truncate(0);
         }
     }
 
-    /// What is left behind where this fails is dropped on opening.
-    void cut_off(std::uint64_t at) {
+    /// May fail: what is left over is dropped on opening.
+    void truncate(std::uint64_t at) {
         end = at;
         [[maybe_unused]] const int failure =
             ::ftruncate(descriptor.number(), static_cast<off_t>(end));
@@ -186,8 +185,8 @@ struct Checkpoint::File {
     }
 
     std::string text(const std::string& name) const {
-        const auto found = places.find(name);
-        if (found == places.end()) return "";
+        const auto found = contents.find(name);
+        if (found == contents.end()) return "";
         std::string bytes(found->second.size, '\0');
         read(found->second.offset, bytes);
         return bytes;
@@ -195,8 +194,8 @@ struct Checkpoint::File {
 
     const fs::path path;
     io::Descriptor descriptor;
-    std::unordered_map<std::string, Place> places;  // of what was found on opening
-    std::uint64_t end = 0;                          // of the last whole record
+    std::unordered_map<std::string, Content> contents;  // of the records found on opening
+    std::uint64_t end = 0;                              // of the last complete record
     std::size_t finished = 0;
     std::string trouble;
     mutable std::mutex mutex;
@@ -210,14 +209,14 @@ Checkpoint::~Checkpoint() {
 }
 
 std::size_t Checkpoint::pieces() const {
-    const std::lock_guard alone(file_->mutex);
+    const std::lock_guard lock(file_->mutex);
     return file_->finished;
 }
 
 std::optional<std::vector<char>> Checkpoint::find(const std::string& piece) const {
-    const std::lock_guard alone(file_->mutex);
-    const auto found = file_->places.find(piece);
-    if (found == file_->places.end()) return std::nullopt;
+    const std::lock_guard lock(file_->mutex);
+    const auto found = file_->contents.find(piece);
+    if (found == file_->contents.end()) return std::nullopt;
     std::vector<char> result(found->second.size);
     io::naming(file_->path, [&] { file_->read(found->second.offset, result); });
     return result;
@@ -228,7 +227,7 @@ void Checkpoint::keep(const std::string& piece, std::span<const char> result) {
 }
 
 std::string Checkpoint::trouble() const {
-    const std::lock_guard alone(file_->mutex);
+    const std::lock_guard lock(file_->mutex);
     return file_->trouble;
 }
 

@@ -12,16 +12,16 @@
 namespace stratus::io {
 namespace {
 
-/// Most that one system call is asked to move; Linux itself stops at 2 GiB.
-constexpr std::size_t largest_transfer = std::size_t{1} << 30;
+/// Limit of a single read or write; that of Linux is 2 GiB.
+constexpr std::size_t max_transfer = std::size_t{1} << 30;
 
-std::system_error system_reason() { return {errno, std::generic_category()}; }
+std::system_error last_error() { return {errno, std::generic_category()}; }
 
 }  // namespace
 
 Descriptor::Descriptor(const std::filesystem::path& path, int flags)
     : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
-    if (number_ < 0) throw system_reason();
+    if (number_ < 0) throw last_error();
 }
 
 Descriptor::~Descriptor() {
@@ -30,11 +30,11 @@ Descriptor::~Descriptor() {
 
 void Descriptor::read_at(std::uint64_t offset, std::span<char> bytes) const {
     while (!bytes.empty()) {
-        const ssize_t got = ::pread(number_, bytes.data(), std::min(bytes.size(), largest_transfer),
+        const ssize_t got = ::pread(number_, bytes.data(), std::min(bytes.size(), max_transfer),
                                     static_cast<off_t>(offset));
         if (got < 0 && errno == EINTR) continue;
-        if (got < 0) throw system_reason();
-        if (got == 0) throw std::runtime_error("ended while it was being read");
+        if (got < 0) throw last_error();
+        if (got == 0) throw std::runtime_error("was truncated while being read");
         bytes = bytes.subspan(static_cast<std::size_t>(got));
         offset += static_cast<std::uint64_t>(got);
     }
@@ -42,11 +42,10 @@ void Descriptor::read_at(std::uint64_t offset, std::span<char> bytes) const {
 
 void Descriptor::write_at(std::uint64_t offset, std::span<const char> bytes) const {
     while (!bytes.empty()) {
-        const ssize_t put =
-            ::pwrite(number_, bytes.data(), std::min(bytes.size(), largest_transfer),
-                     static_cast<off_t>(offset));
+        const ssize_t put = ::pwrite(number_, bytes.data(), std::min(bytes.size(), max_transfer),
+                                     static_cast<off_t>(offset));
         if (put < 0 && errno == EINTR) continue;
-        if (put < 0) throw system_reason();
+        if (put < 0) throw last_error();
         bytes = bytes.subspan(static_cast<std::size_t>(put));
         offset += static_cast<std::uint64_t>(put);
     }
@@ -66,11 +65,11 @@ bool Descriptor::is_still_at(const std::filesystem::path& path) const {
 }
 
 void Descriptor::flush() const {
-    if (::fsync(number_) != 0) throw system_reason();
+    if (::fsync(number_) != 0) throw last_error();
 }
 
 void Descriptor::close() {
-    if (::close(std::exchange(number_, -1)) != 0) throw system_reason();
+    if (::close(std::exchange(number_, -1)) != 0) throw last_error();
 }
 
 Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,

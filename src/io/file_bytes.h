@@ -1,5 +1,5 @@
-// Whole files as bytes: tables are coded in memory, so on the disk only the system can fail, and it
-// says why.
+// Whole files as bytes. Tables are encoded in memory, so that only the system can fail on the disk,
+// and it says why.
 #pragma once
 
 #include "memory_limit.h"
@@ -20,11 +20,11 @@ namespace stratus::io {
 
 using Bytes = std::vector<char>;
 
-/// The bytes of the regular file `path`, which begins with `magic`; `kind` names what such a file
-/// is called. Its size counts towards the limit.
+/// The bytes of the regular file `path`, which must begin with `magic`; messages call such a file
+/// `kind` ("an HDF5"). Its size counts towards the limit.
 ///
-/// Errors   std::system_error for what the system refuses, std::runtime_error for a file that is no
-/// `kind` or too large.
+/// Errors   std::system_error from the system; std::runtime_error for another kind of file or one
+///          beyond the limit.
 Bytes read_bytes(const std::filesystem::path& path, std::string_view magic, const std::string& kind,
                  MemoryLimit& limit);
 
@@ -44,28 +44,28 @@ class Descriptor {
 
     int number() const noexcept { return number_; }
 
-    /// Fills `bytes` from a place in the file; what it lacks at the end of the file is an error.
+    /// Reads all of `bytes` at an offset; reaching the end of the file is an error.
     void read_at(std::uint64_t offset, std::span<char> bytes) const;
     void write_at(std::uint64_t offset, std::span<const char> bytes) const;
 
-    /// Holds the file for as long as it is open here; false where another has it. File systems that
-    /// know no locks let everyone pass.
+    /// Locks the file until it is closed; false if it is locked already. Always succeeds on file
+    /// systems without locks.
     bool lock() const;
 
-    /// Whether `path` still is this file.
+    /// Whether `path` still names this file.
     bool is_still_at(const std::filesystem::path& path) const;
 
-    /// Waits until the disk holds what was written.
+    /// Waits until everything written is on the disk.
     void flush() const;
 
-    /// Closes now, because some file systems report a full disk only then.
+    /// Closes it now and reports failure: some file systems report a full disk only then.
     void close();
 
   private:
     int number_;
 };
 
-/// Calls `work`; whatever it throws goes on as std::runtime_error "PATH: reason".
+/// Calls `work` and rethrows what it throws as std::runtime_error "PATH: reason".
 template <class Work>
 auto naming(const std::filesystem::path& path, const Work& work) {
     try {

@@ -24,10 +24,11 @@ std::uintmax_t default_max_memory() {
 }
 
 void MemoryLimit::take(const std::string& what, std::uintmax_t bytes) {
-    if (bytes > most_ - taken_)
+    if (bytes > max_bytes_ - taken_)
         throw std::runtime_error("reading " + what + " needs " +
                                  mebibytes(taken_ + std::min(bytes, UINTMAX_MAX - taken_)) +
-                                 " of memory in all, more than the limit of " + mebibytes(most_));
+                                 " of memory in total, more than the limit of " +
+                                 mebibytes(max_bytes_));
     taken_ += bytes;
 }
 

@@ -1,5 +1,5 @@
-// What reading one file may take: counted before it is taken, so that a small file which claims to
-// be a large one costs nothing but its refusal.
+// The memory that reading one file may use, counted before it is allocated: a small file that claims
+// to be a large one is refused at no cost.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,17 @@ std::uintmax_t default_max_memory();
 
 class MemoryLimit {
   public:
-    /// `most` bytes; 0: the default.
-    explicit MemoryLimit(std::uintmax_t most = 0) : most_(most ? most : default_max_memory()) {}
+    /// 0: the default.
+    explicit MemoryLimit(std::uintmax_t max_bytes = 0)
+        : max_bytes_(max_bytes ? max_bytes : default_max_memory()) {}
 
-    /// Counts `bytes` more for `what`.
+    /// Counts `bytes` more, which reading `what` needs.
     ///
-    /// Errors   std::runtime_error, naming what, the sum so far and the limit, once it is exceeded.
+    /// Errors   std::runtime_error with the total and the limit if it is exceeded.
     void take(const std::string& what, std::uintmax_t bytes);
 
   private:
-    std::uintmax_t most_;
+    std::uintmax_t max_bytes_;
     std::uintmax_t taken_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// OpenEXR's files, in memory: on the disk only the system can fail, and it says why.
+// OpenEXR streams in memory (see file_bytes.h for why).
 #pragma once
 
 #include "file_bytes.h"

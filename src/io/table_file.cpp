@@ -11,72 +11,71 @@
 namespace stratus {
 namespace {
 
-enum class Format { hdf5, exr };
+struct Format {
+    std::string_view magic;
+    const char* kind;
+    io::Bytes (*encode)(const Table&, const io::Metadata&);
+    Table (*decode)(const io::Bytes&, io::MemoryLimit, std::vector<std::string>*);
+};
 
-Format format_of(const std::filesystem::path& path, const char* function) {
-    const std::string ending = path.extension().string();
-    require(ending == ".h5" || ending == ".exr", function, "path", "a name ending in .h5 or .exr",
-            path.string());
-    return ending == ".h5" ? Format::hdf5 : Format::exr;
+constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::encode_hdf5, io::decode_hdf5};
+constexpr Format exr{io::exr_magic, "an OpenEXR", io::encode_exr, io::decode_exr};
+
+const Format& format_of(const std::filesystem::path& path, const char* function) {
+    const std::string extension = path.extension().string();
+    require(extension == ".h5" || extension == ".exr", function, "path",
+            "a name ending in .h5 or .exr", path.string());
+    return extension == ".h5" ? hdf5 : exr;
 }
 
-io::Bytes encode(const Table& table, Format format) {
-    const io::Metadata metadata = io::metadata_of(table);
-    return format == Format::hdf5 ? io::encode_hdf5(table, metadata)
-                                  : io::encode_exr(table, metadata);
-}
-
-void write_directly(const Table& table, const std::filesystem::path& path, Format format) {
+io::Bytes encode(const Table& table, const std::filesystem::path& path, const Format& format) {
     io::check_table(table);
-    io::naming(path, [&] { io::write_bytes(path, encode(table, format)); });
+    return io::naming(path, [&] { return format.encode(table, io::metadata_of(table)); });
 }
 
-/// Calls `read`, and names the path in its errors and in the notes that it adds.
-template <class Read>
-Table naming_notes(const std::filesystem::path& path, std::vector<std::string>* notes,
-                   const Read& read) {
-    const std::size_t before = notes ? notes->size() : 0;
-    Table table = io::naming(path, read);
-    for (std::size_t n = before; notes && n < notes->size(); ++n)
-        (*notes)[n] = path.string() + ": " + (*notes)[n];
+void write_directly(const Table& table, const std::filesystem::path& path, const Format& format) {
+    const io::Bytes bytes = encode(table, path, format);
+    io::naming(path, [&] { io::write_bytes(path, bytes); });
+}
+
+/// Reads a table, and names the path in errors and notes.
+Table read(const std::filesystem::path& path, const ReadOptions& options, const Format& format) {
+    std::vector<std::string> notes;
+    Table table = io::naming(path, [&] {
+        io::MemoryLimit limit(options.max_memory);
+        const io::Bytes bytes = io::read_bytes(path, format.magic, format.kind, limit);
+        return format.decode(bytes, limit, &notes);
+    });
+    if (options.notes)
+        for (const std::string& note : notes) options.notes->push_back(path.string() + ": " + note);
     return table;
 }
 
 }  // namespace
 
 Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return naming_notes(path, options.notes, [&] {
-        io::MemoryLimit limit(options.max_memory);
-        return io::decode_hdf5(io::read_bytes(path, io::hdf5_magic, "an HDF5", limit), limit,
-                               options.notes);
-    });
+    return read(path, options, hdf5);
 }
 
 Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return naming_notes(path, options.notes, [&] {
-        io::MemoryLimit limit(options.max_memory);
-        return io::decode_exr(io::read_bytes(path, io::exr_magic, "an OpenEXR", limit), limit,
-                              options.notes);
-    });
+    return read(path, options, exr);
 }
 
 void write_hdf5_table(const Table& table, const std::filesystem::path& path) {
-    write_directly(table, path, Format::hdf5);
+    write_directly(table, path, hdf5);
 }
 
 void write_exr_table(const Table& table, const std::filesystem::path& path) {
-    write_directly(table, path, Format::exr);
+    write_directly(table, path, exr);
 }
 
 Table read_table(const std::filesystem::path& path, const ReadOptions& options) {
-    return format_of(path, "read_table") == Format::hdf5 ? read_hdf5_table(path, options)
-                                                         : read_exr_table(path, options);
+    return read(path, options, format_of(path, "read_table"));
 }
 
 void write_table(const Table& table, const std::filesystem::path& path) {
-    const Format format = format_of(path, "write_table");
-    io::check_table(table);
-    const io::Bytes bytes = io::naming(path, [&] { return encode(table, format); });
+    const Format& format = format_of(path, "write_table");
+    const io::Bytes bytes = encode(table, path, format);
     write_atomically(path, [&](const auto& temporary) { io::write_bytes(temporary, bytes); });
 }
 

@@ -167,13 +167,13 @@ expect_refused 1 $checkpoint "another recipe" "Narrow and coarse" remove -- \
 start_long_bake --resume
 expect_says "$err" "going on with $checkpoint"
 kill -s STOP $child
-expect_refused 1 $checkpoint "another bake of this table is at work" -- bake recipes/long.toml -o older.h5 --resume --quiet
+expect_refused 1 $checkpoint "another bake of this table is running" -- bake recipes/long.toml -o older.h5 --resume --quiet
 kill -s CONT $child
 kill -s TERM $child
 wait $child
 rm $checkpoint
 echo older >$checkpoint
-expect_refused 1 $checkpoint "is no checkpoint" -- bake recipes/long.toml -o older.h5 --resume --quiet
+expect_refused 1 $checkpoint "is not a checkpoint" -- bake recipes/long.toml -o older.h5 --resume --quiet
 rm $checkpoint
 
 # with nothing to go on with, it begins

@@ -1,4 +1,4 @@
-// Any bytes at all as TABLE.exr: refused with a reason or read.
+// Arbitrary bytes as TABLE.exr are refused or read.
 #include "table_content.h"
 
 #include <cstddef>

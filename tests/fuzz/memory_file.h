@@ -1,4 +1,4 @@
-// Bytes as a file that has a name but lies on no disk, for readers that open their file themselves.
+// A file in memory with a path, for readers that take a path.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Any bytes at all as a picture that a scene names, in both formats.
+// Arbitrary bytes as a texture of a scene, in both formats, are refused or read.
 #include <stratus/io/image.h>
 #include <stratus/picture/png.h>
 

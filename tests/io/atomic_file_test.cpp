@@ -28,14 +28,14 @@ std::string refusal_of_writing(const fs::path& path) {
     return refusal<std::runtime_error>([&] { write_atomically(path, write_new); });
 }
 
-TEST(AtomicFile, AppearsWithWhatWasWritten) {
+TEST(AtomicFile, HasTheWrittenContent) {
     const TemporaryFolder folder;
     write_atomically(folder / "a.txt", write_new);
     EXPECT_EQ(content(folder / "a.txt"), "new");
     EXPECT_EQ(folder.size(), 1U);
 }
 
-TEST(AtomicFile, IsWrittenBesideItsPlaceUnderItsOwnEnding) {
+TEST(AtomicFile, IsWrittenInTheSameFolderWithTheSameExtension) {
     const TemporaryFolder folder;
     write_atomically(folder / "a.h5", [&](const fs::path& temporary) {
         EXPECT_EQ(temporary.parent_path(), folder.path());
@@ -54,7 +54,7 @@ TEST(AtomicFile, ReplacesAnOlderFile) {
     EXPECT_EQ(folder.size(), 1U);
 }
 
-TEST(AtomicFile, LeavesTheOlderFileWhenWritingThrows) {
+TEST(AtomicFile, KeepsTheOlderFileWhenWritingThrows) {
     const TemporaryFolder folder;
     set_content(folder / "a.txt", "old");
     const auto write = [](const fs::path& temporary) {
@@ -67,7 +67,7 @@ TEST(AtomicFile, LeavesTheOlderFileWhenWritingThrows) {
     EXPECT_EQ(folder.size(), 1U);
 }
 
-TEST(AtomicFile, NamesThePathForErrorsOfTheSystem) {
+TEST(AtomicFile, NamesThePathInSystemErrors) {
     const TemporaryFolder folder;
     const auto write = [](const fs::path&) {
         throw std::system_error(ENOSPC, std::generic_category());
@@ -105,7 +105,7 @@ TEST(AtomicFile, RefusesAnEmptyName) {
     EXPECT_EQ(refusal_of_writing(""), ": a file name is needed");
 }
 
-TEST(AtomicFile, RefusesAFolderThatMayNotBeWritten) {
+TEST(AtomicFile, RefusesAReadOnlyFolder) {
     const TemporaryFolder folder;
     fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
     if (std::ofstream(folder / "probe")) GTEST_SKIP() << "this user may write anywhere";
@@ -115,7 +115,7 @@ TEST(AtomicFile, RefusesAFolderThatMayNotBeWritten) {
     EXPECT_EQ(message, path.string() + ": Permission denied");
 }
 
-TEST(AtomicFile, KeepsASymbolicLinkAndReplacesWhatItLeadsTo) {
+TEST(AtomicFile, KeepsASymbolicLinkAndReplacesItsTarget) {
     const TemporaryFolder folder;
     fs::create_directory(folder / "elsewhere");
     set_content(folder / "elsewhere" / "a.txt", "old");
@@ -125,7 +125,7 @@ TEST(AtomicFile, KeepsASymbolicLinkAndReplacesWhatItLeadsTo) {
     EXPECT_EQ(content(folder / "elsewhere" / "a.txt"), "new");
 }
 
-/// The path of the hidden file of a writer that is killed in the midst of writing to `path`.
+/// The hidden file left by a writer that is killed while writing to `path`.
 fs::path abandoned_by_a_killed_writer(const fs::path& path) {
     const pid_t child = ::fork();
     if (child == 0)
@@ -143,7 +143,7 @@ fs::path abandoned_by_a_killed_writer(const fs::path& path) {
     return {};
 }
 
-TEST(AtomicFile, RemovesWhatKilledWritersOfTheSamePathLeft) {
+TEST(AtomicFile, RemovesHiddenFilesOfKilledWriters) {
     const TemporaryFolder folder;
     set_content(folder / "a.txt", "old");
     const fs::path first = abandoned_by_a_killed_writer(folder / "a.txt");
@@ -158,7 +158,7 @@ TEST(AtomicFile, RemovesWhatKilledWritersOfTheSamePathLeft) {
     EXPECT_EQ(folder.size(), 2U);
 }
 
-TEST(AtomicFile, LeavesTheHiddenFilesOfWritersThatLive) {
+TEST(AtomicFile, KeepsHiddenFilesOfLivingWriters) {
     const TemporaryFolder folder;
     write_atomically(folder / "a.txt", [&](const fs::path& temporary) {
         write_atomically(folder / "a.txt",
@@ -170,7 +170,7 @@ TEST(AtomicFile, LeavesTheHiddenFilesOfWritersThatLive) {
     EXPECT_EQ(folder.size(), 1U);
 }
 
-TEST(AtomicFile, LeavesFilesThatOnlyLookLikeItsOwn) {
+TEST(AtomicFile, KeepsFilesWithSimilarNames) {
     const TemporaryFolder folder;
     set_content(folder / ".a.txt", "");
     set_content(folder / ".a.mine.partial.txt", "");
@@ -179,7 +179,7 @@ TEST(AtomicFile, LeavesFilesThatOnlyLookLikeItsOwn) {
     EXPECT_EQ(folder.size(), 4U);
 }
 
-TEST(AtomicFile, TakesAPathWithoutAFolder) {
+TEST(AtomicFile, AcceptsAPathWithoutAFolder) {
     const TemporaryFolder folder;
     const fs::path before = fs::current_path();
     fs::current_path(folder.path());
@@ -188,7 +188,7 @@ TEST(AtomicFile, TakesAPathWithoutAFolder) {
     EXPECT_EQ(content(folder / "a.txt"), "new");
 }
 
-/// Lets this process write no file longer than `bytes`: a disk that is full half way.
+/// Limits the size of files that this process writes, to act as a full disk.
 class FileSizeLimit {
   public:
     explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -210,7 +210,7 @@ class FileSizeLimit {
 
 class FullDisk : public testing::TestWithParam<const char*> {};
 
-TEST_P(FullDisk, LeavesTheOlderTableAndNothingElse) {
+TEST_P(FullDisk, LeavesOnlyTheOlderTable) {
     const TemporaryFolder folder;
     const fs::path path = folder / GetParam();
     Table table = sample_table();
@@ -233,7 +233,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, FullDisk, testing::Values("table.h5", "table.e
                              return fs::path(row.param).extension().string().substr(1);
                          });
 
-TEST(FullDevice, IsReportedWithTheSystemsReason) {
+TEST(FullDevice, IsReportedWithTheSystemError) {
     if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     EXPECT_EQ(refusal<std::runtime_error>([] { write_hdf5_table(sample_table(), "/dev/full"); }),
               "/dev/full: No space left on device");

@@ -54,7 +54,7 @@ class CheckpointFile : public testing::Test {
     const fs::path path = folder / "table.h5.checkpoint";
 };
 
-TEST_F(CheckpointFile, GivesBackWhatItKept) {
+TEST_F(CheckpointFile, ReturnsKeptPieces) {
     keep_three_pieces();
     const Checkpoint checkpoint(path, owner);
     EXPECT_EQ(checkpoint.pieces(), 3U);
@@ -64,7 +64,7 @@ TEST_F(CheckpointFile, GivesBackWhatItKept) {
     EXPECT_EQ(found(checkpoint, "recipe"), "not there");
 }
 
-TEST_F(CheckpointFile, GoesOnBehindWhatItFound) {
+TEST_F(CheckpointFile, AppendsToExistingPieces) {
     keep_three_pieces();
     Checkpoint(path, owner).keep("four", bytes(""));
     const Checkpoint checkpoint(path, owner);
@@ -73,7 +73,7 @@ TEST_F(CheckpointFile, GoesOnBehindWhatItFound) {
     EXPECT_EQ(found(checkpoint, "four"), "");
 }
 
-TEST_F(CheckpointFile, TakesPiecesFromManyThreads) {
+TEST_F(CheckpointFile, KeepsPiecesFromManyThreads) {
     {
         Checkpoint checkpoint(path, owner);
         std::vector<std::thread> threads;
@@ -90,27 +90,27 @@ TEST_F(CheckpointFile, TakesPiecesFromManyThreads) {
         EXPECT_EQ(found(checkpoint, std::to_string(n)), std::string(n % 50, 'x'));
 }
 
-TEST_F(CheckpointFile, DropsWhatWasCutOffWhereverThatIs) {
+TEST_F(CheckpointFile, DropsTruncatedPieces) {
     keep_three_pieces();
     const std::string whole = content(path);
-    std::size_t most = 0;
+    std::size_t pieces = 0;
     for (std::size_t length = 0; length <= whole.size(); ++length) {
         set_content(path, whole.substr(0, length));
         {
             Checkpoint checkpoint(path, owner);
-            most = checkpoint.pieces();
-            EXPECT_LE(most, 3U * length / whole.size()) << length;
+            pieces = checkpoint.pieces();
+            EXPECT_LE(pieces, 3U * length / whole.size()) << length;
             expect_results_or_nothing(checkpoint);
             checkpoint.keep("next", bytes("more"));
         }
         const Checkpoint checkpoint(path, owner);
-        EXPECT_EQ(checkpoint.pieces(), most + 1) << length;
+        EXPECT_EQ(checkpoint.pieces(), pieces + 1) << length;
         EXPECT_EQ(found(checkpoint, "next"), "more") << length;
     }
-    EXPECT_EQ(most, 3U);
+    EXPECT_EQ(pieces, 3U);
 }
 
-TEST_F(CheckpointFile, NeverGivesBackDamagedPieces) {
+TEST_F(CheckpointFile, NeverReturnsDamagedPieces) {
     keep_three_pieces();
     const std::string whole = content(path);
     for (std::size_t at = 0; at < whole.size(); ++at) {
@@ -121,52 +121,55 @@ TEST_F(CheckpointFile, NeverGivesBackDamagedPieces) {
             const Checkpoint checkpoint(path, owner);
             EXPECT_LT(checkpoint.pieces(), 3U) << at;
             expect_results_or_nothing(checkpoint);
-        } catch (const std::runtime_error&) {  // damage of its first line
+        } catch (const std::runtime_error&) {  // in the first line
             EXPECT_LT(at, 21U);
         }
     }
 }
 
-TEST_F(CheckpointFile, IsRefusedForAnotherRecipeByTheFirstLineThatDiffers) {
+TEST_F(CheckpointFile, IsRefusedForAnotherRecipeNamingTheFirstDifference) {
     keep_three_pieces();
-    EXPECT_EQ(refusal_for({owner.program, "title = 'a'\nalbedo = 0.25\n"}),
-              path.string() +
-                  ": is of another recipe, with \"albedo = 0.5\" where this one has \"albedo = "
-                  "0.25\"; remove it to start over");
-    EXPECT_EQ(refusal_for({owner.program, owner.recipe + "orders = 3\n"}),
-              path.string() +
-                  ": is of another recipe, with \"\" where this one has \"orders = 3\"; remove it "
-                  "to start over");
+    EXPECT_EQ(
+        refusal_for({owner.program, "title = 'a'\nalbedo = 0.25\n"}),
+        path.string() +
+            ": belongs to another recipe, with \"albedo = 0.5\" where this one has \"albedo = "
+            "0.25\"; remove it to start over");
+    EXPECT_EQ(
+        refusal_for({owner.program, owner.recipe + "orders = 3\n"}),
+        path.string() +
+            ": belongs to another recipe, with \"\" where this one has \"orders = 3\"; remove it "
+            "to start over");
 }
 
 TEST_F(CheckpointFile, IsRefusedForAnotherProgram) {
     keep_three_pieces();
-    EXPECT_EQ(refusal_for({"stratus 2", owner.recipe}),
-              path.string() +
-                  ": is of another program, with \"stratus 1\" where this one has \"stratus 2\"; "
-                  "remove it to start over");
+    EXPECT_EQ(
+        refusal_for({"stratus 2", owner.recipe}),
+        path.string() +
+            ": belongs to another program, with \"stratus 1\" where this one has \"stratus 2\"; "
+            "remove it to start over");
 }
 
-TEST_F(CheckpointFile, IsRefusedWhereItIsNone) {
+TEST_F(CheckpointFile, RefusesFilesThatAreNotCheckpoints) {
     set_content(path, "dear diary\n");
-    EXPECT_EQ(refusal_for(owner), path.string() + ": is no checkpoint");
+    EXPECT_EQ(refusal_for(owner), path.string() + ": is not a checkpoint");
     set_content(path, "stratus-checkpoint 2\nnews");
     EXPECT_EQ(refusal_for(owner), path.string() + ": is a checkpoint of another version");
 }
 
-TEST_F(CheckpointFile, IsRefusedInPlaceOfAFolder) {
+TEST_F(CheckpointFile, RefusesADirectory) {
     fs::create_directory(path);
     EXPECT_EQ(refusal<std::runtime_error>([&] { Checkpoint checkpoint(path, owner); }),
               path.string() + ": Is a directory");
 }
 
-TEST_F(CheckpointFile, IsHeldByOneAtATime) {
+TEST_F(CheckpointFile, IsLocked) {
     Checkpoint first(path, owner);
     first.keep("one", bytes("result of one"));
-    EXPECT_EQ(refusal_for(owner), path.string() + ": another bake of this table is at work");
+    EXPECT_EQ(refusal_for(owner), path.string() + ": another bake of this table is running");
 }
 
-TEST_F(CheckpointFile, WaitsForOneThatIsAboutToEnd) {
+TEST_F(CheckpointFile, WaitsForALockThatIsReleasedSoon) {
     auto first = std::make_unique<Checkpoint>(path, owner);
     first->keep("one", bytes("result of one"));
     std::thread ending([&] {
@@ -177,7 +180,7 @@ TEST_F(CheckpointFile, WaitsForOneThatIsAboutToEnd) {
     ending.join();
 }
 
-TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {
+TEST_F(CheckpointFile, IsRemovedWhenDoneOrEmpty) {
     { const Checkpoint checkpoint(path, owner); }
     EXPECT_EQ(folder.size(), 0U);
     {
@@ -188,7 +191,7 @@ TEST_F(CheckpointFile, LeavesNothingWhenDoneOrWhenNothingWasFinished) {
     EXPECT_EQ(folder.size(), 0U);
 }
 
-TEST_F(CheckpointFile, RemovesNoFileButItsOwn) {
+TEST_F(CheckpointFile, RemovesOnlyItsOwnFile) {
     Checkpoint checkpoint(path, owner);
     fs::remove(path);
     set_content(path, "of another");
@@ -196,7 +199,7 @@ TEST_F(CheckpointFile, RemovesNoFileButItsOwn) {
     EXPECT_EQ(content(path), "of another");
 }
 
-TEST_F(CheckpointFile, GivesWayWhenTheDiskIsFull) {
+TEST_F(CheckpointFile, IsEmptiedWhenTheDiskIsFull) {
     keep_three_pieces();
     {
         Checkpoint checkpoint(path, owner);

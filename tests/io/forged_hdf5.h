@@ -1,8 +1,8 @@
-// Forged HDF5 files: changed anywhere, and the checksums of HDF5 1.10's structures made again, so
-// that the library takes what it reads for what was written.
+// Forged HDF5 files: changed anywhere, with the checksums of their structures recomputed, so that the
+// library decodes them.
 //
-// Of the structures that have one, those that a table's file holds: superblock, object headers,
-// B-trees of up to two levels, fractal heaps of one level of blocks, and fixed arrays of one page.
+// Covers the structures of table files: superblock, object headers, B-trees of up to two levels,
+// fractal heaps with one level of blocks, and fixed arrays of one page.
 #pragma once
 
 #include "hdf5_structures.h"
@@ -20,14 +20,14 @@
 
 namespace stratus::test {
 
-/// A file's bytes, with the places where its structures begin and what they say of their lengths.
+/// The bytes of a file, in which it finds structures and their lengths.
 class ForgedHdf5 {
   public:
     explicit ForgedHdf5(std::string bytes) : bytes_(std::move(bytes)) {}
 
     std::string& bytes() { return bytes_; }
 
-    /// Where structures with a checksum may begin, in ascending order.
+    /// Addresses at which structures with a checksum may begin, ascending.
     std::vector<std::size_t> starts() const {
         std::vector<std::size_t> starts{0};
         for (std::size_t at = 0; (at = bytes_.find_first_of("BFO", at + 1)) != std::string::npos;)
@@ -37,12 +37,12 @@ class ForgedHdf5 {
         return starts;
     }
 
-    /// Gives every structure the checksum of what it holds now.
+    /// Recomputes the checksum of every structure.
     void stamp() {
         for (const std::size_t start : starts()) {
             const std::optional<std::size_t> length = checked_length(start);
             if (!length || *length > bytes_.size() || start > bytes_.size() - *length) continue;
-            const bool within = is("FHDB", start);  // all other checksums follow what they check
+            const bool within = is("FHDB", start);  // in all other structures it is at the end
             const std::size_t at = within ? start + 13 + heap_offset_size(start) : start + *length;
             if (at + 4 > bytes_.size()) continue;
             if (within) put(at, 0);
@@ -55,7 +55,7 @@ class ForgedHdf5 {
         return std::string_view(bytes_).substr(std::min(at, bytes_.size()), 4) == magic;
     }
 
-    /// A number of up to eight bytes; what lies beyond the end of the file is 0.
+    /// A number of up to eight bytes; bytes beyond the end of the file count as zero.
     std::size_t number(std::size_t at, std::size_t size) const {
         std::uint64_t value = 0;
         for (std::size_t i = 0; i < size && at + i >= at && at + i < bytes_.size(); ++i)
@@ -67,7 +67,7 @@ class ForgedHdf5 {
         for (std::size_t i = 0; i < 4; ++i) bytes_[at + i] = static_cast<char>(value >> (8 * i));
     }
 
-    /// Where the file names the address of a structure.
+    /// Where the file refers to the address of a structure.
     std::optional<std::size_t> reference_to(std::size_t start) const {
         const std::uint64_t address = start;
         const std::string_view wanted(reinterpret_cast<const char*>(&address), sizeof address);
@@ -82,7 +82,7 @@ class ForgedHdf5 {
         return (number(heap_of(block) + 128, 2) % 65 + 7) / 8;
     }
 
-    /// How many bytes a structure's checksum is of; none where there is none.
+    /// The number of bytes that the checksum of a structure covers; none without a checksum.
     std::optional<std::size_t> checked_length(std::size_t start) const {
         if (start == 0) return 44;
         if (is("BTHD", start)) return 34;
@@ -114,7 +114,7 @@ class ForgedHdf5 {
         const std::optional<std::size_t> reference = reference_to(start);
         if (!reference) return std::nullopt;
         if (is("OCHK", start)) return number(*reference + 8, 8) - 4;
-        // A tree's node, named in the tree's header or in another node, with its number of records.
+        // A B-tree node: its number of records is beside the reference to it, in a header or node.
         constexpr std::array<std::size_t, 10> record_sizes{0, 24, 0, 0, 0, 11, 15, 0, 17, 13};
         const bool root = *reference >= 16 && is("BTHD", *reference - 16);
         const std::size_t count = number(*reference + 8, root ? 2 : 1);

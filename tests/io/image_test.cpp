@@ -19,7 +19,7 @@ Image ramp() {
     return image;
 }
 
-TEST(ExrImage, ReadsBackBitForBit) {
+TEST(ExrImage, RoundTripIsExact) {
     const test::TemporaryFolder folder;
     const Image image = ramp();
     write_exr_image(image, {{"scene", "title = 'x'"}}, folder / "a.exr");
@@ -30,7 +30,7 @@ TEST(ExrImage, ReadsBackBitForBit) {
     EXPECT_NE(test::content(folder / "a.exr").find("title = 'x'"), std::string::npos);
 }
 
-TEST(ExrImage, TakesNoMoreMemoryThanAllowed) {
+TEST(ExrImage, RefusesFilesThatNeedMoreMemoryThanAllowed) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.exr";
     write_exr_image(ramp(), {}, path);
@@ -48,7 +48,7 @@ TEST(ExrImage, TakesNoMoreMemoryThanAllowed) {
     EXPECT_EQ(read_exr_image(path, file + pixels).rgb, ramp().rgb);
 }
 
-TEST(ExrImage, NamesTheFileThatIsNone) {
+TEST(ExrImage, NamesAnUnreadableFile) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "a.exr", "no picture");
     EXPECT_NE(

@@ -1,6 +1,6 @@
-"""Opens a table with the programs that come with OpenEXR, which know nothing of Stratus.
+"""Opens a table with the programs that come with OpenEXR.
 
-Usage: open_with_openexr_tools.py WRITE_SAMPLE_TABLE. Exits 77 (skipped) where no such program is installed.
+Usage: open_with_openexr_tools.py WRITE_SAMPLE_TABLE. Exits 77 (skipped) where none is installed.
 """
 
 import pathlib
@@ -12,7 +12,7 @@ import tempfile
 COMMANDS = [["exrheader"], ["exrinfo", "--strict", "--verbose"], ["exrcheck"]]
 COMMANDS = [command for command in COMMANDS if shutil.which(command[0])]
 if not COMMANDS:
-    print("none of OpenEXR's programs is installed")
+    print("no OpenEXR programs are installed")
     sys.exit(77)
 
 PARTS = [

@@ -1,4 +1,4 @@
-"""Opens a table with h5py, xarray and h5dump, which know nothing of Stratus: named axes in order, their values and units.
+"""Opens a table with h5py, xarray and h5dump: axes have their names, order, values and units without any code of Stratus.
 
 Usage: open_with_xarray.py WRITE_SAMPLE_TABLE. Exits 77 (skipped) where a package is missing.
 """

@@ -1,4 +1,4 @@
-"""Runs the lines of Python in docs/tables.md on a table of the place and name that they read.
+"""Runs the Python block of docs/tables.md on a sample table at the path that it reads.
 
 Usage: plot_as_documented.py WRITE_SAMPLE_TABLE TABLES_MD. Exits 77 (skipped) where a package is missing.
 """

@@ -1,5 +1,4 @@
-// Tables for the tests of the io room: every shape that a file must hold, filled with numbers that
-// no format can guess.
+// Tables of any shape, with random samples, for the tests of io.
 #pragma once
 
 #include <stratus/runtime/constants.h>
@@ -27,10 +26,10 @@ struct Shape {
     int mixtures = 0;
 };
 
-/// Fills an axis in its own scale.
-inline void sample_axis(Axis& axis, double lowest, double highest, int count,
+/// Samples an axis evenly in its own scale.
+inline void sample_axis(Axis& axis, double first, double last, int count,
                         bool and_infinity = false) {
-    axis = make_axis(axis.scale, lowest, count == 1 ? lowest : highest, count, and_infinity);
+    axis = make_axis(axis.scale, first, count == 1 ? first : last, count, and_infinity);
 }
 
 /// A table that `prepare` accepts, with random samples.
@@ -57,11 +56,11 @@ inline Table sample_table(const Shape& shape = {}) {
     };
     const std::size_t albedos = table.mixture_count() * table.albedo.values.size();
     const std::size_t layers = albedos * table.optical_depth.values.size();
-    const std::size_t lit = layers * table.mu_in.values.size();
+    const std::size_t fluxes = layers * table.mu_in.values.size();
     if (shape.reflection) fill(table.reflection_multiple, table.sample_count());
     if (shape.transmission) fill(table.transmission_multiple, table.sample_count());
-    if (shape.transmission) fill(table.diffuse_transmittance, lit);
-    fill(table.plane_albedo, lit);
+    if (shape.transmission) fill(table.diffuse_transmittance, fluxes);
+    fill(table.plane_albedo, fluxes);
     fill(table.spherical_albedo, layers);
     for (std::size_t i = 0; i < albedos; ++i)
         table.diffusion_exponent.push_back(1.0 / static_cast<double>(3 + i));
@@ -77,7 +76,7 @@ inline Table sample_table(const Shape& shape = {}) {
     return table;
 }
 
-/// Expects everything that files hold to be the same to the last bit.
+/// Expects everything that files hold to be identical.
 inline void expect_same(const Table& a, const Table& b) {
     expect_same_bits(a, b);
     EXPECT_EQ(a.tolerance, b.tolerance);

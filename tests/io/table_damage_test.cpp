@@ -1,7 +1,7 @@
-// Tens of thousands of damaged files: each is refused in one sentence or read as the table that was
-// written; never a crash, never a read that does not end, under the sanitizers too.
+// Randomly damaged files are refused with one sentence or read as the table that was written, without
+// crashes and endless reads, also under the sanitizers.
 //
-// A share runs always; STRATUS_ALL_DAMAGE in the environment asks for all.
+// Runs 1000 mutations of each kind; with STRATUS_ALL_DAMAGE in the environment, 20000.
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"
@@ -20,7 +20,7 @@
 #include <unistd.h>
 #include <vector>
 
-/// What HDF5 loses when it meets a damaged file is not ours to find.
+/// HDF5 itself leaks memory on damaged files.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
 namespace stratus::test {
@@ -31,22 +31,22 @@ constexpr std::uintmax_t max_memory = 64 << 20;
 
 int mutations() { return std::getenv("STRATUS_ALL_DAMAGE") ? 20000 : 1000; }
 
-/// Part of a file.
-struct Block {
+/// A range of bytes in a file.
+struct Range {
     std::size_t start, size;
 };
 
-/// One change somewhere within `block`: a bit, a byte, a run, or a field of 4 or 8 bytes set to
-/// what sizes and addresses break at. Keeps the file's size.
-void damage(io::Bytes& bytes, const Block& block, std::mt19937& random) {
+/// Changes a bit, a byte, a run of bytes, or a field of 4 or 8 bytes, which is set to an extreme
+/// size or address, at a random position in `range`. Keeps the size of the file.
+void damage(io::Bytes& bytes, const Range& range, std::mt19937& random) {
     constexpr std::array<std::uint64_t, 12> extremes{
         0,          1,           0x7f,        0xff,       0x7fff,     0xffff,
         0x7fffffff, 0x80000000U, 0xffffffffU, UINT64_MAX, 1ULL << 63, UINT64_MAX >> 1};
     const auto below = [&](std::size_t count) {
         return std::uniform_int_distribution<std::size_t>(0, count - 1)(random);
     };
-    const std::size_t at = block.start + below(block.size);
-    const std::size_t room = block.start + block.size - at;
+    const std::size_t at = range.start + below(range.size);
+    const std::size_t room = range.start + range.size - at;
     switch (below(5)) {
         case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); return;
         case 1: bytes[at] = static_cast<char>(below(256)); return;
@@ -57,7 +57,7 @@ void damage(io::Bytes& bytes, const Block& block, std::mt19937& random) {
         }
         case 3: {
             const std::size_t length = 1 + below(std::min<std::size_t>(room, 64));
-            const std::size_t from = block.start + below(block.size - length + 1);
+            const std::size_t from = range.start + below(range.size - length + 1);
             std::memmove(bytes.data() + at, bytes.data() + from, length);
             return;
         }
@@ -87,7 +87,7 @@ std::ostream& operator<<(std::ostream& stream, const Format& format) {
 
 class Damaged : public testing::TestWithParam<Format> {
   protected:
-    /// SIGALRM ends the program when a read takes longer than any does, by a factor of hundreds.
+    /// Ends the program by SIGALRM if reading takes hundreds of times longer than usual.
     void expect_refused_or_same(const io::Bytes& bytes) {
         ::alarm(5);
         try {
@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, Damaged,
                                          Format{"exr", io::encode_exr, io::decode_exr}),
                          [](const auto& row) { return row.param.name; });
 
-TEST_P(Damaged, IsRefusedWhereverItIsCut) {
+TEST_P(Damaged, IsRefusedWhenTruncated) {
     for (std::size_t length = 0; length < without_seal.size(); length += 512)
         expect_refused_or_same(
             {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)});
@@ -126,14 +126,14 @@ TEST_P(Damaged, IsRefusedOrSame) {
     for (int i = 0; i < mutations() && !HasFailure(); ++i) {
         SCOPED_TRACE(i);
         io::Bytes bytes = i % 4 == 0 ? whole : without_seal;
-        const Block all{0, bytes.size()};
+        const Range all{0, bytes.size()};
         for (int n = i % 3; n >= 0; --n) damage(bytes, all, random);
         expect_refused_or_same(bytes);
     }
 }
 
-/// Headers, where sizes are, are a small part of a file.
-TEST_P(Damaged, IsRefusedOrSameWhereSizesAre) {
+/// Headers hold the sizes, and are a small part of a file.
+TEST_P(Damaged, IsRefusedOrSameWithDamagedHeaders) {
     std::mt19937 random(66);
     for (int i = 0; i < mutations() && !HasFailure(); ++i) {
         SCOPED_TRACE(i);

@@ -50,7 +50,7 @@ Shape infinite_depth_only() {
     return shape;
 }
 
-/// More than one chunk of HDF5 and more than one block of rows of OpenEXR, cut unevenly.
+/// Several chunks of HDF5 and several blocks of rows of OpenEXR, of uneven sizes.
 Shape several_chunks() {
     Shape shape;
     shape.albedos = 7;
@@ -96,7 +96,7 @@ void add_long_attributes(Table& table) {
     for (int i = 0; i < 40; ++i) table.attributes["note " + std::to_string(i)] = long_text(100);
 }
 
-void add_names_that_formats_use(Table& table) {
+void add_names_used_by_hdf5_and_exr(Table& table) {
     for (const char* name : {"name", "type", "channels", "dataWindow", "albedo", "CLASS", "NAME",
                              "_FillValue", "comments"})
         table.attributes[name] = name;
@@ -133,14 +133,14 @@ const std::vector<Case> cases{
     {"TransmissionOnly", one_sided(false)},
     {"NoFluxes", one_sided(true), remove_fluxes},
     {"OverASurface", one_sided(true), put_on_ground},
-    {"OverALayerWithoutEnd", one_sided(true), put_on_dust},
+    {"OverASemiInfiniteLayer", one_sided(true), put_on_dust},
     {"FiniteDepths", finite_depths()},
     {"InfiniteDepthOnly", infinite_depth_only()},
     {"SingleSamples", single_samples()},
     {"SeveralChunks", several_chunks()},
     {"LongAttributes", {}, add_long_attributes},
     {"NoAttributes", {}, [](Table& table) { table.attributes.clear(); }},
-    {"NamesThatFormatsUse", {}, add_names_that_formats_use},
+    {"NamesUsedByHdf5AndExr", {}, add_names_used_by_hdf5_and_exr},
     {"TabulatedPhaseFunction", {}, use_tabulated_phase_function},
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
@@ -154,17 +154,17 @@ class RoundTrip : public testing::TestWithParam<Case> {
     TemporaryFolder folder;
 };
 
-TEST_P(RoundTrip, Hdf5GivesBackTheSameBits) {
+TEST_P(RoundTrip, ThroughHdf5IsExact) {
     write_table(table, folder / "a.h5");
     expect_same(read_table(folder / "a.h5"), table);
 }
 
-TEST_P(RoundTrip, ExrGivesBackTheSameBits) {
+TEST_P(RoundTrip, ThroughExrIsExact) {
     write_table(table, folder / "a.exr");
     expect_same(read_table(folder / "a.exr"), table);
 }
 
-TEST_P(RoundTrip, ConversionThereAndBackGivesTheSameFiles) {
+TEST_P(RoundTrip, BetweenFormatsGivesIdenticalFiles) {
     write_table(table, folder / "a.h5");
     write_table(read_table(folder / "a.h5"), folder / "b.exr");
     write_table(read_table(folder / "b.exr"), folder / "c.h5");
@@ -173,7 +173,7 @@ TEST_P(RoundTrip, ConversionThereAndBackGivesTheSameFiles) {
     EXPECT_TRUE(content(folder / "b.exr") == content(folder / "d.exr"));
 }
 
-TEST_P(RoundTrip, WritingTwiceGivesTheSameBytes) {
+TEST_P(RoundTrip, WritesTheSameBytesTwice) {
     for (const char* ending : {".h5", ".exr"}) {
         write_table(table, folder / (std::string("a") + ending));
         write_table(table, folder / (std::string("b") + ending));
@@ -186,7 +186,7 @@ TEST_P(RoundTrip, WritingTwiceGivesTheSameBytes) {
 INSTANTIATE_TEST_SUITE_P(Tables, RoundTrip, testing::ValuesIn(cases),
                          [](const auto& row) { return row.param.name; });
 
-TEST(TableFile, DirectWritersMakeTheSameFilesAsWriteTable) {
+TEST(TableFile, DirectWritersEqualWriteTable) {
     const TemporaryFolder folder;
     const Table table = sample_table();
     write_table(table, folder / "a.h5");

@@ -1,4 +1,4 @@
-// A folder of its own for each test, and the bytes of files in it.
+// Temporary folders for tests, and the content of files in them.
 #pragma once
 
 #include <cstdlib>
@@ -11,7 +11,7 @@
 
 namespace stratus::test {
 
-/// Made when the test begins, removed with all that is in it when the test ends.
+/// A new folder, removed with its content at the end of the scope.
 class TemporaryFolder {
   public:
     TemporaryFolder() {
@@ -51,7 +51,7 @@ inline void set_content(const std::filesystem::path& path, const std::string& by
     if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
-/// The message with which `work` throws an Error; empty when it does not throw.
+/// The message of the Error that `work` throws; empty if it throws none.
 template <class Error, class Work>
 std::string refusal(const Work& work) {
     try {

@@ -1,5 +1,6 @@
-// Writes the tests' sample table to the path given, for the programs of others to open: with so
-// many mixtures as are asked for.
+// Writes the sample table of the tests for other programs to open:
+//
+//     write_sample_table PATH [MIXTURES]
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"

@@ -1,4 +1,4 @@
-// Output that appears whole or not at all: written beside its final name, flushed to the disk, then
+// Files that appear complete or not at all: written under another name, flushed to disk, then
 // renamed.
 #pragma once
 
@@ -7,16 +7,15 @@
 
 namespace stratus {
 
-/// Calls `write(temporary)` with a path in the same folder, makes what it wrote durable (fsync) and
+/// Calls `write(temporary)` with a path in the same folder, flushes the file to disk (fsync) and
 /// renames it to `path`.
 ///
-/// If `write` throws, or anything fails, the temporary file is removed, an older file at `path` is
-/// left as it was, and the error goes on to the caller. A writer that was killed leaves its hidden
-/// file; the next one at the same path removes it. A symbolic link at `path` stays; the file
-/// that it leads to is replaced.
+/// If `write` throws or anything fails, the temporary file is removed, an existing file at `path` is
+/// unchanged, and the caller gets the error. A killed writer leaves a hidden file, which the next
+/// writer of the same path removes. If `path` is a symbolic link, its target is replaced.
 ///
-/// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, a directory
-///          or device in place of a file; also for a std::system_error that `write` throws.
+/// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, `path` is a
+///          directory or device; also for a std::system_error that `write` throws.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 

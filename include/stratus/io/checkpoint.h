@@ -1,13 +1,13 @@
-// TABLE.checkpoint: what a long bake has finished, kept beside the table until that is whole.
+// TABLE.checkpoint: the finished pieces of a long bake, kept beside the table until it is complete.
 //
-// Pieces of work are appended as they are finished, each with its checksum. However the program
-// ends, a piece is there or it is not: one that was cut off, and whatever comes behind damage, is
-// dropped when the checkpoint is opened next. What the system had not written to the disk when the
-// power went is lost, and done again.
+// Each piece is appended when it is finished, with its checksum. If the program ends halfway, the
+// truncated piece, and everything after a damaged one, is dropped when the checkpoint is next
+// opened. Pieces that the system had not yet written to disk at a power failure are lost and done
+// again.
 //
-// The file is "stratus-checkpoint 1\n", then records: crc32 of all that follows in the record,
-// length of the name (32 bits), length of the bytes (64 bits), name, bytes; little-endian. The
-// first two, `program` and `recipe`, say what it is a checkpoint of.
+// The file is "stratus-checkpoint 1\n", then records, little-endian: crc32 of the rest of the
+// record, length of the name (32 bits), length of the content (64 bits), name, content. The first
+// two records, `program` and `recipe`, identify the owner.
 #pragma once
 
 #include <cstddef>
@@ -20,43 +20,43 @@
 
 namespace stratus {
 
-/// What finished work belongs to: other work has no use for it.
+/// The program and recipe that pieces were computed with; they are valid for no other.
 struct CheckpointOwner {
     std::string program;
-    std::string recipe;  // all choices that results depend on, line by line
+    std::string recipe;  // all settings that results depend on, one a line
 };
 
 class Checkpoint {
   public:
-    /// Opens the checkpoint at `path`, or begins one, and holds it for as long as this lives.
+    /// Opens the checkpoint at `path`, or creates it, and keeps it locked until destroyed.
     ///
-    /// Errors   std::runtime_error "PATH: reason": another process holds it, still after a second;
-    ///          of another recipe or program, or no checkpoint at all, which are left as they are;
-    ///          what the system refuses.
+    /// Errors   std::runtime_error "PATH: reason": still locked by another process after a second;
+    ///          of another recipe or program, or not a checkpoint (the file is left unchanged);
+    ///          errors of the system.
     Checkpoint(const std::filesystem::path& path, const CheckpointOwner& owner);
 
-    /// Closes it. One that holds no finished piece is removed.
+    /// Closes it, and removes the file if it has no finished pieces.
     ~Checkpoint();
     Checkpoint(const Checkpoint&) = delete;
     Checkpoint& operator=(const Checkpoint&) = delete;
 
-    /// Finished pieces, those that were found on opening and those kept since.
+    /// Number of finished pieces, found on opening or kept since.
     std::size_t pieces() const;
 
-    /// What came of a piece that was found on opening.
+    /// The result of a piece that was found on opening.
     ///
     /// Errors   std::runtime_error "PATH: reason".
     /// Threads  any number, as for `keep`.
     std::optional<std::vector<char>> find(const std::string& piece) const;
 
-    /// Adds a finished piece. Where the disk is full all is given up, so that there is room for the
-    /// table: work goes on, and `trouble` tells.
+    /// Adds a finished piece. If the disk is full, the file is emptied to leave room for the table,
+    /// nothing is kept from then on, and `trouble` says so.
     void keep(const std::string& piece, std::span<const char> result);
 
-    /// Why nothing is kept any more, "PATH: reason"; empty while all is.
+    /// Why pieces are no longer kept, "PATH: reason"; empty while they are.
     std::string trouble() const;
 
-    /// Removes it, for the work is done.
+    /// Removes the file, once the work is done.
     void remove();
 
   private:

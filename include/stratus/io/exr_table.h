@@ -1,6 +1,6 @@
 // TABLE.exr: the same table as float images, for renderers and GPUs that already read OpenEXR.
 //
-// One part for each dataset, of its name, with one channel Y of 32-bit floats and a data window
+// One part for each dataset, with the same name, one channel Y of 32-bit floats and a data window
 // that begins at 0, 0:
 //
 //     reflection_multiple,     one row of tiles per albedo, one column of tiles per optical depth;
@@ -9,9 +9,9 @@
 //     diffuse_transmittance
 //     spherical_albedo         row = albedo, column = optical_depth
 //
-// Attributes of the first part hold the rest as text: `stratus:NAME` what TABLE.h5 has as attribute
-// NAME of its root, `dataset:NAME` the numbers of an axis or of the diffusion exponent. Equal
-// tables make equal files.
+// The rest is text in attributes of the first part: `stratus:NAME` is the attribute NAME of the root
+// of TABLE.h5, `dataset:NAME` the numbers of an axis or of the diffusion exponent. Equal tables make
+// equal files.
 #pragma once
 
 #include <stratus/io/table_file.h>
@@ -21,8 +21,8 @@
 
 namespace stratus {
 
-/// See table_file.h, which picks the format. `write_` writes to `path` directly; `write_table`
-/// makes it atomic.
+/// Like `read_table` and `write_table` (table_file.h), for any name; `write_exr_table` writes to
+/// `path` directly, not atomically.
 ///
 /// Errors   std::runtime_error also for a picture of more than 2^24 rows or columns.
 Table read_exr_table(const std::filesystem::path& path, const ReadOptions& options = {});

@@ -1,11 +1,11 @@
-// TABLE.h5: opens in h5py and xarray with named axes and no code of ours.
+// TABLE.h5: opens in h5py and xarray with named axes, without any code of ours.
 //
-// netCDF-4 rules: every axis is a 1-D dataset, a dimension scale attached to each dimension that it
-// samples; the root tracks creation order. Samples are chunked, shuffled and deflated. The root's
-// attributes hold the rest, texts with a fixed length. Every dataset has the checksum of its
-// samples, the root that of its attributes, and the file ends, behind what HDF5 sees, with that of
-// all its bytes. Equal tables make equal files. Files that other programs laid out anew are read
-// where they did so with the structures of HDF5 1.10 (h5repack --latest).
+// It follows netCDF-4: every axis is a 1-D dataset and a dimension scale, attached to each dimension
+// that it samples; the root tracks creation order. Samples are chunked, shuffled and deflated. The
+// rest is in attributes of the root, texts with a fixed length. Every dataset has the checksum of
+// its samples, the root that of its attributes; after the end of the HDF5 data, the file has a
+// checksum of all its bytes. Equal tables make equal files. Files rewritten by other programs can be
+// read if these used the structures of HDF5 1.10 (h5repack --latest).
 #pragma once
 
 #include <stratus/io/table_file.h>
@@ -15,8 +15,8 @@
 
 namespace stratus {
 
-/// See table_file.h, which picks the format. `write_` writes to `path` directly; `write_table`
-/// makes it atomic.
+/// Like `read_table` and `write_table` (table_file.h), for any name; `write_hdf5_table` writes to
+/// `path` directly, not atomically.
 ///
 /// Threads  one call at a time, unless the HDF5 library was built to be thread-safe.
 Table read_hdf5_table(const std::filesystem::path& path, const ReadOptions& options = {});

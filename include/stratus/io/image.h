@@ -1,4 +1,4 @@
-// Pictures in memory, and as OpenEXR files: linear light, 32-bit floats, as they were computed.
+// Images in memory and as OpenEXR files: linear light, 32-bit floats.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace stratus {
 
-/// Red, green, blue of each pixel, row by row from the upper left corner.
+/// Red, green and blue of each pixel, row by row from the upper left corner.
 struct Image {
     int width = 0, height = 0;
     std::vector<float> rgb;
@@ -31,14 +31,14 @@ struct Image {
     }
 };
 
-/// Writes `path` itself, attributes as texts; callers who need it whole or not at all wrap it.
+/// Writes an image, with text attributes, to `path` directly; `write_atomically` makes it atomic.
 ///
 /// Errors   std::system_error.
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
                      const std::filesystem::path& path);
 
-/// Channels R, G, B, or Y for all three. Takes no more than `max_memory` bytes for the file and the
-/// picture; 0: half of the machine's.
+/// Reads channels R, G and B, or Y for all three. File and image may take `max_memory` bytes; 0:
+/// half of the machine's memory.
 ///
 /// Errors   std::runtime_error naming the path.
 Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memory = 0);

@@ -14,12 +14,14 @@ namespace {
 /// Parts of a choice's limit that the solver itself may use up: nodes, and the modes left out.
 constexpr double share_of_nodes = 0.2, share_of_modes = 0.05;
 
+int count(const DirectionGrid& directions) { return static_cast<int>(directions.mu().size()); }
+
 double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers& to) {
     const DirectionGrid& directions = probes.directions;
     return measure_layers(
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            add_errors(probes.recipe, to[a][d], directions, directions.mu.size(), errors,
-                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+            add_errors(probes.recipe, to[a][d], directions, count(directions), errors,
+                       [&](Side side, int i, int j, int k) {
                            return from[a][d].side(side).multiple[directions.at(i, j, k)];
                        });
         });
@@ -32,15 +34,14 @@ double tail_of_modes(Probes& probes, int kept) {
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            add_errors(probes.recipe, layer, directions, directions.mu.size(), errors,
-                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+            add_errors(probes.recipe, layer, directions, count(directions), errors,
+                       [&](Side side, int i, int j, int k) {
                            const auto& modes = side == Side::reflection
                                                    ? layer.solution.reflection_modes
                                                    : layer.solution.transmission_modes;
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
-                               tail += 2 * std::abs(modes[m](static_cast<Eigen::Index>(i),
-                                                             static_cast<Eigen::Index>(j)));
+                               tail += 2 * std::abs(modes[m](i, j));
                            return layer.side(side).multiple[directions.at(i, j, k)] + tail;
                        });
         });
@@ -49,36 +50,36 @@ double tail_of_modes(Probes& probes, int kept) {
 double mu_error(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
     const Axis axis = mu_axis(samples);
-    const std::size_t count = probes.directions.mu.size();
-    std::vector<double> mu = probes.directions.mu;  // then the axis' own
+    const int probed = count(probes.directions);
+    std::vector<double> mu = probes.directions.mu();  // then the axis' own
     mu.insert(mu.end(), axis.values.begin(), axis.values.end());
     const DirectionGrid all = directions_at(recipe, mu);
     const ProbedLayers layers = solve_layers(probes, probes.albedos, probes.ladder, all);
     std::vector<Stencil> stencils;
-    for (std::size_t i = 0; i < count; ++i) stencils.push_back(axis.view().stencil(mu[i]));
+    for (const double cosine : probes.directions.mu())
+        stencils.push_back(axis.view().stencil(cosine));
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
             std::vector<double> divisors;
             for (const double cosine : mu)
                 divisors.push_back(intercepted(recipe, layer.solution.optical_depth, cosine));
-            const auto sample = [&](std::size_t i, std::size_t p) {
-                return count + static_cast<std::size_t>(stencils[i].first) + p;
+            const auto sample = [&](int i, int p) {
+                return probed + stencils[static_cast<std::size_t>(i)].first + p;
             };
-            const auto weight = [&](std::size_t i, std::size_t p) {
-                return stencils[i].weight[p] * divisors[i] / divisors[sample(i, p)];
+            const auto weight = [&](int i, int p) {
+                const auto at = static_cast<std::size_t>(i);
+                return stencils[at].weight[p] * divisors[at] /
+                       divisors[static_cast<std::size_t>(sample(i, p))];
             };
-            add_errors(
-                recipe, layer, all, count, errors,
-                [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
-                    double found = 0;
-                    for (std::size_t p = 0; p < Blend::size; ++p)
-                        for (std::size_t q = 0; q < Blend::size; ++q)
-                            found +=
-                                weight(i, p) * weight(j, q) *
-                                layer.side(side).multiple[all.at(sample(i, p), sample(j, q), k)];
-                    return found;
-                });
+            add_errors(recipe, layer, all, probed, errors, [&](Side side, int i, int j, int k) {
+                double found = 0;
+                for (int p = 0; p < Blend::size; ++p)
+                    for (int q = 0; q < Blend::size; ++q)
+                        found += weight(i, p) * weight(j, q) *
+                                 layer.side(side).multiple[all.at(sample(i, p), sample(j, q), k)];
+                return found;
+            });
         });
 }
 
@@ -89,24 +90,28 @@ double azimuth_error(Probes& probes, int samples) {
     // No candidate has a sample at one of these.
     for (int n = 0; n < 16; ++n) tests.push_back(pi * (n + 0.37) / 16);
     const Axis axis = azimuth_axis(samples);
-    const std::vector<double>& mu = probes.directions.mu;
-    const DirectionGrid at_tests(recipe.phase_function, recipe.lower_boundary, mu, tests);
-    const DirectionGrid at_samples(recipe.phase_function, recipe.lower_boundary, mu, axis.values);
+    const auto grid = [&](const std::vector<double>& azimuths) {
+        return DirectionGrid(recipe.phase_function, recipe.lower_boundary, probes.directions.mu(),
+                             azimuths, 2 * recipe.discretisation.nodes);
+    };
+    const DirectionGrid at_tests = grid(tests), at_samples = grid(axis.values);
     std::vector<Stencil> stencils;
     for (const double phi : tests) stencils.push_back(axis.view().stencil(phi));
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer target = probe(recipe, layers[a][d].solution, at_tests);
             const ProbedLayer sampled = probe(recipe, layers[a][d].solution, at_samples);
-            add_errors(recipe, target, at_tests, mu.size(), errors,
-                       [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
-                           const auto first = static_cast<std::size_t>(stencils[k].first);
-                           double found = 0;
-                           for (std::size_t p = 0; p < Blend::size; ++p)
-                               found += stencils[k].weight[p] *
-                                        sampled.side(side).multiple[at_samples.at(i, j, first + p)];
-                           return found;
-                       });
+            add_errors(
+                recipe, target, at_tests, count(at_tests), errors,
+                [&](Side side, int i, int j, int k) {
+                    const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                    double found = 0;
+                    for (int p = 0; p < Blend::size; ++p)
+                        found +=
+                            stencil.weight[p] *
+                            sampled.side(side).multiple[at_samples.at(i, j, stencil.first + p)];
+                    return found;
+                });
         });
 }
 

@@ -66,10 +66,10 @@ template <class Sample>
 void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Stencil& stencil,
                       double exponent, Errors& errors, const Sample& sample) {
     const double tau = target.solution.optical_depth;
-    const std::vector<double>& mu = probes.directions.mu;
+    const std::vector<double>& mu = probes.directions.mu();
     std::vector<double> along[Blend::size];  // over mu
     Blend blend;
-    for (std::size_t p = 0; p < Blend::size; ++p) {
+    for (int p = 0; p < Blend::size; ++p) {
         if (stencil.weight[p] == 0) continue;
         blend.sample[p] = &sample(p);
         const double depth = blend.sample[p]->solution.optical_depth;
@@ -81,15 +81,16 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
             along[p].push_back(intercepted(probes.recipe, tau, cosine) /
                                intercepted(probes.recipe, depth, cosine));
     }
-    add_errors(probes.recipe, target, probes.directions, mu.size(), errors,
-               [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+    add_errors(probes.recipe, target, probes.directions, static_cast<int>(mu.size()), errors,
+               [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;
                    const std::size_t at = probes.directions.at(i, j, k);
                    double found = 0;
-                   for (std::size_t p = 0; p < Blend::size; ++p)
+                   for (int p = 0; p < Blend::size; ++p)
                        if (blend.sample[p] != nullptr)
-                           found += weight[p] * along[p][i] * along[p][j] *
+                           found += weight[p] * along[p][static_cast<std::size_t>(i)] *
+                                    along[p][static_cast<std::size_t>(j)] *
                                     blend.sample[p]->side(side).multiple[at];
                    return found;
                });
@@ -106,7 +107,7 @@ double depth_error(const Probes& probes, const FineDepths& depths, int candidate
                               const Stencil stencil = axis.stencil(target.solution.optical_depth);
                               add_depth_errors(
                                   probes, target, stencil, probes.exponents[a], errors,
-                                  [&](std::size_t p) -> const ProbedLayer& {
+                                  [&](int p) -> const ProbedLayer& {
                                       return depths.at(
                                           a, (stencil.first + static_cast<int>(p)) * stride);
                                   });
@@ -123,8 +124,8 @@ struct Steps {
 
     std::size_t middle(std::size_t interval) const { return interval * stride + stride / 2; }
 
-    std::size_t sample(const Stencil& stencil, std::size_t p) const {
-        return std::min(static_cast<std::size_t>(stencil.first) + p, intervals) * stride;
+    std::size_t sample(const Stencil& stencil, int p) const {
+        return std::min(static_cast<std::size_t>(stencil.first + p), intervals) * stride;
     }
 };
 
@@ -141,10 +142,10 @@ double albedo_error(const Probes& probes, const DirectionGrid& directions,
             const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
             const Stencil stencil = axis.stencil(albedo);
             double k = 0;
-            for (std::size_t p = 0; p < Blend::size; ++p)
+            for (int p = 0; p < Blend::size; ++p)
                 k += stencil.weight[p] * exponents[steps.sample(stencil, p)];
             Blend blend;
-            for (std::size_t p = 0; p < Blend::size; ++p) {
+            for (int p = 0; p < Blend::size; ++p) {
                 const std::size_t at = steps.sample(stencil, p);
                 const ProbedLayer& sample = layers[at][d];
                 blend.sample[p] = &sample;
@@ -198,10 +199,10 @@ double mixture_error(const std::vector<MixtureStep>& all, int candidate) {
                                           any.extrapolation_length);
             };
             double k = 0;
-            for (std::size_t p = 0; p < Blend::size; ++p)
+            for (int p = 0; p < Blend::size; ++p)
                 k += double{stencil.weight[p]} * all[steps.sample(stencil, p)].probes.exponents[a];
             Blend blend;
-            for (std::size_t p = 0; p < Blend::size; ++p) {
+            for (int p = 0; p < Blend::size; ++p) {
                 const MixtureStep& sample = all[steps.sample(stencil, p)];
                 blend.sample[p] = &sample.layers[a][d];
                 blend.reflection[p] = stencil.weight[p];

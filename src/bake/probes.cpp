@@ -12,31 +12,14 @@ namespace stratus {
 
 namespace {
 
-ProbedSide probe_side(const LayerSolution& layer, Side side, const LowerBoundary& boundary,
-                      const DirectionGrid& directions, const Eigen::MatrixXd& cosines) {
-    const bool reflects = side == Side::reflection;
-    const auto& phase = reflects ? directions.reflected_phase : directions.transmitted_phase;
-    ProbedSide values;
-    values.floor = reflects ? reflection_floor(layer) : transmission_floor(layer);
-    values.multiple.resize(phase.size());
-    values.total.resize(phase.size());
-    visit_multiple_scattering(
-        layer, side, directions, cosines,
-        [&](std::size_t i, std::size_t j, std::span<const double> multiple) {
-            const double in = directions.mu[i], out = directions.mu[j];
-            const double once = (reflects ? single_reflection : single_transmission)(
-                1, layer.albedo, layer.optical_depth, in, out);
-            const double boundary_once =
-                reflects ? single_reflection_of_boundary(boundary, 1, layer.optical_depth, in, out)
-                         : 0;
-            for (std::size_t k = 0; k < multiple.size(); ++k) {
-                const std::size_t at = directions.at(i, j, k), mirrored = directions.at(j, i, k);
-                values.multiple[at] = values.multiple[mirrored] = multiple[k];
-                values.total[at] = values.total[mirrored] =
-                    multiple[k] + once * phase[at] + boundary_once * directions.boundary_phase[at];
-            }
-        });
-    return values;
+/// More nodes are not tried.
+constexpr int max_nodes = 80;
+
+ProbedSide probe_side(const LayerSolution& layer, Side side, const DirectionGrid& directions) {
+    GridValues values = evaluate(layer, side, directions);
+    for (std::size_t n = 0; n < values.single.size(); ++n) values.single[n] += values.multiple[n];
+    return {std::move(values.multiple), std::move(values.single),
+            side == Side::reflection ? reflection_floor(layer) : transmission_floor(layer)};
 }
 
 std::vector<double> probed_albedos(Range albedo) {
@@ -76,7 +59,7 @@ ProbedLayers solve_layers_with(const SolverOptions& solver, const Probes& probes
         auto solved = solve_ladder(recipe.phase_function,
                                    {albedos.begin() + static_cast<std::ptrdiff_t>(first),
                                     albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                   ladder, directions.mu, solver, recipe.lower_boundary);
+                                   ladder, directions.mu(), solver, recipe.lower_boundary);
         for (std::size_t a = first; a < last; ++a)
             for (LayerSolution& solution : solved[a - first])
                 layers[a].push_back(probe(recipe, std::move(solution), directions));
@@ -103,10 +86,12 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
 }
 
 DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines) {
+    const int nodes = recipe.discretisation.nodes;
     return {recipe.phase_function,
             recipe.lower_boundary,
             std::move(cosines),
-            {0.15, 0.7, 1.3, 1.9, 2.5, 3.1}};
+            {0.15, 0.7, 1.3, 1.9, 2.5, 3.1},
+            2 * (nodes > 0 ? nodes : max_nodes)};
 }
 
 std::vector<double> few_cosines() {
@@ -131,15 +116,9 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {
     ProbedLayer layer;
-    const auto modes = static_cast<Eigen::Index>(
-        std::max(solution.reflection_modes.size(), solution.transmission_modes.size()));
-    const Eigen::MatrixXd cosines = fourier_cosines(directions.azimuth, modes);
-    if (recipe.reflection)
-        layer.reflection =
-            probe_side(solution, Side::reflection, recipe.lower_boundary, directions, cosines);
+    if (recipe.reflection) layer.reflection = probe_side(solution, Side::reflection, directions);
     if (recipe.transmission)
-        layer.transmission =
-            probe_side(solution, Side::transmission, recipe.lower_boundary, directions, cosines);
+        layer.transmission = probe_side(solution, Side::transmission, directions);
     layer.solution = std::move(solution);
     return layer;
 }
@@ -168,12 +147,12 @@ double measure_layers(
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
                       const DirectionGrid& directions, const Blend& blend, Errors& errors) {
-    add_errors(recipe, expected, directions, directions.mu.size(), errors,
-               [&](Side side, std::size_t i, std::size_t j, std::size_t k) {
+    add_errors(recipe, expected, directions, static_cast<int>(directions.mu().size()), errors,
+               [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;
                    double found = 0;
-                   for (std::size_t p = 0; p < Blend::size; ++p)
+                   for (int p = 0; p < Blend::size; ++p)
                        if (weight[p] != 0)
                            found += weight[p] *
                                     blend.sample[p]->side(side).multiple[directions.at(i, j, k)];

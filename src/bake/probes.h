@@ -7,8 +7,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/axis.h>
-
-#include "direction_grid.h"
+#include <stratus/transfer/fourier_sum.h>
 
 #include <algorithm>
 #include <cmath>
@@ -50,6 +49,7 @@ struct Probes {
 /// Probes of a recipe of one mixture, of which nothing is solved yet.
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
+/// All pairs of some cosines at the probes' azimuths, for solutions of the recipe's nodes.
 DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines);
 
 /// The few cosines that suffice where layers, not directions, are interpolated.
@@ -81,16 +81,16 @@ double measure_layers(
 /// and at all azimuths, for both sides of `expected` that the recipe asks for.
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
-                std::size_t cosines, Errors& errors, const Found& found) {
+                int cosines, Errors& errors, const Found& found) {
     for (const Side side : {Side::reflection, Side::transmission}) {
         if (side == Side::reflection
                 ? !recipe.reflection
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))
             continue;
         const ProbedSide& values = expected.side(side);
-        for (std::size_t i = 0; i < cosines; ++i)
-            for (std::size_t j = i; j < cosines; ++j)
-                for (std::size_t k = 0; k < directions.azimuth.size(); ++k) {
+        for (int i = 0; i < cosines; ++i)
+            for (int j = i; j < cosines; ++j)
+                for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
                     const std::size_t at = directions.at(i, j, k);
                     errors.push_back(std::abs(found(side, i, j, k) - values.multiple[at]) /
                                      std::max(values.total[at], values.floor));
@@ -100,7 +100,7 @@ void add_errors(const Recipe& recipe, const ProbedLayer& expected, const Directi
 
 /// Samples that interpolate a layer, and their weights on either side.
 struct Blend {
-    static constexpr std::size_t size = std::extent_v<decltype(Stencil::weight)>;
+    static constexpr int size = std::extent_v<decltype(Stencil::weight)>;
     const ProbedLayer* sample[size] = {};
     double reflection[size] = {}, transmission[size] = {};
 };

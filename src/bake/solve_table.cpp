@@ -2,9 +2,9 @@
 #include <stratus/bake/bake.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/transfer/fourier_sum.h>
 
 #include "axes.h"
-#include "direction_grid.h"
 #include "piece_of_work.h"
 
 #include <algorithm>
@@ -61,9 +61,8 @@ class TableSolver {
             table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
                                              exponents.end());
             grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, table_.mu_in.values,
-                                table_.azimuth.values);
+                                table_.azimuth.values, recipe.discretisation.modes);
         }
-        cosines_ = fourier_cosines(table_.azimuth.values, recipe.discretisation.modes);
         make_room();
     }
 
@@ -257,12 +256,8 @@ class TableSolver {
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     float* out) const {
-        visit_multiple_scattering(
-            solution, side, grid, cosines_,
-            [&](std::size_t i, std::size_t j, std::span<const double> values) {
-                for (std::size_t k = 0; k < values.size(); ++k)
-                    out[grid.at(i, j, k)] = out[grid.at(j, i, k)] = rounded_(values[k]);
-            });
+        const std::vector<double> multiple = evaluate(solution, side, grid).multiple;
+        std::transform(multiple.begin(), multiple.end(), out, rounded_);
     }
 
     const Recipe& recipe_;
@@ -271,8 +266,7 @@ class TableSolver {
     Table table_;
     std::vector<Recipe> mixtures_;      // one where nothing is mixed
     std::vector<DirectionGrid> grids_;  // of each mixture
-    Eigen::MatrixXd cosines_;
-    std::size_t block_ = 0;  // samples of one row
+    std::size_t block_ = 0;             // samples of one row
 };
 
 }  // namespace

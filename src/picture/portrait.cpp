@@ -236,34 +236,6 @@ std::string depth_heading(double optical_depth) {
                                      : "optical depth " + short_number(optical_depth, 3);
 }
 
-struct TermWords {
-    std::string operator()(const Isotropic&) const { return "isotropic"; }
-    std::string operator()(const Rayleigh&) const { return "Rayleigh"; }
-    std::string operator()(const Anisotropic& term) const {
-        return "anisotropic x = " + short_number(term.x, 3);
-    }
-    std::string operator()(const LambertSphere&) const { return "Lambert sphere"; }
-    std::string operator()(const HenyeyGreenstein& term) const {
-        return "Henyey-Greenstein g = " + short_number(term.g, 3);
-    }
-    std::string operator()(const Tabulated& term) const {
-        return "tabulated at " + std::to_string(term.value.size()) + " angles";
-    }
-    std::string operator()(const Moments& term) const {
-        return std::to_string(term.chi.size()) + " Legendre moments";
-    }
-};
-
-std::string words_of(const PhaseFunction& phase_function) {
-    std::string words;
-    for (const auto& [weight, term] : phase_function.terms()) {
-        if (!words.empty()) words += "  +  ";
-        if (phase_function.terms().size() > 1) words += short_number(weight, 3) + " ";
-        words += std::visit(TermWords{}, term);
-    }
-    return words;
-}
-
 std::string title_of(const Table& table) {
     const auto title = table.attributes.find("title");
     return title != table.attributes.end() && !title->second.empty() ? title->second
@@ -285,7 +257,7 @@ void draw_header(const Canvas& canvas, const Layout& layout, const Table& table)
     const PhaseFunction phase_function = shown_view(table).mixed_phase_function();
     const double x = layout.margin, widest = layout.width - 2 * layout.margin;
     canvas.text(x, 66, title_of(table), 36, bright, Align::left, widest);
-    canvas.text(x, 100, "Phase function: " + words_of(phase_function), 19, quiet, Align::left,
+    canvas.text(x, 100, "Phase function: " + phase_function.caption(), 19, quiet, Align::left,
                 widest);
     std::string accuracy =
         "Mean cosine of scattering g = " + short_number(phase_function.asymmetry(), 3);

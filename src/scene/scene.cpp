@@ -1,10 +1,10 @@
 #include <stratus/scene/scene.h>
 
+#include <stratus/io/csv.h>
 #include <stratus/picture/png.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/runtime/csv.h>
 
 #include "toml_section.h"
 
@@ -33,7 +33,7 @@ struct Source {
     }
 
     PhaseFunction phase_function(const std::string& text) const {
-        return parse_phase_function(text, directory.string(), notes);
+        return read_phase_function(text, directory.string(), notes);
     }
 };
 

@@ -5,7 +5,7 @@
 // whole or not at all, to a file.
 #pragma once
 
-#include <stratus/runtime/csv.h>
+#include <stratus/io/csv.h>
 
 #include <filesystem>
 #include <functional>

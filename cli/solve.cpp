@@ -1,5 +1,6 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
 // or of a stack.
+#include <stratus/io/phase_file.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
@@ -138,7 +139,7 @@ void run_solve(SolveCommand command) {
     std::vector<std::pair<std::string, double>> medium;
     LayerQuestion& question = command.question;
     if (command.layers.empty()) {
-        question.phase_function = parse_phase_function(command.phase, "", &notes);
+        question.phase_function = read_phase_function(command.phase, "", &notes);
         medium = {{"albedo", question.albedo}, {"optical_depth", question.optical_depth}};
         method = method_of(question);
     } else {
@@ -177,11 +178,8 @@ void add_solve(CLI::App& app) {
     auto command = std::make_shared<SolveCommand>();
     CLI::App* solve =
         app.add_subcommand("solve", "Solve a layer or a stack exactly, without a table");
-    CLI::Option* const phase =
-        solve->add_option("--phase", command->phase,
-                          "Phase function: isotropic, rayleigh, anisotropic:x=X, lambert_sphere, "
-                          "henyey_greenstein:g=G, tabulated:file=F.csv, moments:file=F.csv, or a "
-                          "sum 0.6*NAME + 0.4*NAME");
+    CLI::Option* const phase = solve->add_option(
+        "--phase", command->phase, "Phase function, one of\n" + phase_function_help());
     CLI::Option* const albedo =
         solve->add_option("--albedo", command->question.albedo, "Single-scattering albedo, [0, 1]")
             ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));

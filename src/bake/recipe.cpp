@@ -67,7 +67,7 @@ void read_mixture(const Section& section, const std::string& directory,
         return;
     }
     recipe.second_phase_function =
-        parse_phase_function(section.text("second_phase_function"), directory, notes);
+        read_phase_function(section.text("second_phase_function"), directory, notes);
     recipe.mixture =
         section.has("mixture") ? read_range(section, "mixture", 0, 1, "in [0, 1]") : Range{0, 1};
     require(recipe.mixture->min < recipe.mixture->max, caller, "mixture.max",
@@ -93,7 +93,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     recipe.text = text;
     if (section.has("title")) recipe.title = section.text("title");
     recipe.phase_text = section.text("phase_function");
-    recipe.phase_function = parse_phase_function(recipe.phase_text, directory, notes);
+    recipe.phase_function = read_phase_function(recipe.phase_text, directory, notes);
     recipe.tolerance = section.number("tolerance", 1e-6, 0.1, "in [1e-6, 0.1]");
     recipe.optical_depth =
         read_range(section, "optical_depth", 1e-6, infinity, "in [1e-6, 1e9] or inf");

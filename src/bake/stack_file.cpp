@@ -15,7 +15,7 @@ constexpr const char* caller = "stack";
 StackLayer read_layer(const toml::table& table, const std::string& name,
                       const PhaseSource& source) {
     const Section section(table, caller, name, {"phase_function", "albedo", "optical_depth"});
-    return {parse_phase_function(section.text("phase_function"), source.directory, source.notes),
+    return {read_phase_function(section.text("phase_function"), source.directory, source.notes),
             section.number("albedo", 0, 1, "in [0, 1]"),
             section.number("optical_depth", 0, infinity, "in [0, inf]")};
 }

@@ -127,7 +127,7 @@ LowerBoundary read_lower_boundary(const Section& file, const char* caller,
     require(section.has("phase_function") || section.has("albedo"), caller, "below",
             "lambert_albedo alone, or phase_function and albedo", "neither");
     return LowerBoundary::layer(
-        parse_phase_function(section.text("phase_function"), source.directory, source.notes),
+        read_phase_function(section.text("phase_function"), source.directory, source.notes),
         section.number("albedo", 0, 1, "in [0, 1]"));
 }
 

@@ -1,6 +1,7 @@
 // What the TOML files that users write have in common: keys checked by name, values by range.
 #pragma once
 
+#include <stratus/io/phase_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lower_boundary.h>
 

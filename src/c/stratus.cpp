@@ -1,5 +1,6 @@
 #include <stratus/stratus.h>
 
+#include <stratus/io/phase_file.h>
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/bsdf.h>
@@ -295,7 +296,7 @@ int stratus_slice_bind_single(const char* phase_function, int channels, const do
         require_given(slice, function, "slice");
         *slice = nullptr;
         require_given(phase_function, function, "phase_function");
-        *slice = bound(stratus::parse_phase_function(phase_function), channels, optical_depth,
+        *slice = bound(stratus::read_phase_function(phase_function), channels, optical_depth,
                        albedo, effects, function);
     });
 }

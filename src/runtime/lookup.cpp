@@ -2,12 +2,12 @@
 
 #include <stratus/runtime/angle.h>
 
+#include "layers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-
-#include "layers.h"
 
 namespace stratus {
 namespace {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 namespace stratus {
 namespace {
@@ -56,26 +57,17 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
     int lobes = 0;
     bool closed = true;
     for (const auto& [weight, term] : phase_function.terms()) {
-        if (std::holds_alternative<Isotropic>(term)) {
-            polynomial[0] += weight;
-        } else if (std::holds_alternative<Rayleigh>(term)) {
-            // 3/4 (1 + (1 - y)^2)
-            polynomial[0] += weight * 1.5;
-            polynomial[1] -= weight * 1.5;
-            polynomial[2] += weight * 0.75;
-        } else if (const auto* linear = std::get_if<Anisotropic>(&term)) {
-            polynomial[0] += weight * (1 - linear->x);
-            polynomial[1] += weight * linear->x;
-        } else if (const auto* lobe = std::get_if<HenyeyGreenstein>(&term);
-                   lobe != nullptr && lobes < 2) {
-            const double size = std::abs(lobe->g);
-            closed_.lobe[lobes++] = {static_cast<float>(weight * (1 - size) * (1 + size)),
-                                     static_cast<float>((1 - size) * (1 - size)),
-                                     static_cast<float>(std::max(0.0, 2 * lobe->g)),
-                                     static_cast<float>(std::max(0.0, -2 * lobe->g))};
-        } else {
-            closed = false;
-        }
+        const std::optional<PhaseClosedForm> form =
+            std::visit([](const auto& kind) { return kind.closed_form(); }, term);
+        closed = form && !(form->lobe_g && lobes == 2);
+        if (!closed) break;
+        for (int i = 0; i < 3; ++i) polynomial[i] += weight * form->polynomial[i];
+        if (!form->lobe_g) continue;
+        const double g = *form->lobe_g, size = std::abs(g);
+        closed_.lobe[lobes++] = {static_cast<float>(weight * (1 - size) * (1 + size)),
+                                 static_cast<float>((1 - size) * (1 - size)),
+                                 static_cast<float>(std::max(0.0, 2 * g)),
+                                 static_cast<float>(std::max(0.0, -2 * g))};
     }
     if (!closed) {
         *this = sampled(1, [&](double c, double* value) { *value = phase_function(c); });

@@ -1,3 +1,4 @@
+#include <stratus/io/phase_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
@@ -17,7 +18,7 @@ std::shared_ptr<const Image> Source::image(const Section& section, const char* k
 }
 
 PhaseFunction Source::phase_function(const std::string& text) const {
-    return parse_phase_function(text, directory.string(), notes);
+    return read_phase_function(text, directory.string(), notes);
 }
 
 Section section_of(const Section& root, const char* name, std::vector<std::string> known) {

@@ -1,7 +1,7 @@
 // [rings], [planet] and [slab].
+#include <stratus/io/csv.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/runtime/csv.h>
 
 #include "sections.h"
 

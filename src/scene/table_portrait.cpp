@@ -73,34 +73,6 @@ std::vector<double> shown_albedos(const AxisView& axis) {
 
 // ---- Words
 
-struct TermWords {
-    std::string operator()(const Isotropic&) const { return "isotropic"; }
-    std::string operator()(const Rayleigh&) const { return "Rayleigh"; }
-    std::string operator()(const Anisotropic& term) const {
-        return "anisotropic x = " + short_number(term.x, 3);
-    }
-    std::string operator()(const LambertSphere&) const { return "Lambert sphere"; }
-    std::string operator()(const HenyeyGreenstein& term) const {
-        return "Henyey-Greenstein g = " + short_number(term.g, 3);
-    }
-    std::string operator()(const Tabulated& term) const {
-        return "tabulated at " + std::to_string(term.value.size()) + " angles";
-    }
-    std::string operator()(const Moments& term) const {
-        return std::to_string(term.chi.size()) + " Legendre moments";
-    }
-};
-
-std::string phase_function_words(const PhaseFunction& phase_function) {
-    std::string words = "Phase function: ";
-    for (const auto& [weight, term] : phase_function.terms()) {
-        if (&term != &phase_function.terms().front().second) words += "  +  ";
-        if (phase_function.terms().size() > 1) words += short_number(weight, 3) + " ";
-        words += std::visit(TermWords{}, term);
-    }
-    return words;
-}
-
 std::string accuracy_words(const Table& table, const PhaseFunction& phase_function) {
     std::string words =
         "Mean cosine of scattering g = " + short_number(phase_function.asymmetry(), 3);
@@ -183,7 +155,7 @@ Portrait make_portrait(const Table& table) {
     portrait.title = title != table.attributes.end() && !title->second.empty()
                          ? title->second
                          : "A table of scattered light";
-    portrait.subtitles = {phase_function_words(phase_function),
+    portrait.subtitles = {"Phase function: " + phase_function.caption(),
                           accuracy_words(table, phase_function)};
     portrait.orders = table.highest_order == 0
                           ? "all orders"

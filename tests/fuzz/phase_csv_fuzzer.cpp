@@ -1,5 +1,5 @@
-// Any bytes at all as a phase curve and as a list of moments.
-#include <stratus/runtime/phase_function.h>
+// Any bytes as a table of a phase function and as a list of moments.
+#include <stratus/io/phase_file.h>
 
 #include "memory_file.h"
 
@@ -8,7 +8,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const stratus::test::MemoryFile file(data, size);
     for (const char* kind : {"tabulated", "moments"}) try {
-            stratus::parse_phase_function(kind + (":file=" + file.name()));
+            stratus::read_phase_function(kind + (":file=" + file.name()));
         } catch (const std::exception&) {
         }
     return 0;

@@ -1,4 +1,4 @@
-// Any bytes at all as the query of `stratus eval`.
+// Any bytes as the query of `stratus eval`.
 #include "memory_file.h"
 #include "query.h"
 

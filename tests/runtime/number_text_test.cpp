@@ -29,5 +29,18 @@ TEST(ShortNumber, RoundsToItsDigits) {
     EXPECT_EQ(short_number(0.5, 6), "0.5");
 }
 
+TEST(ReadNumber, ReturnsTheNumberOfCharactersRead) {
+    double value = 0;
+    EXPECT_EQ(read_number("0.25*next", value), 4u);
+    EXPECT_EQ(value, 0.25);
+    EXPECT_EQ(read_number("-1e-3", value), 5u);
+    EXPECT_EQ(value, -1e-3);
+    EXPECT_EQ(read_number("+7", value), 2u);
+    EXPECT_EQ(value, 7);
+    EXPECT_EQ(read_number("+-7", value), 0u);
+    EXPECT_EQ(read_number("seven", value), 0u);
+    EXPECT_EQ(read_number("", value), 0u);
+}
+
 }  // namespace
 }  // namespace stratus

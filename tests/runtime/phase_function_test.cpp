@@ -9,8 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -263,100 +261,19 @@ TEST(ParsePhaseFunction, TakesSpacesAnywhereAndWeightOneForNone) {
         parse_phase_function("  0.5 * rayleigh  +  0.5  *henyey_greenstein : g = 0.25  ");
     EXPECT_EQ(tight.text(), loose.text());
     std::vector<std::string> notes;
-    const PhaseFunction implied =
-        parse_phase_function("rayleigh + 0.25*lambert_sphere", "", &notes);
+    const PhaseFunction implied = parse_phase_function("rayleigh + 0.25*lambert_sphere", &notes);
     EXPECT_DOUBLE_EQ(implied.terms()[0].first, 0.8);
     EXPECT_DOUBLE_EQ(implied.terms()[1].first, 0.2);
 }
 
 TEST(ParsePhaseFunction, NotesWeightsThatDidNotSumToOne) {
     std::vector<std::string> notes;
-    parse_phase_function("0.5*rayleigh + 0.7*isotropic", "", &notes);
+    parse_phase_function("0.5*rayleigh + 0.7*isotropic", &notes);
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_NE(notes[0].find("1.2"), std::string::npos) << notes[0];
     notes.clear();
-    parse_phase_function(saturn, "", &notes);
+    parse_phase_function(saturn, &notes);
     EXPECT_TRUE(notes.empty());
-}
-
-class PhaseFiles : public testing::Test {
-  protected:
-    void SetUp() override {
-        const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
-        folder_ = std::filesystem::temp_directory_path() / ("stratus_phase_files_" + test);
-        std::filesystem::create_directories(folder_);
-    }
-
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
-    void write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_ / name) << text;
-    }
-
-    PhaseFunction parse(const std::string& text, std::vector<std::string>* notes = nullptr) const {
-        return parse_phase_function(text, folder_.string(), notes);
-    }
-
-    std::filesystem::path folder_;
-};
-
-TEST_F(PhaseFiles, HoldTablesBelowTheDirectory) {
-    write("moon.csv", "# a moon\nvalue,phase_angle_deg\n2,0\n1,90\n0.5,180\n");
-    std::vector<std::string> notes;
-    const PhaseFunction phi = parse("tabulated:file=moon.csv", &notes);
-    EXPECT_EQ(phi.text(), "tabulated:points=0 2/90 1/180 0.5");
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_NE(notes[0].find("mean"), std::string::npos);
-    EXPECT_EQ(parse("tabulated:file=" + (folder_ / "moon.csv").string()).text(), phi.text());
-}
-
-TEST_F(PhaseFiles, HoldListsOfMoments) {
-    write("haze.csv", "l,chi\n0,1\n1,0.5\n2,0.25\n");
-    std::vector<std::string> notes;
-    EXPECT_EQ(parse("moments:file=haze.csv", &notes).text(), "moments:chi=1 0.5 0.25");
-    EXPECT_TRUE(notes.empty());
-}
-
-TEST_F(PhaseFiles, MayHavePlusSignsAndSpacesInTheirNames) {
-    write("a+b c.csv", "l,chi\n0,1\n1,0.25\n");
-    EXPECT_EQ(parse("moments:file=a+b c.csv").text(), "moments:chi=1 0.25");
-    const char* const sum = "0.5*moments:chi=1 0.25 + 0.5*rayleigh";
-    EXPECT_EQ(parse("0.5*moments:file=a+b c.csv+0.5*rayleigh").text(), sum);
-    EXPECT_EQ(parse("0.5*moments:file=a+b c.csv + 0.5 * rayleigh").text(), sum);
-}
-
-TEST_F(PhaseFiles, AreRefusedWithTheLineThatIsWrong) {
-    const auto refused = [&](const char* file, const char* text,
-                             std::vector<const char*> fragments) {
-        write("bad.csv", text);
-        expect_refusal<std::invalid_argument>([&] { parse(std::string(file) + ":file=bad.csv"); },
-                                              fragments);
-    };
-    const std::string head = "phase_angle_deg,value\n";
-    refused("tabulated", (head + "0,1\n180,1\n").c_str(), {"at least 3 rows", "got 2"});
-    refused("tabulated", (head + "0,1\n90,-1\n180,1\n").c_str(),
-            {"value", "bad.csv, line 3", "at least 0", "got -1"});
-    refused("tabulated", (head + "0,1\n90,1\n80,1\n180,1\n").c_str(),
-            {"phase_angle_deg", "bad.csv, line 4", "above the one before", "got 80"});
-    refused("tabulated", (head + "5,1\n90,1\n180,1\n").c_str(),
-            {"bad.csv, line 2", "cover 0 to 180", "got 5"});
-    refused("tabulated", (head + "0,1\n90,1\n170,1\n").c_str(),
-            {"bad.csv, line 4", "cover 0 to 180", "got 170"});
-    refused("tabulated", (head + "0,1\n90,1\n190,1\n").c_str(), {"line 4", "[0, 180]", "190"});
-    refused("tabulated", (head + "0,inf\n90,1\n180,1\n").c_str(), {"line 2", "finite", "inf"});
-    refused("tabulated", "angle,value\n0,1\n", {"'phase_angle_deg'", "angle, value"});
-    refused("moments", "l,chi\n0,1\n2,0.5\n", {"bad.csv, line 3", "l", "must be 1", "got 2"});
-    refused("moments", "l,chi\n", {"at least one moment"});
-}
-
-TEST_F(PhaseFiles, EndBeforeAPlusBetweenSpacesThoughTheNextNameIsWrong) {
-    write("haze.csv", "l,chi\n0,1\n1,0.25\n");
-    expect_refusal<std::invalid_argument>([&] { parse("moments:file=haze.csv + raleigh"); },
-                                          {"'raleigh'", "did you mean 'rayleigh'"});
-}
-
-TEST_F(PhaseFiles, ThatAreMissingAreNamed) {
-    expect_refusal<std::runtime_error>([&] { parse("tabulated:file=gone.csv"); }, {"gone.csv"});
 }
 
 struct Refusal {
@@ -405,7 +322,14 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ChiAboveOne", "moments:chi=1 1.5", {"chi_1", "[-1, 1]", "1.5"}},
         Refusal{"NegativeSeries", "moments:chi=1 0.5", {"-1e-3", "got -0.5"}},
         Refusal{"NoChi", "moments:chi=", {"chi must be a number"}},
-        Refusal{"NoFile", "moments:file=", {"file", "nothing"}}),
+        Refusal{"FileWithoutReader", "moments:file=haze.csv", {"moments", "must be chi", "'file'"}},
+        Refusal{"BareNumber",
+                "henyey_greenstein:0.5",
+                {"parameter of henyey_greenstein must be written g=0.5", "got '0.5'"}},
+        Refusal{"BareNegativeNumber",
+                "0.5*anisotropic: -0.5 + 0.5*rayleigh",
+                {"parameter of anisotropic must be written x=-0.5", "got '-0.5'"}},
+        Refusal{"BareMoments", "moments:1 0.5", {"must be written chi=1", "got '1'"}}),
     [](const auto& row) { return row.param.name; });
 
 TEST(PhaseFunction, RefusesSumsWithoutWeight) {

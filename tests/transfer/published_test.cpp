@@ -1,4 +1,5 @@
 // The solver against numbers printed in the literature, to the digits printed.
+#include <stratus/io/phase_file.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/transfer/solve.h>
 
@@ -22,7 +23,7 @@ PhaseFunction phase_function_of(const std::string& name) {
         {"mie_l8", "moments:file=mie_l8_moments.csv"},
         {"haze_l", "moments:file=haze_l_moments.csv"},
     };
-    return parse_phase_function(texts.at(name), STRATUS_REFERENCE_FOLDER);
+    return read_phase_function(texts.at(name), STRATUS_REFERENCE_FOLDER);
 }
 
 /// Mean over azimuth of value(azimuth) cos(mode azimuth), exact for fewer than 100 modes.

@@ -9,6 +9,15 @@
 //     phi(cos Theta) = sum over l of (2 l + 1) chi_l P_l(cos Theta),   chi_0 = 1,  chi_1 = g
 #pragma once
 
+#include <stratus/runtime/phase_functions/anisotropic.h>
+#include <stratus/runtime/phase_functions/henyey_greenstein.h>
+#include <stratus/runtime/phase_functions/isotropic.h>
+#include <stratus/runtime/phase_functions/lambert_sphere.h>
+#include <stratus/runtime/phase_functions/moments.h>
+#include <stratus/runtime/phase_functions/rayleigh.h>
+#include <stratus/runtime/phase_functions/tabulated.h>
+
+#include <functional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -16,59 +25,28 @@
 
 namespace stratus {
 
-struct Isotropic {};
-
-/// 3/4 (1 + cos^2 Theta). [Blinn82] 3.4
-struct Rayleigh {};
-
-/// 1 + x cos a = 1 - x cos Theta, |x| <= 1. [Blinn82] 3.2
-struct Anisotropic {
-    double x;
-};
-
-/// A sphere whose surface obeys Lambert's law: (8 / 3 pi) (sin a + (pi - a) cos a). [Blinn82] 3.3
-struct LambertSphere {};
-
-/// (1 - g^2) / (1 + g^2 - 2 g cos Theta)^(3/2), |g| < 1. [Blinn82] 3.5
-struct HenyeyGreenstein {
-    double g;
-};
-
-/// Measured values at phase angles (degrees), joined by monotone cubics in the phase angle (Fritsch
-/// and Carlson 1980: no overshoot, so never negative) and scaled to mean 1.
-struct Tabulated {
-    std::vector<double> phase_angle_deg;  // as given, ascending from 0 to 180
-    std::vector<double> value;            // as given
-    std::vector<double> slope;            // d(value)/d(angle) at the knots, per radian
-    double normalisation;                 // value * normalisation has spherical mean 1
-};
-
-/// A phase function given by its Legendre moments alone.
-struct Moments {
-    std::vector<double> chi;  // chi[0] = 1
-};
-
 /// Any phase function: a weighted sum of terms, weights summing to 1.
 class PhaseFunction {
   public:
+    /// Every kind that there is; phase_functions/phase_kind.h says what each provides.
     using Term = std::variant<Isotropic, Rayleigh, Anisotropic, LambertSphere, HenyeyGreenstein,
                               Tabulated, Moments>;
 
     /// Isotropic.
     PhaseFunction();
 
-    // One named maker each; std::invalid_argument naming the allowed range otherwise.
+    /// One of the kinds alone.
+    explicit PhaseFunction(Term term);
+
+    // The same by name; std::invalid_argument naming the allowed range, given with each kind.
     static PhaseFunction isotropic();
     static PhaseFunction rayleigh();
     static PhaseFunction anisotropic(double x);
     static PhaseFunction lambert_sphere();
     static PhaseFunction henyey_greenstein(double g);
-    /// At least 3 rows, angles strictly ascending from 0 to 180, values finite, >= 0 and not all 0.
     static PhaseFunction tabulated(std::vector<double> phase_angle_deg, std::vector<double> value);
-    /// chi_0 = 1 (1e-6; all are divided by it), |chi_l| <= 1, and the sum not below -1e-3 of its
-    /// largest value anywhere: a series cut short may dip that far, and its values are returned as
-    /// they are.
     static PhaseFunction from_moments(std::vector<double> chi);
+
     /// Weights >= 0 with a positive sum; they are divided by it. Sums of sums are flattened,
     /// weights of 0 left out.
     static PhaseFunction sum(const std::vector<std::pair<double, PhaseFunction>>& parts);
@@ -94,32 +72,40 @@ class PhaseFunction {
     /// True when phi is 1 everywhere, so that nothing depends on azimuth.
     bool is_isotropic() const noexcept;
 
-    /// The text that `parse_phase_function` turns into this same function, bit for bit, with no
-    /// file at hand: the grammar below, numbers with as many digits as it takes to read them back,
-    /// and `tabulated:points=0 3.5/10 2.25/...` or `moments:chi=1 0.75 ...` in place of file names.
+    /// The text that `parse_phase_function` turns into this same function, bit for bit: the grammar
+    /// below, numbers with as many digits as it takes to read them back, and
+    /// `tabulated:points=0 3.5/10 2.25/...` or `moments:chi=1 0.75 ...` in place of file names.
     std::string text() const;
+
+    /// What pictures call it: "0.6 Lambert sphere  +  0.4 Henyey-Greenstein g = 0.5".
+    std::string caption() const;
 
     const std::vector<std::pair<double, Term>>& terms() const noexcept { return terms_; }
 
   private:
-    explicit PhaseFunction(Term term);
-
     std::vector<std::pair<double, Term>> terms_;
 };
 
-/// Reads a phase function from text: `isotropic`, `rayleigh`, `anisotropic:x=0.5`,
-/// `lambert_sphere`, `henyey_greenstein:g=0.75`, `tabulated:file=phobos.csv` (columns
-/// phase_angle_deg, value), `moments:file=haze.csv` (columns l, chi), the two forms of `text()`,
-/// and sums `0.596*NAME + 0.404*NAME`.
+/// Reads a file for `tabulated:file=...` or `moments:file=...`: the kind's name and what stands
+/// after `file=`.
+using PhaseFileReader =
+    std::function<PhaseFunction(const std::string& kind, const std::string& file)>;
+
+/// Reads a phase function from text: the examples of `phase_function_help`, the two forms of
+/// `text()`, and sums `0.596*NAME + 0.404*NAME`.
 ///
-/// Spaces are free; `A + 0.5*B` gives A the weight 1. Files are looked for below `directory` when
-/// their path is relative; a '+' within a file's name is part of it unless it stands between spaces
-/// or a phase function follows. What a user should be told (weights that did not sum to 1, values
-/// that had to be scaled) is appended to `notes` when given.
+/// Spaces are free; `A + 0.5*B` gives A the weight 1. A '+' within a file's name is part of it
+/// unless it stands between spaces or a phase function follows. What a user should be told (weights
+/// that did not sum to 1) is appended to `notes` when given. This room opens no files: without
+/// `read_file` a text that names one is refused; `read_phase_function` (io/phase_file.h) reads them.
 ///
-/// Errors   std::invalid_argument naming the part that is wrong and what is allowed;
-///          std::runtime_error for a file that cannot be opened.
-PhaseFunction parse_phase_function(const std::string& text, const std::string& directory = "",
-                                   std::vector<std::string>* notes = nullptr);
+/// Errors   std::invalid_argument naming the part that is wrong and what is allowed.
+PhaseFunction parse_phase_function(const std::string& text,
+                                   std::vector<std::string>* notes = nullptr,
+                                   const PhaseFileReader& read_file = {});
+
+/// What a phase function may be, for the help of an option: a line a kind, an example and what it
+/// is, then sums.
+std::string phase_function_help();
 
 }  // namespace stratus

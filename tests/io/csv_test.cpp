@@ -1,4 +1,4 @@
-#include <stratus/runtime/csv.h>
+#include <stratus/io/csv.h>
 
 #include "refusal.h"
 
@@ -73,19 +73,6 @@ TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {
 TEST(Csv, CannotOpenAFileThatIsNotThere) {
     expect_refusal<std::runtime_error>([] { read_csv("no/such/file.csv"); },
                                        {"cannot open", "no/such/file.csv"});
-}
-
-TEST(ReadNumber, TellsHowFarItRead) {
-    double value = 0;
-    EXPECT_EQ(read_number("0.25*next", value), 4u);
-    EXPECT_EQ(value, 0.25);
-    EXPECT_EQ(read_number("-1e-3", value), 5u);
-    EXPECT_EQ(value, -1e-3);
-    EXPECT_EQ(read_number("+7", value), 2u);
-    EXPECT_EQ(value, 7);
-    EXPECT_EQ(read_number("+-7", value), 0u);
-    EXPECT_EQ(read_number("seven", value), 0u);
-    EXPECT_EQ(read_number("", value), 0u);
 }
 
 }  // namespace

@@ -4,18 +4,11 @@
 // decimal, `inf` allowed.
 #pragma once
 
-#include <cstddef>
 #include <iosfwd>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace stratus {
-
-/// Reads the number at the front of `text` (decimal, `inf` allowed) into `value`, in the C locale
-/// whatever the program's; the count of characters read comes back, 0 when there is no number, it
-/// overflows, or is NaN.
-std::size_t read_number(std::string_view text, double& value) noexcept;
 
 /// A file of numbers: `rows[r][c]` belongs to `columns[c]` and stood in line `lines[r]` (from 1).
 struct CsvTable {

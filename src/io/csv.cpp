@@ -1,13 +1,13 @@
-#include <stratus/runtime/csv.h>
+#include <stratus/io/csv.h>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <istream>
 #include <stdexcept>
+#include <string_view>
 
 namespace stratus {
 namespace {
@@ -66,14 +66,6 @@ std::vector<double> read_row(const std::vector<std::string_view>& fields, const 
 }
 
 }  // namespace
-
-std::size_t read_number(std::string_view text, double& value) noexcept {
-    const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
-    const char* const begin = text.data() + (plus ? 1 : 0);
-    const std::from_chars_result read = std::from_chars(begin, text.data() + text.size(), value);
-    if (read.ec != std::errc() || std::isnan(value)) return 0;
-    return static_cast<std::size_t>(read.ptr - text.data());
-}
 
 bool CsvTable::has_column(const std::string& wanted) const {
     return std::find(columns.begin(), columns.end(), wanted) != columns.end();

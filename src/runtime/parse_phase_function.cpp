@@ -1,0 +1,161 @@
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+#include <stratus/runtime/phase_function.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+using Term = PhaseFunction::Term;
+
+struct ReadableKind : PhaseKind {
+    Term (*read)(PhaseText&);
+
+    /// What may stand after the name.
+    std::vector<std::string> parameters() const {
+        std::vector<std::string> allowed;
+        if (may_be_a_file) allowed.emplace_back("file");
+        if (parameter != nullptr) allowed.emplace_back(parameter);
+        return allowed;
+    }
+};
+
+template <class Kind>
+Term read_term([[maybe_unused]] PhaseText& text) {
+    if constexpr (Kind::kind.parameter == nullptr)
+        return Kind{};
+    else
+        return Kind::read(text);
+}
+
+template <class... Kinds>
+std::vector<ReadableKind> kinds_of(const std::variant<Kinds...>*) {
+    return {{Kinds::kind, read_term<Kinds>}...};
+}
+
+const std::vector<ReadableKind>& kinds() {
+    static const std::vector<ReadableKind> all = kinds_of(static_cast<const Term*>(nullptr));
+    return all;
+}
+
+const ReadableKind* kind_named(const std::string& wanted) {
+    for (const ReadableKind& kind : kinds())
+        if (kind.name == wanted) return &kind;
+    return nullptr;
+}
+
+const ReadableKind& read_kind(PhaseText& text) {
+    const std::string met = text.name();
+    if (met.empty()) text.refuse("a phase function must stand here, got '" + text.rest() + "'");
+    const ReadableKind* const found = kind_named(met);
+    if (found != nullptr) return *found;
+    std::vector<std::string> known;
+    for (const ReadableKind& kind : kinds()) known.emplace_back(kind.name);
+    text.refuse("phase function must be one of " + joined(known) + ", got '" + met +
+                "'; did you mean '" + nearest_name(met, known) + "'?");
+}
+
+/// Refuses a number without the name of its parameter, as in `henyey_greenstein:0.5`.
+void refuse_bare_number(PhaseText text, const ReadableKind& kind) {
+    text.at_end();
+    const std::size_t begin = text.at;
+    double value;
+    if (!text.accept_number(value)) return;
+    const std::string met = text.text.substr(begin, text.at - begin);
+    text.refuse("parameter of " + std::string(kind.name) + " must be written " + kind.parameter +
+                "=" + met + ", got '" + met + "'");
+}
+
+/// The name of the parameter that follows a kind's; empty where there is none to follow.
+std::string read_parameter_name(PhaseText& text, const ReadableKind& kind) {
+    const std::string owner = kind.name;
+    const std::vector<std::string> allowed = kind.parameters();
+    if (allowed.empty()) {
+        if (text.accept(':')) text.refuse(owner + " takes no parameter, got '" + text.rest() + "'");
+        return "";
+    }
+    if (!text.accept(':')) text.refuse(owner + " needs " + joined(allowed, "=... or ") + "=...");
+    refuse_bare_number(text, kind);
+    std::string met = text.name();
+    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end())
+        text.refuse("parameter of " + owner + " must be " + joined(allowed, " or ") + ", got '" +
+                    met + "'; did you mean '" + nearest_name(met, allowed) + "'?");
+    if (!text.accept('='))
+        text.refuse(owner + ": '=' must follow " + met + ", got '" + text.rest() + "'");
+    return met;
+}
+
+/// True when the '+' at `plus` joins two phase functions and is not part of a file's name: it
+/// stands between blanks, or a phase function follows.
+bool joins(PhaseText text, std::size_t plus) {
+    const auto is_blank = [&](std::size_t i) {
+        return i >= text.text.size() || text.text[i] == ' ' || text.text[i] == '\t';
+    };
+    if (is_blank(plus - 1) && is_blank(plus + 1)) return true;
+    text.at = plus + 1;
+    double weight;
+    if (text.accept_number(weight) && !text.accept('*')) return false;
+    return kind_named(text.name()) != nullptr;
+}
+
+std::string read_file_name(PhaseText& text) {
+    text.at_end();
+    const std::size_t begin = text.at;
+    while (text.at < text.text.size() && !(text.text[text.at] == '+' && joins(text, text.at)))
+        ++text.at;
+    std::string file = text.text.substr(begin, text.at - begin);
+    file.erase(file.find_last_not_of(" \t") + 1);
+    if (file.empty()) text.refuse("file must be a name, got nothing");
+    return file;
+}
+
+/// One term with its weight, 1 where none is given.
+std::pair<double, PhaseFunction> read_part(PhaseText& text, const PhaseFileReader& read_file) {
+    double weight = 1;
+    if (text.accept_number(weight) && !text.accept('*'))
+        text.refuse("'*' must follow the weight " + shortest_text(weight) + ", got '" +
+                    text.rest() + "'");
+    if (!(weight >= 0 && std::isfinite(weight)))
+        text.refuse("a weight must be finite and at least 0, got " + shortest_text(weight));
+    const ReadableKind& kind = read_kind(text);
+    if (read_parameter_name(text, kind) != "file") return {weight, PhaseFunction(kind.read(text))};
+    if (!read_file)
+        text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameter +
+                    " where no files are read, got 'file'");
+    return {weight, read_file(kind.name, read_file_name(text))};
+}
+
+}  // namespace
+
+PhaseFunction parse_phase_function(const std::string& text, std::vector<std::string>* notes,
+                                   const PhaseFileReader& read_file) {
+    PhaseText left{text};
+    std::vector<std::pair<double, PhaseFunction>> parts;
+    double weights = 0;
+    do {
+        parts.push_back(read_part(left, read_file));
+        weights += parts.back().first;
+    } while (left.accept('+'));
+    if (!left.at_end())
+        left.refuse("'" + left.rest() + "' must be '+' and another phase function, or nothing");
+    if (notes != nullptr && std::abs(weights - 1) > 1e-9)
+        notes->push_back("'" + text + "': weights summed to " + shortest_text(weights) +
+                         " and were divided by it");
+    return PhaseFunction::sum(parts);
+}
+
+std::string phase_function_help() {
+    std::size_t width = 0;
+    for (const ReadableKind& kind : kinds())
+        width = std::max(width, std::string(kind.example).size());
+    std::string help;
+    for (const ReadableKind& kind : kinds()) {
+        const std::string example = kind.example;
+        help += example + std::string(width + 2 - example.size(), ' ') + kind.help + '\n';
+    }
+    return help + "or a sum: 0.6*lambert_sphere + 0.4*isotropic";
+}
+
+}  // namespace stratus

@@ -1,0 +1,55 @@
+#include <stratus/runtime/phase_functions/phase_text.h>
+
+#include <stratus/runtime/number_text.h>
+
+#include <stdexcept>
+#include <string_view>
+
+namespace stratus {
+namespace {
+
+bool is_name_letter(char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
+           (letter >= '0' && letter <= '9') || letter == '_' || letter == '-';
+}
+
+}  // namespace
+
+void PhaseText::refuse(const std::string& what) const {
+    throw std::invalid_argument("parse_phase_function: in '" + text + "': " + what);
+}
+
+bool PhaseText::at_end() {
+    while (at < text.size() && (text[at] == ' ' || text[at] == '\t')) ++at;
+    return at == text.size();
+}
+
+bool PhaseText::next_is(char letter) { return !at_end() && text[at] == letter; }
+
+bool PhaseText::accept(char letter) {
+    if (!next_is(letter)) return false;
+    ++at;
+    return true;
+}
+
+bool PhaseText::accept_number(double& value) {
+    if (at_end()) return false;
+    const std::size_t length = read_number(std::string_view(text).substr(at), value);
+    at += length;
+    return length > 0;
+}
+
+double PhaseText::number(const std::string& meaning) {
+    double value = 0;
+    if (!accept_number(value)) refuse(meaning + " must be a number, got '" + rest() + "'");
+    return value;
+}
+
+std::string PhaseText::name() {
+    at_end();
+    const std::size_t begin = at;
+    while (at < text.size() && is_name_letter(text[at])) ++at;
+    return text.substr(begin, at - begin);
+}
+
+}  // namespace stratus

@@ -219,7 +219,7 @@ std::vector<double> peak_moments(const PhaseFunction& phase_function) {
 }
 
 std::vector<double> sum_legendre(const std::vector<double>& coefficients,
-                                 const std::vector<double>& x) {
+                                 std::span<const double> x) {
     // Clenshaw, all x side by side
     std::vector<double> sum(x.size(), 0), next(x.size(), 0);
     for (std::size_t l = coefficients.size(); l-- > 0;) {
@@ -235,7 +235,7 @@ std::vector<double> sum_legendre(const std::vector<double>& coefficients,
 }
 
 double sum_legendre(const std::vector<double>& coefficients, double x) {
-    return sum_legendre(coefficients, std::vector<double>{x})[0];
+    return sum_legendre(coefficients, std::span(&x, 1))[0];
 }
 
 }  // namespace stratus

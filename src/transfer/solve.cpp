@@ -478,28 +478,6 @@ double single_correction(const LayerSolution& layer, SingleScattering single_sca
            single_scattering(1, layer.albedo, layer.optical_depth, in, out);
 }
 
-/// R or T of the layer itself at many azimuths.
-std::vector<SolvedValue> values_of(const LayerSolution& layer, const std::vector<MatrixXd>& modes,
-                                   const PeakCorrection& correction,
-                                   SingleScattering single_scattering,
-                                   double (*cos_scattering_angle)(const Geometry&), int in, int out,
-                                   const std::vector<double>& azimuths) {
-    const double x = layer.mu(in), y = layer.mu(out);
-    std::vector<double> cosines;
-    for (const double azimuth : azimuths) cosines.push_back(cos_scattering_angle({x, y, azimuth}));
-    const std::vector<double> scattered_again = sum_legendre(correction.legendre, cosines);
-    const double once = layer.order_weights.size() ? layer.order_weights(1) : layer.albedo;
-    std::vector<SolvedValue> values;
-    for (std::size_t k = 0; k < azimuths.size(); ++k) {
-        const double phase = layer.phase_function(cosines[k]);
-        const double single = single_scattering(phase, once, layer.optical_depth, x, y);
-        const double multiple = sum_modes(modes, in, out, azimuths[k]) +
-                                (correction.single * phase + scattered_again[k]);
-        values.push_back({single + multiple, single, multiple});
-    }
-    return values;
-}
-
 }  // namespace
 
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
@@ -578,61 +556,6 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     return solution;
 }
 
-SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
-    return reflection(in, out, std::vector<double>{azimuth})[0];
-}
-
-std::vector<SolvedValue> LayerSolution::reflection(int in, int out,
-                                                   const std::vector<double>& azimuths) const {
-    std::vector<SolvedValue> values =
-        values_of(*this, reflection_modes, reflection_correction(in, out), single_reflection,
-                  cos_scattering_angle_reflected, in, out, azimuths);
-    if (!lower_boundary.is_present()) return values;
-    const LowerBoundary corrected = truncated(lower_boundary, boundary_truncation);
-    const double depth = truncation.optical_depth(optical_depth, albedo);
-    for (std::size_t k = 0; k < azimuths.size(); ++k) {
-        const Geometry geometry{mu(in), mu(out), azimuths[k]};
-        const double met = single_reflection_of_boundary(lower_boundary, optical_depth, geometry);
-        SolvedValue& value = values[k];
-        value.single += met;
-        value.multiple += single_reflection_of_boundary(corrected, depth, geometry) - met;
-        value.total = value.single + value.multiple;
-    }
-    return values;
-}
-
-SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
-    return transmission(in, out, std::vector<double>{azimuth})[0];
-}
-
-std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
-                                                     const std::vector<double>& azimuths) const {
-    if (lower_boundary.is_present()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
-    return values_of(*this, transmission_modes, transmission_correction(in, out),
-                     single_transmission, cos_scattering_angle_transmitted, in, out, azimuths);
-}
-
-double LayerSolution::most_negative() const {
-    constexpr int count = 65;
-    constexpr double rounding = 1e-15;
-    std::vector<double> azimuths;
-    for (int k = 0; k < count; ++k) azimuths.push_back(k * pi / (count - 1));
-    double share = 0;
-    for (const bool reflected : {true, false}) {
-        double lowest = 0, highest = 0;
-        for (int i = 0; i < mu.size(); ++i)
-            for (int j = 0; j <= i; ++j)
-                for (const SolvedValue& value :
-                     reflected ? reflection(j, i, azimuths) : transmission(j, i, azimuths)) {
-                    const double scaled = (mu(i) + mu(j)) * value.total;
-                    if (value.total < -rounding) lowest = std::min(lowest, scaled);
-                    highest = std::max(highest, scaled);
-                }
-        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
-    }
-    return share;
-}
-
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
     if (truncation.fraction == 0) return {};
     const double x = mu(in), y = mu(out);
@@ -647,16 +570,18 @@ PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
             peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
 }
 
-MatrixXd LayerSolution::boundary_correction() const {
-    MatrixXd result = MatrixXd::Zero(mu.size(), mu.size());
-    if (truncation.fraction == 0 && boundary_truncation.fraction == 0) return result;
+double LayerSolution::boundary_correction(int in, int out) const {
+    if (truncation.fraction == 0 && boundary_truncation.fraction == 0) return 0;
     const double depth = truncation.optical_depth(optical_depth, albedo);
-    const LowerBoundary corrected = truncated(lower_boundary, boundary_truncation);
-    for (Eigen::Index i = 0; i < mu.size(); ++i)
-        for (Eigen::Index j = 0; j < mu.size(); ++j)
-            result(i, j) =
-                single_reflection_of_boundary(corrected, 1, depth, mu(i), mu(j)) -
-                single_reflection_of_boundary(lower_boundary, 1, optical_depth, mu(i), mu(j));
+    return single_reflection_of_boundary(truncated(lower_boundary, boundary_truncation), 1, depth,
+                                         mu(in), mu(out)) -
+           single_reflection_of_boundary(lower_boundary, 1, optical_depth, mu(in), mu(out));
+}
+
+MatrixXd LayerSolution::boundary_correction() const {
+    MatrixXd result(mu.size(), mu.size());
+    for (int i = 0; i < mu.size(); ++i)
+        for (int j = 0; j < mu.size(); ++j) result(i, j) = boundary_correction(i, j);
     return result;
 }
 

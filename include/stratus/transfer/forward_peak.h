@@ -22,6 +22,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <vector>
 
 namespace stratus {
@@ -70,6 +71,6 @@ std::vector<double> peak_moments(const PhaseFunction& phase_function);
 /// sum_l coefficients[l] P_l(x), of one x or of many at once.
 double sum_legendre(const std::vector<double>& coefficients, double x);
 std::vector<double> sum_legendre(const std::vector<double>& coefficients,
-                                 const std::vector<double>& x);
+                                 std::span<const double> x);
 
 }  // namespace stratus

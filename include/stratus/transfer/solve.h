@@ -112,7 +112,8 @@ class LayerSolution {
     PeakCorrection reflection_correction(int in, int out) const;
     PeakCorrection transmission_correction(int in, int out) const;
 
-    /// The same of light scattered once in what lies beneath (a surface: of phase value 1).
+    /// The same of light scattered once by the lower boundary, per unit of its phase function.
+    double boundary_correction(int in, int out) const;
     Eigen::MatrixXd boundary_correction() const;
 
     PhaseFunction phase_function;

@@ -1,0 +1,72 @@
+// R and T of solved layers at all pairs of their cosines and a list of azimuths.
+//
+// One value is the sum of four parts: the Fourier series of orders n >= 2, the correction for the
+// truncated peak (PeakCorrection), that for the lower boundary, and single scattering in closed
+// form. Everything that does not depend on depth and albedo is tabulated once and serves all
+// solutions.
+#pragma once
+
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/transfer/solve.h>
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+/// The cosines of solutions, in pairs, and azimuths, with what all solutions share there.
+class DirectionGrid {
+  public:
+    /// `max_modes`: as many as any solution has; 2 SolverOptions::nodes always suffice.
+    DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
+                  std::vector<double> mu, std::vector<double> azimuth, int max_modes);
+
+    const std::vector<double>& mu() const { return mu_; }
+    const std::vector<double>& azimuth() const { return azimuth_; }
+
+    std::size_t size() const { return mu_.size() * mu_.size() * azimuth_.size(); }
+    /// Position of (mu_in, mu_out, azimuth) in all values over a grid.
+    std::size_t at(int in, int out, int azimuth) const {
+        return (static_cast<std::size_t>(in) * mu_.size() + static_cast<std::size_t>(out)) *
+                   azimuth_.size() +
+               static_cast<std::size_t>(azimuth);
+    }
+
+    /// cos(m azimuth) with the factor 2 of m > 0; azimuths x max_modes.
+    const Eigen::MatrixXd& cosines() const { return cosines_; }
+    /// Over the grid: cos Theta, and the phase function there.
+    const std::vector<double>& cos_scattering_angle(Side side) const {
+        return side == Side::reflection ? reflected_ : transmitted_;
+    }
+    const std::vector<double>& phase(Side side) const {
+        return side == Side::reflection ? reflected_phase_ : transmitted_phase_;
+    }
+    /// Phase value of the lower boundary, 1 of a surface.
+    const std::vector<double>& boundary_phase() const { return boundary_phase_; }
+
+  private:
+    std::vector<double> mu_, azimuth_;
+    Eigen::MatrixXd cosines_;
+    std::vector<double> reflected_, transmitted_;
+    std::vector<double> reflected_phase_, transmitted_phase_, boundary_phase_;
+};
+
+/// R or T over a DirectionGrid; single + multiple is the total.
+struct GridValues {
+    std::vector<double> single;
+    std::vector<double> multiple;
+};
+
+/// R (T) of a solution at every direction of the grid, symmetric in the two cosines. T over a lower
+/// boundary is 0.
+///
+/// Range    the phase function and boundary of the grid are those of the solution, and so are its
+///          cosines, in the same order.
+/// Errors   std::invalid_argument when the cosines differ in number or the solution has more modes.
+GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid);
+
+}  // namespace stratus

@@ -1,0 +1,188 @@
+#include <stratus/transfer/fourier_sum.h>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+
+#include "options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
+    MatrixXd cosines(static_cast<Eigen::Index>(azimuths.size()), modes);
+    for (Eigen::Index k = 0; k < cosines.rows(); ++k)
+        for (Eigen::Index m = 0; m < modes; ++m)
+            cosines(k, m) = (m ? 2 : 1) * std::cos(static_cast<double>(m) *
+                                                   azimuths[static_cast<std::size_t>(k)]);
+    return cosines;
+}
+
+/// What no solution changes between one pair of cosines, at a list of azimuths.
+struct PairTable {
+    const MatrixXd& cosines;  // DirectionGrid::cosines
+    std::span<const double> cos_scattering_angle, phase, boundary_phase;
+};
+
+/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table.
+void sum_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
+                  std::span<double> multiple) {
+    const bool reflected = side == Side::reflection;
+    Eigen::Map<VectorXd> sum(multiple.data(), table.cosines.rows());
+    sum.setZero();
+    const auto& modes = reflected ? layer.reflection_modes : layer.transmission_modes;
+    for (std::size_t m = 0; m < modes.size(); ++m)
+        sum += modes[m](in, out) * table.cosines.col(static_cast<Eigen::Index>(m));
+
+    const PeakCorrection peak =
+        reflected ? layer.reflection_correction(in, out) : layer.transmission_correction(in, out);
+    const std::vector<double> scattered_again =
+        sum_legendre(peak.legendre, table.cos_scattering_angle);
+    for (std::size_t k = 0; k < multiple.size(); ++k)
+        multiple[k] += peak.single * table.phase[k] + scattered_again[k];
+    if (!layer.lower_boundary.is_present()) return;
+    const double correction = layer.boundary_correction(in, out);
+    for (std::size_t k = 0; k < multiple.size(); ++k)
+        multiple[k] += correction * table.boundary_phase[k];
+}
+
+double single_scattering(const LayerSolution& layer, Side side, double phase, int in, int out) {
+    const double albedo = layer.order_weights.size() ? layer.order_weights(1) : layer.albedo;
+    return (side == Side::reflection ? single_reflection : single_transmission)(
+        phase, albedo, layer.optical_depth, layer.mu(in), layer.mu(out));
+}
+
+double seen_boundary(const LayerSolution& layer, double phase, int in, int out) {
+    return single_reflection_of_boundary(layer.lower_boundary, phase, layer.optical_depth,
+                                         layer.mu(in), layer.mu(out));
+}
+
+std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
+                                   const std::vector<double>& azimuths) {
+    if (side == Side::transmission && layer.lower_boundary.is_present())
+        return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    std::vector<double> cosines, phase, boundary_phase;
+    for (const double azimuth : azimuths) {
+        const Geometry geometry{layer.mu(in), layer.mu(out), azimuth};
+        cosines.push_back(side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                                   : cos_scattering_angle_transmitted(geometry));
+        phase.push_back(layer.phase_function(cosines.back()));
+        boundary_phase.push_back(boundary_phase_value(layer.lower_boundary, geometry));
+    }
+    const MatrixXd series_cosines =
+        tabulate_cosines(azimuths, static_cast<int>(layer.reflection_modes.size()));
+    std::vector<double> multiple(azimuths.size());
+    sum_multiple(layer, side, in, out, {series_cosines, cosines, phase, boundary_phase}, multiple);
+    std::vector<SolvedValue> values;
+    for (std::size_t k = 0; k < azimuths.size(); ++k) {
+        const double single = single_scattering(layer, side, phase[k], in, out) +
+                              seen_boundary(layer, boundary_phase[k], in, out);
+        values.push_back({single + multiple[k], single, multiple[k]});
+    }
+    return values;
+}
+
+}  // namespace
+
+DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
+                             std::vector<double> mu, std::vector<double> azimuth, int max_modes)
+    : mu_(std::move(mu)),
+      azimuth_(std::move(azimuth)),
+      cosines_(tabulate_cosines(azimuth_, max_modes)) {
+    for (const double in : mu_)
+        for (const double out : mu_)
+            for (const double phi : azimuth_) {
+                const Geometry geometry{in, out, phi};
+                reflected_.push_back(cos_scattering_angle_reflected(geometry));
+                transmitted_.push_back(cos_scattering_angle_transmitted(geometry));
+                reflected_phase_.push_back(phase_function(reflected_.back()));
+                transmitted_phase_.push_back(phase_function(transmitted_.back()));
+                boundary_phase_.push_back(boundary_phase_value(boundary, geometry));
+            }
+}
+
+GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
+    const auto n = static_cast<int>(grid.mu().size());
+    require(solution.mu.size() == n, "evaluate", "cosines of the solution", std::to_string(n),
+            solution.mu.size());
+    const auto modes = static_cast<Eigen::Index>(solution.reflection_modes.size());
+    require(modes <= grid.cosines().cols(), "evaluate", "modes of the solution",
+            "at most " + std::to_string(grid.cosines().cols()), modes);
+    GridValues values{std::vector<double>(grid.size()), std::vector<double>(grid.size())};
+    if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
+    const std::size_t azimuths = grid.azimuth().size();
+    for (int in = 0; in < n; ++in)
+        for (int out = in; out < n; ++out) {
+            const std::size_t first = grid.at(in, out, 0), mirrored = grid.at(out, in, 0);
+            const auto part = [&](const std::vector<double>& all) {
+                return std::span(all).subspan(first, azimuths);
+            };
+            sum_multiple(solution, side, in, out,
+                         {grid.cosines(), part(grid.cos_scattering_angle(side)),
+                          part(grid.phase(side)), part(grid.boundary_phase())},
+                         std::span(values.multiple).subspan(first, azimuths));
+            const double once = single_scattering(solution, side, 1, in, out);
+            const double boundary = seen_boundary(solution, 1, in, out);
+            for (std::size_t at = first; at < first + azimuths; ++at)
+                values.single[at] =
+                    once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+            std::copy_n(values.single.data() + first, azimuths, values.single.data() + mirrored);
+            std::copy_n(values.multiple.data() + first, azimuths,
+                        values.multiple.data() + mirrored);
+        }
+    return values;
+}
+
+SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
+    return reflection(in, out, std::vector<double>{azimuth})[0];
+}
+
+std::vector<SolvedValue> LayerSolution::reflection(int in, int out,
+                                                   const std::vector<double>& azimuths) const {
+    return values_of(*this, Side::reflection, in, out, azimuths);
+}
+
+SolvedValue LayerSolution::transmission(int in, int out, double azimuth) const {
+    return transmission(in, out, std::vector<double>{azimuth})[0];
+}
+
+std::vector<SolvedValue> LayerSolution::transmission(int in, int out,
+                                                     const std::vector<double>& azimuths) const {
+    return values_of(*this, Side::transmission, in, out, azimuths);
+}
+
+double LayerSolution::most_negative() const {
+    constexpr int count = 65;
+    constexpr double rounding = 1e-15;
+    std::vector<double> azimuths;
+    for (int k = 0; k < count; ++k) azimuths.push_back(k * pi / (count - 1));
+    const DirectionGrid grid(phase_function, lower_boundary, {mu.begin(), mu.end()}, azimuths,
+                             static_cast<int>(reflection_modes.size()));
+    double share = 0;
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        const GridValues values = evaluate(*this, side, grid);
+        double lowest = 0, highest = 0;
+        for (int i = 0; i < mu.size(); ++i)
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k < count; ++k) {
+                    const std::size_t at = grid.at(j, i, k);
+                    const double total = values.single[at] + values.multiple[at];
+                    const double scaled = (mu(i) + mu(j)) * total;
+                    if (total < -rounding) lowest = std::min(lowest, scaled);
+                    highest = std::max(highest, scaled);
+                }
+        if (lowest < 0) share = std::min(share, lowest / std::max(highest, -lowest));
+    }
+    return share;
+}
+
+}  // namespace stratus

@@ -3,9 +3,9 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/transfer/isotropic.h>
-#include <stratus/transfer/markov.h>
-#include <stratus/transfer/photons.h>
+#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/markov.h>
+#include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/stack.h>
 
 #include <cmath>

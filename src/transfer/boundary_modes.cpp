@@ -8,13 +8,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 BoundaryModes::BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
-                             const Directions& directions, const LaneMethods& methods)
+                             const Directions& directions, const DoublingSteps& steps)
     : boundary_(boundary), truncation_(truncation), directions_(directions) {
     if (boundary.kind == LowerBoundary::Kind::layer)
         modes_.emplace(directions,
                        LayerTask{truncation.moments, truncation.albedo(boundary.albedo),
                                  truncation.co_albedo(boundary.albedo), infinity},
-                       methods);
+                       steps);
 }
 
 int BoundaryModes::count() const {

@@ -15,7 +15,7 @@ class BoundaryModes {
   public:
     /// `truncation` is that of a layer's phase function; a surface has none.
     BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
-                  const Directions& directions, const LaneMethods& methods);
+                  const Directions& directions, const DoublingSteps& steps);
 
     /// Modes beyond reflect nothing: 0 over nothing, 1 over a surface.
     int count() const;

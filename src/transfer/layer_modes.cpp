@@ -13,8 +13,8 @@ namespace stratus {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-LayerModes::LayerModes(const Directions& directions, LayerTask task, const LaneMethods& methods)
-    : directions_(directions), task_(std::move(task)), methods_(methods) {
+LayerModes::LayerModes(const Directions& directions, LayerTask task, const DoublingSteps& steps)
+    : directions_(directions), task_(std::move(task)), steps_(steps) {
     count_ = static_cast<int>(task_.moments.size());
     while (count_ > 1 && task_.moments[static_cast<std::size_t>(count_ - 1)] == 0) --count_;
 }
@@ -41,10 +41,10 @@ void LayerModes::solve_pack(int first) {
                           : beyond ? last
                                    : std::max(task_.optical_depth, thinnest_depth);
     const int doublings = count_doublings(directions_, solved);
-    std::vector<LaneTask> tasks;
+    std::vector<DoublingTask> tasks;
     for (int mode = first; mode < std::min(first + lane_count, count_); ++mode)
         tasks.push_back({mode, task_.albedo, task_.co_albedo, std::ldexp(solved, -doublings)});
-    LaneLadder ladder(directions_, task_.moments, tasks, methods_);
+    DoublingLadder ladder(directions_, task_.moments, tasks, steps_);
     for (std::size_t lane = 0; lane < tasks.size(); ++lane)
         kernels_.push_back(ladder.kernels(static_cast<int>(lane)));
     const VectorXd s = directions_.s.head(directions_.nodes);
@@ -69,7 +69,7 @@ void LayerModes::solve_pack(int first) {
         require_finite(layer, tasks[lane].mode, directions_);
         MatrixXd &R = layer.reflection, &T = layer.transmission;
         if (infinite) {
-            layers_.push_back({R + T, {}, {}, {}});  // LaneLadder::is_converged
+            layers_.push_back({R + T, {}, {}, {}});  // DoublingLadder::is_converged
             continue;
         }
         if (beyond && tasks[lane].mode == 0) {

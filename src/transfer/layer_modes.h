@@ -4,7 +4,7 @@
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
 
-#include "lane_ladder.h"
+#include "doubling_ladder.h"
 
 #include <vector>
 
@@ -21,7 +21,7 @@ struct LayerTask {
 /// Doubles eight modes at a time as they are asked for.
 class LayerModes {
   public:
-    LayerModes(const Directions& directions, LayerTask task, const LaneMethods& methods);
+    LayerModes(const Directions& directions, LayerTask task, const DoublingSteps& steps);
 
     /// Modes beyond are empty: nothing is scattered into them.
     int count() const { return count_; }
@@ -36,7 +36,7 @@ class LayerModes {
 
     const Directions& directions_;
     const LayerTask task_;
-    const LaneMethods& methods_;
+    const DoublingSteps& steps_;
     int count_ = 0;
     int first_ = -1;  // mode of the pack at hand
     std::vector<LayerMode> layers_;

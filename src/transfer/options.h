@@ -1,11 +1,12 @@
 // What the solver's options mean to those who follow them.
 #pragma once
 
+#include <stratus/runtime/lower_boundary.h>
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/quadrature.h>
-#include <stratus/transfer/solve.h>
-
-#include "lanes/lanes.h"
+#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solver_options.h>
+#include <stratus/transfer/truncation.h>
 
 namespace stratus {
 

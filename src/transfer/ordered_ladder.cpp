@@ -14,8 +14,8 @@ using Eigen::VectorXd;
 
 Pack* packs(double* memory) { return reinterpret_cast<Pack*>(memory); }
 
-std::vector<LaneTask> unscaled_tasks(const std::vector<int>& modes, double thin_depth) {
-    std::vector<LaneTask> tasks;
+std::vector<DoublingTask> conservative_tasks(const std::vector<int>& modes, double thin_depth) {
+    std::vector<DoublingTask> tasks;
     for (const int mode : modes) tasks.push_back({mode, 1, 0, thin_depth});
     return tasks;
 }
@@ -36,7 +36,7 @@ OrderedLadder::Series OrderedLadder::nothing() const {
 Pack* OrderedLadder::kernel(Series& of, std::size_t order) const {
     Kernel& K = of.K[order];
     if (K) return packs(K.get());
-    const LaneLayer& layer = start_.layer();
+    const SimdLayer& layer = start_.layer();
     const std::size_t bytes = static_cast<std::size_t>(layer.directions) *
                               static_cast<std::size_t>(layer.stride) * sizeof(Pack);
     K.reset(static_cast<double*>(std::aligned_alloc(alignof(Pack), bytes)));
@@ -54,10 +54,10 @@ void OrderedLadder::add_product(Series& sum, double factor, const Series& F, std
         if (!into.size()) into = VectorXd::Zero(d.size());
         into += factor * d.cwiseProduct(e);
     }
-    const LaneFactors of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr,
-                         packs(F.K[i].get()), packs(G.K[j].get())};
+    const ProductFactors of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr,
+                            packs(F.K[i].get()), packs(G.K[j].get())};
     if ((of.F && (of.G || of.G_diagonal)) || (of.F_diagonal && of.G))
-        methods_.add_product(start_.layer(), factor, of, kernel(sum, i + j));
+        steps_.add_product(start_.layer(), factor, of, kernel(sum, i + j));
 }
 
 void OrderedLadder::add(Series& sum, double factor, const Series& F) const {
@@ -107,23 +107,23 @@ OrderedLadder::Series OrderedLadder::scattered(double depth, const Pack* kernel_
     one.d[0] = VectorXd::Ones(directions_.size());
     result.d[0] = depth * directions_.mu.cwiseInverse();
     if (truncated_ > 0) result.d[1] = -truncated_ * result.d[0];
-    methods_.add_product(start_.layer(), -depth * (1 - truncated_),
-                         {one.d[0].data(), nullptr, nullptr, kernel_of_order_1}, kernel(result, 1));
+    steps_.add_product(start_.layer(), -depth * (1 - truncated_),
+                       {one.d[0].data(), nullptr, nullptr, kernel_of_order_1}, kernel(result, 1));
     return result;
 }
 
 OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<double>& moments,
                              double truncated, const std::vector<int>& modes, int highest_order,
-                             double thin_depth, const LaneMethods& methods)
+                             double thin_depth, const DoublingSteps& steps)
     : directions_(directions),
-      methods_(methods),
+      steps_(steps),
       truncated_(truncated),
       highest_order_(static_cast<std::size_t>(highest_order)),
       optical_depth_(thin_depth),
-      start_(directions, moments, unscaled_tasks(modes, thin_depth), methods),
+      start_(directions, moments, conservative_tasks(modes, thin_depth), steps),
       reflection_(nothing()),
       transmission_(nothing()) {
-    // The thin start of lanes/thin_layer.cpp, b = h B and W = (h A)^-1.
+    // The thin start of simd/thin_layer.cpp, b = h B and W = (h A)^-1.
     const Series b = scattered(thin_depth / 2, start_.layer().scatter_even.K);
     const Series W = inverse(scattered(thin_depth / 2, start_.layer().scatter_odd.K));
     const auto times = [this](double x, const Series& F) { return sum(x, F, 0, F); };
@@ -164,7 +164,7 @@ void OrderedLadder::set_beam() {
 }
 
 bool OrderedLadder::is_opaque() const {
-    const LaneLayer& layer = start_.layer();
+    const SimdLayer& layer = start_.layer();
     for (std::size_t k = 1; k <= highest_order_; ++k)
         for (int i = 0; i < layer.directions; ++i)
             for (int j = 0; j < layer.directions; ++j)

@@ -13,7 +13,7 @@
 
 #include <stratus/transfer/layer.h>
 
-#include "lane_ladder.h"
+#include "doubling_ladder.h"
 
 #include <cstdlib>
 #include <memory>
@@ -27,7 +27,7 @@ class OrderedLadder {
     /// `truncated` is the share f taken from the peak.
     OrderedLadder(const Directions& directions, const std::vector<double>& moments,
                   double truncated, const std::vector<int>& modes, int highest_order,
-                  double thin_depth, const LaneMethods& methods);
+                  double thin_depth, const DoublingSteps& steps);
 
     void double_depth();
 
@@ -42,7 +42,7 @@ class OrderedLadder {
     struct Free {
         void operator()(double* memory) const { std::free(memory); }
     };
-    using Kernel = std::unique_ptr<double, Free>;  // Packs, as in LaneLayer
+    using Kernel = std::unique_ptr<double, Free>;  // Packs, as in SimdLayer
 
     /// sum_k w^k (diag(d_k) + K_k), over all directions; a part that is nothing is empty, and K_0
     /// always is.
@@ -64,11 +64,11 @@ class OrderedLadder {
     void set_beam();
 
     const Directions& directions_;
-    const LaneMethods& methods_;
+    const DoublingSteps& steps_;
     double truncated_;
     std::size_t highest_order_;
     double optical_depth_;
-    LaneLadder start_;                  // for its phase kernels
+    DoublingLadder start_;              // for its phase kernels
     Series reflection_, transmission_;  // T with the beam on its diagonal
 };
 

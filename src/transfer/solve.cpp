@@ -7,10 +7,11 @@
 #include <stratus/transfer/stack.h>
 
 #include "boundary_modes.h"
-#include "classic.h"
-#include "lane_ladder.h"
+#include "doubling_ladder.h"
 #include "options.h"
 #include "ordered_ladder.h"
+#include "reference/classic.h"
+#include "reference/phase_kernels.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -67,7 +68,7 @@ class LadderRun {
               mu)),
           first_asked_(mu.empty() ? 0 : options.nodes),
           boundary_(boundary),
-          boundary_modes_(boundary, boundary_truncation_, directions_, lane_methods()) {
+          boundary_modes_(boundary, boundary_truncation_, directions_, doubling_steps()) {
         results_.resize(albedos.size());
         const std::vector<double> moments =
             truncation_.narrow ? peak_moments(phase_function) : std::vector<double>{};
@@ -194,12 +195,12 @@ class LadderRun {
         double deepest = 0;
         for (const auto& [mode, a] : pairs) deepest = std::max(deepest, first_depth(a));
         const int doublings = count_doublings(directions_, deepest);
-        std::vector<LaneTask> tasks;
+        std::vector<DoublingTask> tasks;
         for (const auto& [mode, a] : pairs)
             tasks.push_back({mode, truncation_.albedo(albedos_[a]),
                              truncation_.co_albedo(albedos_[a]),
                              std::ldexp(first_depth(a), -doublings)});
-        LaneLadder ladder(directions_, truncation_.moments, tasks, lane_methods());
+        DoublingLadder ladder(directions_, truncation_.moments, tasks, doubling_steps());
         std::vector<PhaseKernels> kernels;
         for (std::size_t lane = 0; lane < pairs.size(); ++lane)
             kernels.push_back(ladder.kernels(static_cast<int>(lane)));
@@ -220,7 +221,8 @@ class LadderRun {
     }
 
     void run_classic(int mode, std::size_t a) {
-        const PhaseKernels kernels = compute_phase_kernels(directions_, truncation_.moments, mode);
+        const PhaseKernels kernels =
+            reference_phase_kernels(directions_, truncation_.moments, mode);
         const int doublings =
             count_classic_doublings(directions_, first_depth(a), options_.start_depth);
         ClassicLayer layer(directions_, kernels, truncation_.albedo(albedos_[a]),
@@ -254,7 +256,7 @@ class LadderRun {
         const int doublings = count_doublings(directions_, first);
         OrderedLadder ladder(directions_, truncation_.moments, truncation_.fraction, modes,
                              static_cast<int>(order_weights_[0].size()) - 1,
-                             std::ldexp(first, -doublings), lane_methods());
+                             std::ldexp(first, -doublings), doubling_steps());
         const auto record_all = [&](int depth) {
             for (std::size_t lane = 0; lane < modes.size(); ++lane) {
                 const int at = static_cast<int>(lane);
@@ -292,7 +294,7 @@ class LadderRun {
         const VectorXd unscale = s.cwiseInverse();
         require_finite(layer, mode, directions_);
         if (infinite)
-            layer.reflection += layer.transmission;  // LaneLadder::is_converged
+            layer.reflection += layer.transmission;  // DoublingLadder::is_converged
         else if (boundary_.is_present())
             layer.reflection = over_boundary(layer, mode, solution);
         solution.reflection_modes[at] = unscale.asDiagonal() *
@@ -594,7 +596,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
     const std::vector<double> moments = phase_function.moments(2 * options.nodes);
     const Directions directions =
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
-    const PhaseKernels kernels = compute_phase_kernels(directions, moments, 0);
+    const PhaseKernels kernels = reference_phase_kernels(directions, moments, 0);
     const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
     const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();
     const MatrixXd other = scale.asDiagonal() * kernels.other * scale.asDiagonal();

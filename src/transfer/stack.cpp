@@ -71,17 +71,17 @@ class StackSolver {
     }
 
     StackSolution run() {
-        const LaneMethods& methods = lane_methods();
+        const DoublingSteps& steps = doubling_steps();
         for (std::size_t k = 0; k < depths_.size(); ++k) {
             const Truncation& truncation = solution_.truncations[k];
             const double albedo = solution_.layers[k].albedo;
             layers_.emplace_back(directions_,
                                  LayerTask{truncation.moments, truncation.albedo(albedo),
                                            truncation.co_albedo(albedo), depths_[k]},
-                                 methods);
+                                 steps);
         }
         BoundaryModes boundary(solution_.lower_boundary, solution_.boundary_truncation, directions_,
-                               methods);
+                               steps);
         int most = std::max(1, boundary.count());
         for (const LayerModes& layer : layers_) most = std::max(most, layer.count());
         if (options_.modes) most = std::min(options_.modes, most);

@@ -2,9 +2,9 @@
 // judge: each pair within the sum of the errors that the two state.
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/transfer/isotropic.h>
-#include <stratus/transfer/markov.h>
-#include <stratus/transfer/photons.h>
+#include <stratus/transfer/reference/isotropic.h>
+#include <stratus/transfer/reference/markov.h>
+#include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,6 +1,6 @@
 // Chandrasekhar's functions against what is known of them in closed form, and the solver against
 // them.
-#include <stratus/transfer/isotropic.h>
+#include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/single_scattering.h>

@@ -1,5 +1,5 @@
 // The Markov chain meets the solver within the errors that it states.
-#include <stratus/transfer/markov.h>
+#include <stratus/transfer/reference/markov.h>
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>

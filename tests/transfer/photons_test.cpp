@@ -1,9 +1,9 @@
 // Photons meet the solver and the closed forms within their own standard errors.
-#include <stratus/transfer/photons.h>
+#include <stratus/transfer/reference/photons.h>
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/transfer/markov.h>
+#include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

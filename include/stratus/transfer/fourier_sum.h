@@ -9,7 +9,7 @@
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>
 

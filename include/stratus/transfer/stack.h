@@ -7,7 +7,8 @@
 
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
 
 #include <Eigen/Core>

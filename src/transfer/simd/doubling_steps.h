@@ -24,14 +24,14 @@ constexpr int lane_count = 8;
 /// One double for each lane.
 using Pack = double __attribute__((vector_size(64), aligned(64)));
 
-/// A symmetric matrix diag(d) + K for every lane; K row by row, LaneLayer::stride apart.
-struct LaneMatrix {
+/// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart.
+struct SimdMatrix {
     Pack* d;
     Pack* K;
 };
 
 /// A layer while it is doubled, and the memory for it.
-struct LaneLayer {
+struct SimdLayer {
     int gauss, directions, stride;
     const double* mu;      // directions
     const double* weight;  // directions, 0 for the extra ones
@@ -44,23 +44,23 @@ struct LaneLayer {
     bool any_conserving;
     bool has_gap;  // the place of Y holds G = Z - Y
 
-    LaneMatrix scatter_odd;   // (P+ - P-)/2, the part of odd l - m, times s_i s_j / (2 mu_i mu_j);
+    SimdMatrix scatter_odd;   // (P+ - P-)/2, the part of odd l - m, times s_i s_j / (2 mu_i mu_j);
                               // no diagonal
-    LaneMatrix scatter_even;  // (P+ + P-)/2, the part of even l - m, times the same; no diagonal
-    LaneMatrix Y, Z;  // admittances of the even and odd part of the light, see doubling.cpp; with
+    SimdMatrix scatter_even;  // (P+ + P-)/2, the part of even l - m, times the same; no diagonal
+    SimdMatrix Y, Z;  // admittances of the even and odd part of the light, see doubling.cpp; with
                       // has_gap Y's place holds the gap G = Z - Y
     Pack* gap_diagonal;  // of Z - Y, carried from the start: no cancellation however deep
     Pack* absorbed;      // a = Y s in conserving lanes
 
-    LaneMatrix reflection, transmission;  // what `extract` leaves
-    LaneMatrix spare[2];
+    SimdMatrix reflection, transmission;  // what `extract` leaves
+    SimdMatrix spare[2];
     Pack* elimination;       // gauss x elimination_stride: [C_NN | U^T], its factor on return
     int elimination_stride;  // >= gauss + directions + 1
     Pack* vector[3];         // directions each
 };
 
 /// What phase kernels are made of: per lane the azimuthal mode, and chi_l.
-struct LanePhase {
+struct PhaseSeries {
     int mode[lane_count];
     const double* moments;
     int moment_count;
@@ -70,23 +70,23 @@ struct LanePhase {
 
 /// Two factors of a product F G, each diag + K, kernels row by row; null: nothing. The diagonals
 /// are the same in every lane. F is symmetric.
-struct LaneFactors {
+struct ProductFactors {
     const double *F_diagonal, *G_diagonal;
     const Pack *F, *G;
 };
 
 /// The steps of the method for one instruction set.
-struct LaneMethods {
-    void (*phase_kernels)(const LanePhase& phase, LaneLayer& layer);
-    void (*thin_layer)(LaneLayer& layer);
-    void (*use_gap)(LaneLayer& layer);
-    void (*double_depth)(LaneLayer& layer);
-    void (*extract)(LaneLayer& layer);
+struct DoublingSteps {
+    void (*phase_kernels)(const PhaseSeries& phase, SimdLayer& layer);
+    void (*thin_layer)(SimdLayer& layer);
+    void (*use_gap)(SimdLayer& layer);
+    void (*double_depth)(SimdLayer& layer);
+    void (*extract)(SimdLayer& layer);
     /// out += factor times the kernel of F G; sizes as the layer has them.
-    void (*add_product)(const LaneLayer& layer, double factor, const LaneFactors& of, Pack* out);
+    void (*add_product)(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out);
 };
 
 /// For chosen_instruction_set().
-const LaneMethods& lane_methods();
+const DoublingSteps& doubling_steps();
 
 }  // namespace stratus

@@ -1,4 +1,4 @@
-#include <stratus/transfer/isotropic.h>
+#include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>

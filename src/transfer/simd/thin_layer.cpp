@@ -21,8 +21,8 @@ namespace stratus::STRATUS_ISA {
 namespace {
 
 /// out = x b + y W (+ T).
-void combine(const LaneLayer& layer, double x, LaneMatrix b, double y, LaneMatrix W,
-             const LaneMatrix* T, LaneMatrix out) {
+void combine(const SimdLayer& layer, double x, SimdMatrix b, double y, SimdMatrix W,
+             const SimdMatrix* T, SimdMatrix out) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         out.d[i] = x * b.d[i] + y * W.d[i];
@@ -35,7 +35,7 @@ void combine(const LaneLayer& layer, double x, LaneMatrix b, double y, LaneMatri
 }
 
 /// out = p b : Q, given C = p b + Q. A vector `along` becomes C^-1 along.
-void parallel_sum(const LaneLayer& layer, double p, LaneMatrix b, LaneMatrix C, LaneMatrix out,
+void parallel_sum(const SimdLayer& layer, double p, SimdMatrix b, SimdMatrix C, SimdMatrix out,
                   Pack* along = nullptr) {
     eliminate_for(layer, {p, b}, C, along);
     congruence_kernel(layer, {p, b}, C, out.K, [&](int i, int j, Pack value) {
@@ -47,10 +47,10 @@ void parallel_sum(const LaneLayer& layer, double p, LaneMatrix b, LaneMatrix C, 
 
 }  // namespace
 
-void thin_layer(LaneLayer& layer) {
+void thin_layer(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
     const Pack h = layer.half_depth;
-    const LaneMatrix b = layer.reflection, W = layer.transmission, C = layer.spare[0];
+    const SimdMatrix b = layer.reflection, W = layer.transmission, C = layer.spare[0];
 
     for (int i = 0; i < n; ++i) {
         C.d[i] = b.d[i] = h / layer.mu[i];

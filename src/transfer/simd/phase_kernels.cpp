@@ -3,7 +3,7 @@
 // Addition theorem: with Y_l^m = sqrt((l-m)!/(l+m)!) P_l^m, the mode-m kernel into the same
 // hemisphere is P+ = sum_l (2l+1) chi_l Y_l^m(mu) Y_l^m(mu'), and into the other one P- has the
 // sign (-1)^(l-m). Two products of matrices give both: the sums over even and over odd l - m.
-#include "kernels.h"
+#include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
 
@@ -11,7 +11,7 @@ namespace {
 
 /// Rows k = 0 .. count-1 of Y_{m+k}^m at all directions; each lane has its own m. No
 /// Condon-Shortley sign.
-void legendre_rows(const LanePhase& phase, const LaneLayer& layer, int count) {
+void legendre_rows(const PhaseSeries& phase, const SimdLayer& layer, int count) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         const double mu = layer.mu[i];
@@ -41,7 +41,7 @@ void legendre_rows(const LanePhase& phase, const LaneLayer& layer, int count) {
 /// Scales the kernels symmetrically, K <- d K d, until sum_j weight_j K_ij = 1 on every row of the
 /// lanes of mode 0, so that scattering neither makes nor loses energy. The extra rows follow the
 /// Gauss nodes. (Sinkhorn)
-void conserve_energy(LaneLayer& layer) {
+void conserve_energy(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride;
     Pack* d = layer.vector[0];
@@ -73,7 +73,7 @@ void conserve_energy(LaneLayer& layer) {
 
 }  // namespace
 
-void phase_kernels(const LanePhase& phase, LaneLayer& layer) {
+void phase_kernels(const PhaseSeries& phase, SimdLayer& layer) {
     const int n = layer.directions;
     int lowest = phase.mode[0];
     for (int mode : phase.mode) lowest = mode < lowest ? mode : lowest;
@@ -105,8 +105,9 @@ void phase_kernels(const LanePhase& phase, LaneLayer& layer) {
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);
     if (layer.any_conserving) conserve_energy(layer);
-    for (int i = 0; i < n;
-         ++i)  // the scaling of lanes.h, and 1 / (2 sqrt(mu_i^2 mu_j^2)) of a unit of depth
+    for (
+        int i = 0; i < n;
+        ++i)  // the scaling of doubling_steps.h, and 1 / (2 sqrt(mu_i^2 mu_j^2)) of a unit of depth
         for (int j = 0; j < n; ++j) {
             const double scale = layer.s[i] * layer.s[j] / (2 * layer.mu[i] * layer.mu[j]);
             layer.scatter_odd.K[i * layer.stride + j] *= scale;

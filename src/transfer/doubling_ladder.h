@@ -4,7 +4,7 @@
 
 #include <stratus/transfer/layer.h>
 
-#include "lanes/lanes.h"
+#include "simd/doubling_steps.h"
 
 #include <cstdlib>
 #include <memory>
@@ -31,18 +31,18 @@ double transmitted_share_beyond(double deepest, double of_half, double of_deepes
 int max_doublings_to_infinity(double optical_depth);
 
 /// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
-struct LaneTask {
+struct DoublingTask {
     int mode;
     double albedo;
     double co_albedo;
     double thin_depth;
 };
 
-class LaneLadder {
+class DoublingLadder {
   public:
     /// Phase kernels and thin layers of all tasks, 1 to 8 of them.
-    LaneLadder(const Directions& directions, const std::vector<double>& moments,
-               const std::vector<LaneTask>& tasks, const LaneMethods& methods);
+    DoublingLadder(const Directions& directions, const std::vector<double>& moments,
+                   const std::vector<DoublingTask>& tasks, const DoublingSteps& steps);
 
     void double_depth();
 
@@ -58,22 +58,22 @@ class LaneLadder {
     ModeMatrices matrices(int lane) const;
     PhaseKernels kernels(int lane) const;
 
-    const LaneLayer& layer() const { return layer_; }
+    const SimdLayer& layer() const { return layer_; }
 
   private:
     const Directions& directions_;
-    const LaneMethods& methods_;
+    const DoublingSteps& steps_;
     struct Free {
         void operator()(double* memory) const { std::free(memory); }
     };
     std::unique_ptr<double, Free> memory_;  // all matrices of layer_
-    LaneLayer layer_{};
+    SimdLayer layer_{};
     int tasks_;
     bool conservative_[lane_count];  // mode 0 at w = 1
 };
 
 /// One lane of a kernel.
-Eigen::MatrixXd lane_matrix(const LaneLayer& layer, const Pack* K, int lane);
+Eigen::MatrixXd lane_matrix(const SimdLayer& layer, const Pack* K, int lane);
 
 /// Doublings from a thin start, exact to rounding, to `optical_depth`.
 int count_doublings(const Directions& directions, double optical_depth);

@@ -1,10 +1,10 @@
-#include <stratus/transfer/markov.h>
+#include <stratus/transfer/reference/markov.h>
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/layer.h>
 
-#include "classic.h"
+#include "phase_kernels.h"
 
 #include <Eigen/LU>
 
@@ -189,7 +189,7 @@ class MarkovRun {
         while (most > 1 && moments_[static_cast<std::size_t>(most - 1)] == 0) --most;
         if (options_.modes) most = std::min(options_.modes, most);
         for (int mode = 0; mode < most; ++mode) {
-            const PhaseKernels kernels = compute_phase_kernels(directions_, moments_, mode);
+            const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, mode);
             std::vector<std::vector<MatrixXd>> at;
             for (const Discretisation& discretisation : discretisations)
                 at.push_back(
@@ -238,7 +238,7 @@ class MarkovRun {
         LayerSolution& layer = solution_.layer;
         const double w = layer.albedo, tau = layer.optical_depth;
         const Eigen::Index N = options_.nodes, n = directions_.size(), count = layer.mu.size();
-        const PhaseKernels kernels = compute_phase_kernels(directions_, moments_, 0);
+        const PhaseKernels kernels = reference_phase_kernels(directions_, moments_, 0);
         const VectorXd share = directions_.s.head(N).cwiseAbs2();
         MatrixXd fluxes = multiple.value.bottomRows(2);
         for (Eigen::Index j = 0; j < n; ++j)

@@ -1,4 +1,4 @@
-#include "lane_ladder.h"
+#include "doubling_ladder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,9 +25,9 @@ int max_doublings_to_infinity(double optical_depth) {
     return 120 + std::max(0, -std::ilogb(optical_depth));
 }
 
-LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& moments,
-                       const std::vector<LaneTask>& tasks, const LaneMethods& methods)
-    : directions_(directions), methods_(methods), tasks_(static_cast<int>(tasks.size())) {
+DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<double>& moments,
+                               const std::vector<DoublingTask>& tasks, const DoublingSteps& steps)
+    : directions_(directions), steps_(steps), tasks_(static_cast<int>(tasks.size())) {
     const long n = directions.size(), N = directions.nodes;
     const auto moment_count = static_cast<long>(moments.size());
     // Odd strides: rows a power of two apart would fall on the same few sets of the cache.
@@ -51,7 +51,7 @@ LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& 
     layer_.mu = directions.mu.data();
     layer_.weight = directions.weight.data();
     layer_.s = directions.s.data();
-    for (LaneMatrix* m :
+    for (SimdMatrix* m :
          {&layer_.scatter_odd, &layer_.scatter_even, &layer_.Y, &layer_.Z, &layer_.reflection,
           &layer_.transmission, &layer_.spare[0], &layer_.spare[1]}) {
         m->d = take(n);
@@ -63,9 +63,10 @@ LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& 
     layer_.elimination_stride = static_cast<int>(elimination_stride);
     for (Pack*& vector : layer_.vector) vector = take(n);
 
-    LanePhase phase{{}, moments.data(), static_cast<int>(moment_count), take(2 * moment_count * n)};
+    PhaseSeries phase{
+        {}, moments.data(), static_cast<int>(moment_count), take(2 * moment_count * n)};
     for (int lane = 0; lane < lane_count; ++lane) {  // idle lanes repeat the last task
-        const LaneTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
+        const DoublingTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
         phase.mode[lane] = task.mode;
         layer_.albedo[lane] = task.albedo;
         layer_.co_albedo[lane] = task.co_albedo;
@@ -74,19 +75,19 @@ LaneLadder::LaneLadder(const Directions& directions, const std::vector<double>& 
         layer_.any_conserving |= task.mode == 0;
         conservative_[lane] = task.mode == 0 && task.co_albedo == 0;
     }
-    methods_.phase_kernels(phase, layer_);
-    methods_.thin_layer(layer_);
+    steps_.phase_kernels(phase, layer_);
+    steps_.thin_layer(layer_);
 }
 
-void LaneLadder::double_depth() {
+void DoublingLadder::double_depth() {
     // From tau = 1 on the gap is carried; lanes differ little in depth, the deepest decides.
     double deepest = 0;
     for (int lane = 0; lane < tasks_; ++lane) deepest = std::max(deepest, layer_.half_depth[lane]);
-    if (!layer_.has_gap && deepest >= 0.25) methods_.use_gap(layer_);
-    methods_.double_depth(layer_);
+    if (!layer_.has_gap && deepest >= 0.25) steps_.use_gap(layer_);
+    steps_.double_depth(layer_);
 }
 
-bool LaneLadder::is_converged() const {
+bool DoublingLadder::is_converged() const {
     if (!layer_.has_gap) return false;
     for (int i = 0; i < layer_.directions; ++i)
         for (int j = 0; j < layer_.directions; ++j)
@@ -99,7 +100,7 @@ bool LaneLadder::is_converged() const {
     return true;
 }
 
-void LaneLadder::double_to_infinity() {
+void DoublingLadder::double_to_infinity() {
     const int most = max_doublings_to_infinity(2 * layer_.half_depth[0]);
     for (int k = 0; !is_converged(); ++k) {
         if (k == most)
@@ -109,21 +110,21 @@ void LaneLadder::double_to_infinity() {
     }
 }
 
-void LaneLadder::extract() { methods_.extract(layer_); }
+void DoublingLadder::extract() { steps_.extract(layer_); }
 
-Eigen::MatrixXd lane_matrix(const LaneLayer& layer, const Pack* K, int lane) {
+Eigen::MatrixXd lane_matrix(const SimdLayer& layer, const Pack* K, int lane) {
     Eigen::MatrixXd matrix(layer.directions, layer.directions);
     for (int i = 0; i < layer.directions; ++i)
         for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
     return matrix;
 }
 
-ModeMatrices LaneLadder::matrices(int lane) const {
+ModeMatrices DoublingLadder::matrices(int lane) const {
     return {lane_matrix(layer_, layer_.reflection.K, lane),
             lane_matrix(layer_, layer_.transmission.K, lane)};
 }
 
-PhaseKernels LaneLadder::kernels(int lane) const {
+PhaseKernels DoublingLadder::kernels(int lane) const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
     const Eigen::MatrixXd even = unscale.asDiagonal() *

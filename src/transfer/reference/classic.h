@@ -1,22 +1,19 @@
-// Textbook doubling of one mode: the scheme that the literature describes, kept to check and to
-// compare with.
+// Textbook doubling of one mode, kept as a reference solver.
+//
+// Its start, its doubling and its phase kernels are independent of the solver's on purpose; nodes,
+// truncation, single scattering and the sum over modes are the solver's own, so that it is no check
+// on those.
 #pragma once
 
 #include <stratus/transfer/layer.h>
-#include <stratus/transfer/solve.h>
-
-#include <vector>
+#include <stratus/transfer/solver_options.h>
 
 namespace stratus {
-
-/// Mode kernels by the addition theorem, mode 0 rescaled to conserve energy.
-PhaseKernels compute_phase_kernels(const Directions& directions, const std::vector<double>& moments,
-                                   int mode);
 
 /// A layer that is doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
 ///
 /// Starts at `thin_depth` from the diamond rule, R + T = (I + h B)^-1 (I - h B), R - T = (I + (h
-/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in lanes/thin_layer.cpp [W76], or from
+/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in simd/thin_layer.cpp [W76], or from
 /// single scattering in closed form. The beam is part of T's matrices, on a diagonal of its own.
 class ClassicLayer {
   public:

@@ -1,4 +1,4 @@
-#include <stratus/transfer/photons.h>
+#include <stratus/transfer/reference/photons.h>
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>

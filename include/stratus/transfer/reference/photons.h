@@ -10,7 +10,7 @@
 
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solution.h>
 
 #include <cstdint>
 #include <functional>

@@ -49,11 +49,11 @@ void back_substitute(int gauss, const Pack* m, long stride, Pack* x) {
     }
 }
 
-void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along) {
+void eliminate_for(const SimdLayer& layer, Scaled P, SimdMatrix C, Pack* along) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
     Pack* m = layer.elimination;
-    const LaneMatrix& F = P.matrix;
+    const SimdMatrix& F = P.matrix;
     Pack* rho = layer.vector[0];
     for (int j = 0; j < n; ++j) rho[j] = j < N ? Pack{} : P.p * F.d[j] / C.d[j];
     for (int i = 0; i < N; ++i) {
@@ -76,7 +76,7 @@ void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along) 
     }
 }
 
-void invert(const LaneLayer& layer, LaneMatrix C, LaneMatrix out) {
+void invert(const SimdLayer& layer, SimdMatrix C, SimdMatrix out) {
     Pack* none = layer.vector[2];
     for (int i = 0; i < layer.directions; ++i) {
         none[i] = Pack{};

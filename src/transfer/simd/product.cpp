@@ -1,9 +1,9 @@
 // One term of a product of series (ordered_ladder.h).
-#include "kernels.h"
+#include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
 
-void add_product(const LaneLayer& layer, double factor, const LaneFactors& of, Pack* out) {
+void add_product(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out) {
     const int n = layer.directions;
     const long stride = layer.stride;
     auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {

@@ -6,23 +6,23 @@
 // less that diagonal on the Gauss nodes, where X^T X holds it too.
 #pragma once
 
-#include "kernels.h"
+#include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
 
 /// The factor p of P, and P itself.
 struct Scaled {
     double p;
-    LaneMatrix matrix;
+    SimdMatrix matrix;
 };
 
 /// Eliminates for P C^-1 P. A vector `along`, if not null, is replaced by C^-1 along.
-void eliminate_for(const LaneLayer& layer, Scaled P, LaneMatrix C, Pack* along);
+void eliminate_for(const SimdLayer& layer, Scaled P, SimdMatrix C, Pack* along);
 
 /// Stores combine(i, j, kernel of P C^-1 P) in both triangles of `out`, which may be P's
 /// own kernel.
 template <class Combine>
-[[gnu::always_inline]] inline void congruence_kernel(const LaneLayer& layer, Scaled P, LaneMatrix C,
+[[gnu::always_inline]] inline void congruence_kernel(const SimdLayer& layer, Scaled P, SimdMatrix C,
                                                      Pack* out, Combine combine) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
@@ -50,6 +50,6 @@ template <class Combine>
 
 /// C^-1 into `out`. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no identity is subtracted, so that
 /// thin layers keep their relative accuracy.
-void invert(const LaneLayer& layer, LaneMatrix C, LaneMatrix out);
+void invert(const SimdLayer& layer, SimdMatrix C, SimdMatrix out);
 
 }  // namespace stratus::STRATUS_ISA

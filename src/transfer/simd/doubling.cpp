@@ -24,7 +24,7 @@ namespace stratus::STRATUS_ISA {
 namespace {
 
 /// out = F x, the product summing over the Gauss nodes.
-void apply(const LaneLayer& layer, LaneMatrix F, const Pack* x, Pack* out) {
+void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out) {
     for (int i = 0; i < layer.directions; ++i) {
         Pack sum = F.d[i] * x[i];
         for (int j = 0; j < layer.gauss; ++j) sum += F.K[i * layer.stride + j] * x[j];
@@ -34,7 +34,7 @@ void apply(const LaneLayer& layer, LaneMatrix F, const Pack* x, Pack* out) {
 
 /// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
 /// conserving lanes.
-void restore_absorption(LaneLayer& layer) {
+void restore_absorption(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
     Pack *s = layer.vector[0], *e = layer.vector[1];
     for (int i = 0; i < n; ++i) s[i] = broadcast(layer.s[i]);
@@ -63,7 +63,7 @@ void restore_absorption(LaneLayer& layer) {
 }
 
 /// Z <- Z + x Y, diagonal and kernel.
-void add_to_Z(LaneLayer& layer, double own, double x) {
+void add_to_Z(SimdLayer& layer, double own, double x) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         layer.Z.d[i] = own * layer.Z.d[i] + x * layer.Y.d[i];
@@ -74,7 +74,7 @@ void add_to_Z(LaneLayer& layer, double own, double x) {
 
 }  // namespace
 
-void use_gap(LaneLayer& layer) {
+void use_gap(SimdLayer& layer) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         layer.Y.d[i] = layer.gap_diagonal[i];
@@ -84,9 +84,9 @@ void use_gap(LaneLayer& layer) {
     layer.has_gap = true;
 }
 
-void double_depth(LaneLayer& layer) {
+void double_depth(SimdLayer& layer) {
     const int n = layer.directions;
-    LaneMatrix &Y = layer.Y, &Z = layer.Z;
+    SimdMatrix &Y = layer.Y, &Z = layer.Z;
     if (layer.has_gap)
         add_to_Z(layer, 1.0, -0.5);
     else
@@ -124,12 +124,12 @@ void double_depth(LaneLayer& layer) {
     if (layer.any_conserving) restore_absorption(layer);
 }
 
-void extract(LaneLayer& layer) {
+void extract(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride;
-    const LaneMatrix &Y = layer.Y, &Z = layer.Z;
-    const LaneMatrix E = layer.reflection, O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
-    const LaneMatrix C = layer.spare[0];
+    const SimdMatrix &Y = layer.Y, &Z = layer.Z;
+    const SimdMatrix E = layer.reflection, O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
+    const SimdMatrix C = layer.spare[0];
 
     for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Z.d[i];
     invert(layer, {C.d, Z.K}, O);
@@ -145,14 +145,14 @@ void extract(LaneLayer& layer) {
         return;
     }
 
-    const LaneMatrix& G = Y;
+    const SimdMatrix& G = Y;
     for (int i = 0; i < n; ++i) {
         C.d[i] = 1.0 + Z.d[i] - G.d[i];
         for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
     }
     invert(layer, C, E);
     // T = (E G) O; F = G E = (E G)^T first, so that both products run over rows.
-    const LaneMatrix F = layer.spare[0], T = layer.spare[1];
+    const SimdMatrix F = layer.spare[0], T = layer.spare[1];
     auto first = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
         Pack sum[I][J] = {};
         accumulate(N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);

@@ -9,7 +9,7 @@
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>
 

@@ -1,7 +1,7 @@
 // Inner loops of the lane files: small blocks held in registers.
 #pragma once
 
-#include "lanes.h"
+#include "doubling_steps.h"
 
 namespace stratus::STRATUS_ISA {
 

@@ -1,0 +1,37 @@
+// What a caller may ask of the solver.
+#pragma once
+
+namespace stratus {
+
+enum class Scheme {
+    harmonic,  // doubling as an arithmetic-harmonic mean (simd/doubling.cpp)
+    classic,   // textbook doubling: LU of I - R R (reference/classic.cpp)
+};
+
+/// The thin layer that textbook doubling starts from.
+enum class ClassicStart {
+    single,   // single scattering in closed form: error of the first order in its depth
+    diamond,  // of the second order [W76]
+};
+
+/// What is done to a forward peak that the nodes do not resolve (truncation.h).
+enum class Truncate {
+    nothing,
+    delta_m,  // delta-M, with the single-scattering correction
+    smooth,   // large shares smoothly, with all that the peak scatters more than once put back;
+              // in stacks and over a lower boundary the same as delta_m
+};
+
+struct SolverOptions {
+    int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
+    int modes = 0;   // azimuthal modes solved; 0: until the rest is negligible
+    int orders = 0;  // [0, 200]; scattering orders above are left out; 0: all
+    Scheme scheme = Scheme::harmonic;
+    ClassicStart start = ClassicStart::diamond;  // classic only
+    double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
+                             // the smallest cosine
+    Truncate truncate = Truncate::smooth;
+    double mode_tolerance = 1e-14;  // with modes = 0: negligible, relative to R and T
+};
+
+}  // namespace stratus

@@ -1,6 +1,8 @@
 #include <stratus/runtime/bsdf.h>
 
-#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+
+#include "kernels/light_path.h"
 
 #include <algorithm>
 #include <array>
@@ -39,7 +41,7 @@ Cosine cosine_at(float v) noexcept {
 
 Cosine cosine_of(const DirectionDensity::Inclination& to_normal) noexcept {
     const float mu = within(0, to_normal.cosine, 1);
-    return cosine_at(root(to_normal.sine_squared / ((1 + mu) * (1 + root(mu)))));
+    return cosine_at(square_root(to_normal.sine_squared / ((1 + mu) * (1 + square_root(mu)))));
 }
 
 /// Two at the cost of one division.
@@ -49,11 +51,11 @@ struct Cosines {
     Cosines(const DirectionDensity::Inclination& from,
             const DirectionDensity::Inclination& to) noexcept {
         const float mu_in = within(0, from.cosine, 1), mu_out = within(0, to.cosine, 1);
-        const float below_in = (1 + mu_in) * (1 + root(mu_in));
-        const float below_out = (1 + mu_out) * (1 + root(mu_out));
+        const float below_in = (1 + mu_in) * (1 + square_root(mu_in));
+        const float below_out = (1 + mu_out) * (1 + square_root(mu_out));
         const float one_over = 1 / (below_in * below_out);
-        in = cosine_at(root(from.sine_squared * below_out * one_over));
-        out = cosine_at(root(to.sine_squared * below_in * one_over));
+        in = cosine_at(square_root(from.sine_squared * below_out * one_over));
+        out = cosine_at(square_root(to.sine_squared * below_in * one_over));
     }
 };
 
@@ -61,11 +63,11 @@ struct Cosines {
 float row_place(const Cosine& in) noexcept { return (in.v - normal_v) * (rows - 1); }
 
 DirectionDensity::Inclination inclination(float mu) noexcept {
-    return {mu, larger((1 - mu) * (1 + mu), 0.0f)};
+    return {mu, maximum((1 - mu) * (1 + mu), 0.0f)};
 }
 
 float sine(const Cosine& cosine) noexcept {
-    return cosine.v * root((1 + cosine.root_mu) * (1 + cosine.mu));
+    return cosine.v * square_root((1 + cosine.root_mu) * (1 + cosine.mu));
 }
 
 /// One part of the sphere of outgoing directions, seen from mu_in. Numbers in place of choices, for
@@ -128,7 +130,7 @@ Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float around_sample(int sample, int last, float u) noexcept {
     const float w = 2 * u - 1;
-    const float tent = std::copysign(1 - root(within(0, 1 - std::abs(w), 1)), w);
+    const float tent = std::copysign(1 - square_root(within(0, 1 - std::abs(w), 1)), w);
     const float place = std::abs(as_float(sample) + tent);
     return std::min(place, as_float(2 * last) - place);
 }
@@ -189,13 +191,13 @@ float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool
     for (int n = 0; n <= octaves; ++n) {
         const float share = at_azimuth_0 ? share_at(n) : 1 - share_at(n);  // sin^2(azimuth / 2)
         geometries.add(side, cosine, {cosine, 0},
-                       {1 - 2 * share, 2 * root(share * (1 - share)), 0});
+                       {1 - 2 * share, 2 * square_root(share * (1 - share)), 0});
     }
     std::vector<float> value(geometries.count());
     geometries.evaluate(light, value.data());
     constexpr float fallen = 0.353553f;  // (1 + 1)^(-3/2)
     for (int n = 1; n <= octaves; ++n)
-        if (value[size(n)] < fallen * value[0]) return sine(cosine) * root(share_at(n));
+        if (value[size(n)] < fallen * value[0]) return sine(cosine) * square_root(share_at(n));
     return no_peak;
 }
 
@@ -303,7 +305,8 @@ float DirectionDensity::pdf(Side side, const Inclination& from, const Inclinatio
     const float reach = std::abs(part.reach(in));
     const float distance = within(0, std::abs(out.v - in.v) / reach, 1);
     // distance = slope s + (1 - slope) s^2, solved for s
-    const float slope_here = root(peaks.slope * peaks.slope + 4 * (1 - peaks.slope) * distance);
+    const float slope_here =
+        square_root(peaks.slope * peaks.slope + 4 * (1 - peaks.slope) * distance);
     const float s = (slope_here - peaks.slope) * peaks.half_over_bend;
     const float density =
         at(Place(row_place(in), part.line(), s * (places - 1), y * one_over * (azimuths - 1)));
@@ -485,9 +488,9 @@ bool BsdfOf<channels>::is_lit(const Vector& wi) const noexcept {
 
 template <int channels>
 float BsdfOf<channels>::pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept {
-    const float half = half_azimuth_of(azimuth);
+    const float half = half_azimuth_sine_squared(azimuth);
     return density_.pdf(side, inclination(mu_in), inclination(mu_out),
-                        {root(1 - half), root(half), 1});
+                        {square_root(1 - half), square_root(half), 1});
 }
 
 template <int channels>
@@ -499,7 +502,7 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     // Light travels along -wi: cos(azimuth) = -dot / m, and of tan(azimuth / 2) = |cross| / (m -
     // dot) = (m + dot) / |cross| the one that loses nothing.
     const float dot = in.x * wo.x + in.y * wo.y, cross = std::abs(in.x * wo.y - in.y * wo.x);
-    const float m = std::max(root(in.square * square), 1e-18f);
+    const float m = std::max(square_root(in.square * square), 1e-18f);
     const float both[2] = {cross, m + std::abs(dot)};
     const int backward = dot > 0 ? 1 : 0;
     return density_.pdf(static_cast<Side>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
@@ -514,7 +517,7 @@ typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, flo
     const Horizontal in(wi);
     const DirectionDensity::Direction out =
         density_.sample({std::abs(wi.z), in.square}, u1, u2, u3);
-    const float scale = out.sine * inverse_root(in.square);
+    const float scale = out.sine * reciprocal_root(in.square);
     const float along = -scale * out.cos_azimuth, aside = -scale * out.sin_azimuth;
     const float side = 1 - 2 * as_float(static_cast<int>(out.side));
     const Vector wo{along * in.x - aside * in.y, along * in.y + aside * in.x,

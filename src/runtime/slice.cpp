@@ -14,6 +14,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -273,7 +274,7 @@ class Refinement {
 /// mu_out, azimuth).
 template <int channels, class Single>
 std::vector<float> refined(const TableView& table, const Layers (&layers)[channels],
-                           const Single& single, SideView<channels>& view) {
+                           const Single& single, SliceSide<channels>& view) {
     const auto of_channel = [&](int c) {
         return Refinement(table, layers[c], [&single, c](double in, double out, double azimuth) {
             return single(c, in, out, azimuth);
@@ -325,10 +326,29 @@ auto value_of(const float (&value)[channels], float factor) noexcept {
 }  // namespace
 
 template <int channels>
+struct SliceOf<channels>::BoundSide {
+    SliceSide<channels> view{};
+    PhaseForm form = PhaseForm::none;
+    Orders orders = Orders::none;
+    const SideKernel<channels>* kernel = nullptr;  // null: nothing comes this way
+    std::vector<float> sample;
+    PhaseCurve phase;
+};
+
+template <int channels>
+SliceOf<channels>::SliceOf(SliceOf&&) noexcept = default;
+template <int channels>
+SliceOf<channels>& SliceOf<channels>::operator=(SliceOf&&) noexcept = default;
+template <int channels>
+SliceOf<channels>::~SliceOf() = default;
+
+template <int channels>
 SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
                            const LowerBoundary* boundary, const Medium<channels>& medium,
                            const Effects& effects)
-    : medium_(medium) {
+    : medium_(medium),
+      reflection_(std::make_unique<BoundSide>()),
+      transmission_(std::make_unique<BoundSide>()) {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
         require(medium.optical_depth[c] >= 0, caller, "optical_depth", "in [0, inf]",
@@ -340,7 +360,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     }
     one_sided_ = boundary != nullptr && boundary->is_present();
     if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
-    const auto set_medium = [&](SideView<channels>& view, double deepest) {
+    const auto set_medium = [&](SliceSide<channels>& view, double deepest) {
         for (int c = 0; c < channels; ++c) {
             view.optical_depth[c] = static_cast<float>(std::min(medium_.optical_depth[c], deepest));
             view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
@@ -349,29 +369,31 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         view.slope = one_sided_ ? 0 : 1;
     };
     if (effects.reflection) {
-        SideView<channels>& view = reflection_.view;
+        SliceSide<channels>& view = reflection_->view;
         set_medium(view, 1e30);
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
-            reflection_.phase =
+            reflection_->phase =
                 plain ? curve : PhaseCurve::composed(phase_function, effects.opposition, boundary);
-            reflection_.form = reflection_.phase.form();
+            reflection_->form = reflection_->phase.form();
             for (int c = 0; c < channels; ++c) {
-                view.surface[c] =
+                view.surface_albedo[c] =
                     one_sided_ && !layer_below ? static_cast<float>(boundary->albedo) : 0;
-                view.beneath[c] = layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
+                view.boundary_quarter_albedo[c] =
+                    layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
             }
         }
     }
     if (effects.transmission && !one_sided_) {
-        set_medium(transmission_.view, 1e4);  // nothing passes a hundred
+        set_medium(transmission_->view, 1e4);  // nothing passes a hundred
         if (effects.single) {
-            transmission_.phase = curve;
-            transmission_.form = curve.form();
+            transmission_->phase = curve;
+            transmission_->form = curve.form();
         }
     }
-    for (BoundSide* side : {&reflection_, &transmission_}) side->view.phase = side->phase.view();
+    for (BoundSide* side : {reflection_.get(), transmission_.get()})
+        side->view.phase = side->phase.view();
     set_kernels();
 }
 
@@ -407,8 +429,8 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
         side.sample = refined(table, layers, single, side.view);
         side.orders = orders;
     };
-    if (effects.reflection && table.has_reflection()) add_orders(reflection_, true);
-    if (effects.transmission && table.has_transmission()) add_orders(transmission_, false);
+    if (effects.reflection && table.has_reflection()) add_orders(*reflection_, true);
+    if (effects.transmission && table.has_transmission()) add_orders(*transmission_, false);
     set_kernels();
 }
 
@@ -418,8 +440,8 @@ void SliceOf<channels>::set_kernels() {
         const SideKernel<channels>& found = kernel_of<channels>(reflected, side.form, side.orders);
         return found.at_angles == nullptr ? nullptr : &found;
     };
-    reflection_.kernel = kernel(reflection_, true);
-    transmission_.kernel = kernel(transmission_, false);
+    reflection_->kernel = kernel(*reflection_, true);
+    transmission_->kernel = kernel(*transmission_, false);
 }
 
 template <int channels>
@@ -434,13 +456,13 @@ typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, f
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::reflection(float mu_in, float mu_out,
                                                                 float azimuth) const noexcept {
-    return at(reflection_, mu_in, mu_out, azimuth);
+    return at(*reflection_, mu_in, mu_out, azimuth);
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, float mu_out,
                                                                   float azimuth) const noexcept {
-    return at(transmission_, mu_in, mu_out, azimuth);
+    return at(*transmission_, mu_in, mu_out, azimuth);
 }
 
 template <int channels>
@@ -448,7 +470,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
     const float sides = wi.z * wo.z;
     if (!(sides != 0) || (one_sided_ && !(wi.z > 0 && wo.z > 0))) return Value{};
-    const BoundSide& side = sides > 0 ? reflection_ : transmission_;
+    const BoundSide& side = *(sides > 0 ? reflection_ : transmission_);
     float value[channels] = {};
     if (side.kernel != nullptr) side.kernel->at_vectors(side.view, wi, wo, value);
     return value_of(value, static_cast<float>(1 / pi));
@@ -493,9 +515,9 @@ void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const flo
         Block in, out, around;
         LightPaths paths;
         alignas(64) float found[channels * paths_at_once];
-        all.paths_of_angles[&side == &transmission_](in.of(mu_in + first, here),
-                                                     out.of(mu_out + first, here),
-                                                     around.of(azimuth + first, here), paths);
+        all.paths_of_angles[&side == transmission_.get()](in.of(mu_in + first, here),
+                                                          out.of(mu_out + first, here),
+                                                          around.of(azimuth + first, here), paths);
         side.kernel->many(side.view, paths, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * paths_at_once, found + c * paths_at_once + here,
@@ -506,13 +528,13 @@ void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const flo
 template <int channels>
 void SliceOf<channels>::reflection(std::size_t count, const float* mu_in, const float* mu_out,
                                    const float* azimuth, float* value) const noexcept {
-    many(reflection_, count, mu_in, mu_out, azimuth, value);
+    many(*reflection_, count, mu_in, mu_out, azimuth, value);
 }
 
 template <int channels>
 void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, const float* mu_out,
                                      const float* azimuth, float* value) const noexcept {
-    many(transmission_, count, mu_in, mu_out, azimuth, value);
+    many(*transmission_, count, mu_in, mu_out, azimuth, value);
 }
 
 template <int channels>
@@ -532,10 +554,10 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
         all.paths_of_vectors(in, out, paths);
         bool any[2] = {false, false};
         for (std::size_t i = 0; i < here; ++i) any[in[2][i] * out[2][i] > 0 ? 0 : 1] = true;
-        if (any[0] && reflection_.kernel != nullptr)
-            reflection_.kernel->many(reflection_.view, paths, reflected);
-        if (any[1] && transmission_.kernel != nullptr)
-            transmission_.kernel->many(transmission_.view, paths, transmitted);
+        if (any[0] && reflection_->kernel != nullptr)
+            reflection_->kernel->many(reflection_->view, paths, reflected);
+        if (any[1] && transmission_->kernel != nullptr)
+            transmission_->kernel->many(transmission_->view, paths, transmitted);
         for (std::size_t i = 0; i < here; ++i) {
             const float sides = in[2][i] * out[2][i];
             const bool seen = sides != 0 && (!one_sided_ || (in[2][i] > 0 && out[2][i] > 0));
@@ -572,9 +594,9 @@ typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const 
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = 0;
-    for (const BoundSide* side : {&reflection_, &transmission_})
+    for (const BoundSide* side : {reflection_.get(), transmission_.get()})
         numbers += side->sample.size() + side->phase.sample_count();
-    return sizeof *this + numbers * sizeof(float);
+    return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
 }
 
 template class SliceOf<1>;

@@ -457,7 +457,7 @@ void set_closed_forms(const TableView& table, Side which, const TexturedKernels&
         const auto albedo = static_cast<float>(table.lower_boundary->albedo);
         side.view.over_surface = !composed;
         side.view.surface_albedo = composed ? 0 : albedo;
-        side.view.beneath_quarter = composed ? albedo / 4 : 0;
+        side.view.boundary_quarter_albedo = composed ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
     side.kernel = &(which == Side::reflection ? all.reflected : all.transmitted)
@@ -471,12 +471,12 @@ void set_axes(const TableView& table, Side which, TexturedMemory& side) {
     const Resampling albedos(albedo.count);
     view.albedo = albedos.axis(albedo);
     view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
-    view.lowest_albedo = static_cast<float>(albedo.lowest);
-    view.highest_albedo = static_cast<float>(albedo.highest);
-    view.lowest_depth = static_cast<float>(depth.lowest);
+    view.min_albedo = static_cast<float>(albedo.lowest);
+    view.max_albedo = static_cast<float>(albedo.highest);
+    view.min_depth = static_cast<float>(depth.lowest);
     view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
-    view.highest_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
-    view.deepest = depth.ends_at_infinity ? 1e30f : view.highest_depth;
+    view.max_finite_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
+    view.max_depth = depth.ends_at_infinity ? 1e30f : view.max_finite_depth;
     view.divided = !table.has_lower_boundary();
     view.extrapolation_length = static_cast<float>(table.extrapolation_length);
     for (int a = 0; a < albedos.to; ++a) {

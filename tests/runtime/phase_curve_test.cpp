@@ -1,6 +1,6 @@
 #include <stratus/runtime/phase_curve.h>
 
-#include <stratus/runtime/light.h>
+#include "kernels/phase_values.h"
 
 #include <gtest/gtest.h>
 

@@ -416,22 +416,6 @@ TEST(Slice, GivesManyTheSameAsOneByOne) {
     expect_batches_to_agree(table.view().bind(1, 0.9, effects));
 }
 
-TEST(LightFunctions, AreWhatASliceCalls) {
-    const Table table = smooth_table(true);
-    const Slice slice = table.view().bind(1, 0.9);
-    for (const Direction& at : random_directions(100)) {
-        float R, T;
-        reflected<PhaseForm::one_lobe, Orders::with_azimuth>(
-            slice.reflection_side(), light_path<Side::reflection>(at.mu_in, at.mu_out, at.azimuth),
-            &R);
-        transmitted<PhaseForm::one_lobe, Orders::with_azimuth>(
-            slice.transmission_side(),
-            light_path<Side::transmission>(at.mu_in, at.mu_out, at.azimuth), &T);
-        EXPECT_NEAR(R, slice.reflection(at.mu_in, at.mu_out, at.azimuth), single_precision * R);
-        EXPECT_NEAR(T, slice.transmission(at.mu_in, at.mu_out, at.azimuth), single_precision * T);
-    }
-}
-
 TEST(Binding, RefusesWhatIsOutOfRange) {
     using Error = std::invalid_argument;
     Table table = smooth_table(true);

@@ -17,7 +17,8 @@
 // Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 
-#include <stratus/runtime/light.h>
+#include <stratus/runtime/direction.h>
+#include <stratus/runtime/single_scattering.h>
 #include <stratus/runtime/slice.h>
 
 #include <cstddef>

@@ -12,18 +12,15 @@
 // edge.
 #pragma once
 
+#include <stratus/runtime/direction.h>
 #include <stratus/runtime/effects.h>
-#include <stratus/runtime/light.h>
 #include <stratus/runtime/table.h>
 
 #include <cstddef>
+#include <memory>
 #include <type_traits>
-#include <vector>
 
 namespace stratus {
-
-template <int channels>
-struct SideKernel;
 
 /// Red, green, blue.
 struct Rgb {
@@ -55,8 +52,9 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
             const Effects& effects = {});
 
-    SliceOf(SliceOf&&) noexcept = default;
-    SliceOf& operator=(SliceOf&&) noexcept = default;
+    SliceOf(SliceOf&&) noexcept;
+    SliceOf& operator=(SliceOf&&) noexcept;
+    ~SliceOf();
 
     /// R and diffuse T. 0 for a side that was not asked for.
     ///
@@ -93,19 +91,8 @@ class SliceOf {
     /// True where something lies beneath: light from below meets nothing then.
     bool is_one_sided() const noexcept { return one_sided_; }
 
-    /// For renderers that call light.h themselves: what `bind` filled in, and with which forms.
-    const SideView<channels>& reflection_side() const noexcept { return reflection_.view; }
-    const SideView<channels>& transmission_side() const noexcept { return transmission_.view; }
-
   private:
-    struct BoundSide {
-        SideView<channels> view{};
-        PhaseForm form = PhaseForm::none;
-        Orders orders = Orders::none;
-        const SideKernel<channels>* kernel = nullptr;  // null: nothing comes this way
-        std::vector<float> sample;
-        PhaseCurve phase;
-    };
+    struct BoundSide;
 
     SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
@@ -117,7 +104,7 @@ class SliceOf {
     Medium<channels> medium_;  // optical depth with the effect of density
     bool one_sided_ = false;   // something lies beneath
     float forward_phase_ = 0;  // phi(Theta = 0), 0 without single scattering
-    BoundSide reflection_, transmission_;
+    std::unique_ptr<BoundSide> reflection_, transmission_;
 };
 
 using Slice = SliceOf<1>;

@@ -1,51 +1,183 @@
 #include "kernels.h"
 
-#include "lanes.h"
+#include "closed_form.h"
+#include "interpolation.h"
 
 #include <utility>
 
 namespace stratus::STRATUS_ISA {
 namespace {
 
-template <Side which, PhaseForm form, Orders orders, int channels, class F>
-[[gnu::always_inline]] inline void evaluate(const SideView<channels>& view,
-                                            const LightPathOf<F>& path, F* value) {
-    if constexpr (which == Side::reflection)
+// ---- orders n >= 2
+
+template <int channels, class F>
+STRATUS_INLINE F mu_place(const SliceSide<channels>& side, F mu) {
+    // Stays below the last sample, so that there is a next one.
+    const float last = static_cast<float>(side.last_mu) * (1 - 1e-6f);
+    return clamped((mu_coordinate(mu) - side.mu_first) * side.mu_step_inverse, 0.0f, last);
+}
+
+template <int channels, class F>
+STRATUS_INLINE auto mu_places(const SliceSide<channels>& side, F mu_in, F mu_out) {
+    if constexpr (std::is_same_v<F, ChannelLanes>) {  // all channels share a place
+        const auto [high, low] = mu_places(side, mu_in.v[0], mu_out.v[0]);
+        return SortedPlaces<F, std::int32_t>{{high.sample, F(high.fraction)},
+                                             {low.sample, F(low.fraction)}};
+    } else if constexpr (std::is_same_v<F, float>) {
+        const QuantityLanes place = mu_place(side, quantities(mu_in, mu_out));
+        return sorted_places(place.v[0], place.v[1]);
+    } else {
+        return sorted_places(mu_place(side, mu_in), mu_place(side, mu_out));
+    }
+}
+
+template <int channels, class F>
+STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimuth) {
+    if constexpr (std::is_same_v<F, ChannelLanes>) {
+        const auto at = azimuth_place(side, half_azimuth.v[0]);
+        return AxisPlace<F, std::int32_t>{at.sample, F(at.fraction)};
+    } else {
+        return axis_place(square_root(half_azimuth) *
+                          (static_cast<float>(side.azimuths - 1) * (1 - 1e-6f)));
+    }
+}
+
+/// As they are stored, bilinear or trilinear.
+template <Orders orders, int channels, class F>
+STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
+                                F* value) {
+    const auto [high, low] = mu_places(side, path.mu_in, path.mu_out);
+    const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
+    const int column = azimuths * channels;
+    const auto row = (half_of(high.sample * (high.sample + 3)) + low.sample) * column;
+    const auto next = row + (high.sample + 2) * column;
+    constexpr int steps = channel_steps<channels, F>;
+    if constexpr (orders == Orders::without_azimuth) {
+        for (int c = 0; c < steps; ++c) {
+            const F a = sample_at<F>(side.sample + c, row);
+            const F b = sample_at<F>(side.sample + column + c, row);
+            const F d = sample_at<F>(side.sample + c, next);
+            const F e = sample_at<F>(side.sample + column + c, next);
+            const F near = a + low.fraction * (b - a), far = d + low.fraction * (e - d);
+            value[c] = near + high.fraction * (far - near);
+        }
+    } else {
+        const auto [k, fraction] = azimuth_place(side, path.half_azimuth);
+        const CornerWeights<F> weight = corner_weights(high.fraction, low.fraction);
+        for (int c = 0; c < steps; ++c) {
+            const auto at = row + k * channels, at_next = next + k * channels;
+            const float* const sample = side.sample + c;
+            const Neighbours<F> p = neighbours<channels, F>(sample, at);
+            const Neighbours<F> q = neighbours<channels, F>(sample + column, at);
+            const Neighbours<F> r = neighbours<channels, F>(sample, at_next);
+            const Neighbours<F> s = neighbours<channels, F>(sample + column, at_next);
+            const auto& w = weight.at;
+            const F near = (w[0] * p.here + w[1] * q.here) + (w[2] * r.here + w[3] * s.here);
+            const F far = (w[0] * p.next + w[1] * q.next) + (w[2] * r.next + w[3] * s.next);
+            value[c] = near + fraction * (far - near);
+        }
+    }
+}
+
+// ---- one side of a layer
+
+/// R of the layer, per channel.
+template <PhaseForm form, Orders orders, int channels, class F>
+STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf<F>& path,
+                              F* value) {
+    const ReflectedPath<F> directions(path);
+    const PhaseValues<F> phase = phase_values<form>(side.phase, path);
+    if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    for (int c = 0; c < channel_steps<channels, F>; ++c) {
+        const auto depth = channel_value<F>(side.optical_depth, c);
+        BothWays<F> both;
+        if constexpr (orders == Orders::none) {
+            both.sum = attenuation(directions.depth_of_both(depth));
+        } else {
+            Attenuation<F> of[2];
+            attenuate({directions.depth_in(depth), directions.depth_out(depth)}, of);
+            both = both_ways(of[0], of[1]);
+        }
+        F single(0.0f);
+        if constexpr (form != PhaseForm::none) {
+            const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
+                channel_value<F>(side.surface_albedo, c),
+                channel_value<F>(side.boundary_quarter_albedo, c)};
+            single = single_reflected<form, true>(
+                directions, phase, both.sum, channel_value<F>(side.quarter_albedo, c), boundary);
+        }
+        if constexpr (orders == Orders::none)
+            value[c] = single;
+        else
+            value[c] = single + value[c] * (both.shares * side.slope + side.level);
+    }
+}
+
+/// Diffuse T of the layer, per channel.
+template <PhaseForm form, Orders orders, int channels, class F>
+STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPathOf<F>& path,
+                                F* value) {
+    const TransmittedPath<F> directions(path);
+    F phase;
+    if constexpr (form != PhaseForm::none) phase = phase_value<form>(side.phase, path);
+    if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    for (int c = 0; c < channel_steps<channels, F>; ++c) {
+        const auto optical_depth = channel_value<F>(side.optical_depth, c);
+        const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
+        Attenuation<F> of[2];
+        attenuate({depth, excess}, of);
+        const auto& [beam, more] = of;
+        F single(0.0f);
+        if constexpr (form != PhaseForm::none)
+            single = single_transmitted(directions, phase, depth, excess, beam, more,
+                                        channel_value<F>(side.quarter_albedo, c));
+        if constexpr (orders == Orders::none)
+            value[c] = single;
+        else
+            value[c] =
+                single + value[c] * (transmitted_shares(beam, more) * side.slope + side.level);
+    }
+}
+
+template <Side side, PhaseForm form, Orders orders, int channels, class F>
+STRATUS_INLINE void evaluate(const SliceSide<channels>& view, const LightPathOf<F>& path,
+                             F* value) {
+    if constexpr (side == Side::reflection)
         reflected<form, orders>(view, path, value);
     else
         transmitted<form, orders>(view, path, value);
 }
 
 /// At one light path: plain floats, or all channels at once.
-template <Side which, PhaseForm form, Orders orders, int channels>
-[[gnu::always_inline]] inline void evaluate_one(const SideView<channels>& view,
-                                                const LightPath& path, float* value) {
+template <Side side, PhaseForm form, Orders orders, int channels>
+STRATUS_INLINE void evaluate_one(const SliceSide<channels>& view, const LightPath& path,
+                                 float* value) {
     if constexpr (channels == 1) {
-        evaluate<which, form, orders>(view, path, value);
+        evaluate<side, form, orders>(view, path, value);
     } else {
-        Channels here;
-        evaluate<which, form, orders>(
+        ChannelLanes here;
+        evaluate<side, form, orders>(
             view,
-            LightPathOf<Channels>{Channels(path.mu_in), Channels(path.mu_out),
-                                  Channels(path.forward), Channels(path.backward),
-                                  Channels(path.half_azimuth)},
+            LightPathOf<ChannelLanes>{ChannelLanes(path.mu_in), ChannelLanes(path.mu_out),
+                                      ChannelLanes(path.forward), ChannelLanes(path.backward),
+                                      ChannelLanes(path.half_azimuth)},
             &here);
         for (int c = 0; c < channels; ++c) value[c] = here.v[c];
     }
 }
 
-template <Side which, PhaseForm form, Orders orders, int channels>
-void at_angles(const SideView<channels>& view, float mu_in, float mu_out, float azimuth,
+template <Side side, PhaseForm form, Orders orders, int channels>
+void at_angles(const SliceSide<channels>& view, float mu_in, float mu_out, float azimuth,
                float* value) {
-    evaluate_one<which, form, orders>(view, light_path<which>(mu_in, mu_out, azimuth), value);
+    evaluate_one<side, form, orders>(view, light_path<side>(mu_in, mu_out, azimuth), value);
 }
 
-template <Side which, PhaseForm form, Orders orders, int channels>
-void at_vectors(const SideView<channels>& view, const Vector& wi, const Vector& wo, float* value) {
-    evaluate_one<which, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
+template <Side side, PhaseForm form, Orders orders, int channels>
+void at_vectors(const SliceSide<channels>& view, const Vector& wi, const Vector& wo, float* value) {
+    evaluate_one<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
 }
 
-void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
+void store(const LightPathOf<LookupLanes>& path, LightPaths& paths, int i) {
     store(path.mu_in, paths.mu_in + i);
     store(path.mu_out, paths.mu_out + i);
     store(path.forward, paths.forward + i);
@@ -53,55 +185,55 @@ void store(const LightPathOf<Lookups>& path, LightPaths& paths, int i) {
     store(path.half_azimuth, paths.half_azimuth + i);
 }
 
-template <Side which, PhaseForm form, Orders orders, int channels>
-void evaluate_many(const SideView<channels>& view, const LightPaths& paths, float* value) {
+template <Side side, PhaseForm form, Orders orders, int channels>
+void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, float* value) {
     for (int i = 0; i < paths_at_once; i += lane_width) {
-        const LightPathOf<Lookups> path{
-            load<Lookups>(paths.mu_in + i), load<Lookups>(paths.mu_out + i),
-            load<Lookups>(paths.forward + i), load<Lookups>(paths.backward + i),
-            load<Lookups>(paths.half_azimuth + i)};
-        Lookups here[channels];
-        evaluate<which, form, orders>(view, path, here);
+        const LightPathOf<LookupLanes> path{
+            load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i),
+            load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i),
+            load<LookupLanes>(paths.half_azimuth + i)};
+        LookupLanes here[channels];
+        evaluate<side, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
     }
 }
 
-template <Side which, PhaseForm form, Orders orders, int channels>
+template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
-    constexpr bool unknown = which == Side::transmission && form == PhaseForm::composed;
-    if constexpr (nothing || unknown)
+    constexpr bool impossible = side == Side::transmission && form == PhaseForm::composed;
+    if constexpr (nothing || impossible)
         return {nullptr, nullptr, nullptr};
     else
-        return {at_angles<which, form, orders, channels>, at_vectors<which, form, orders, channels>,
-                evaluate_many<which, form, orders, channels>};
+        return {at_angles<side, form, orders, channels>, at_vectors<side, form, orders, channels>,
+                evaluate_many<side, form, orders, channels>};
 }
 
-template <Side which, int channels, int... place>
+template <Side side, int channels, int... place>
 constexpr SideKernels<channels> all_kernels(std::integer_sequence<int, place...>) {
-    return {{kernel<which, static_cast<PhaseForm>(place / order_forms),
+    return {{kernel<side, static_cast<PhaseForm>(place / order_forms),
                     static_cast<Orders>(place % order_forms), channels>()...}};
 }
-template <Side which, int channels>
+template <Side side, int channels>
 constexpr SideKernels<channels> all_kernels() {
-    return all_kernels<which, channels>(
+    return all_kernels<side, channels>(
         std::make_integer_sequence<int, phase_forms * order_forms>());
 }
 
-template <Side which>
+template <Side side>
 void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth,
                      LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path<which>(load<Lookups>(mu_in + i), load<Lookups>(mu_out + i),
-                                load<Lookups>(azimuth + i)),
+        store(light_path<side>(load<LookupLanes>(mu_in + i), load<LookupLanes>(mu_out + i),
+                               load<LookupLanes>(azimuth + i)),
               paths, i);
 }
 
 void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightPaths& paths) {
     for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path(load<Lookups>(wi[0] + i), load<Lookups>(wi[1] + i),
-                         load<Lookups>(wi[2] + i), load<Lookups>(wo[0] + i),
-                         load<Lookups>(wo[1] + i), load<Lookups>(wo[2] + i)),
+        store(light_path(load<LookupLanes>(wi[0] + i), load<LookupLanes>(wi[1] + i),
+                         load<LookupLanes>(wi[2] + i), load<LookupLanes>(wo[0] + i),
+                         load<LookupLanes>(wo[1] + i), load<LookupLanes>(wo[2] + i)),
               paths, i);
 }
 

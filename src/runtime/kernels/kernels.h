@@ -1,11 +1,13 @@
-// The functions of light.h for every combination of effects, one light path at a time or many side
-// by side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
+// Lookups of bound slices for every combination of effects, one light path at a time or many side by
+// side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
 //
 // Files compiled for newer processors use no inline function of external linkage, so that none of
 // their code can end up shared with the rest of the program.
 #pragma once
 
-#include <stratus/runtime/light.h>
+#include <stratus/runtime/direction.h>
+
+#include "slice_side.h"
 
 namespace stratus {
 
@@ -18,14 +20,15 @@ struct LightPaths {
     alignas(64) float half_azimuth[paths_at_once];
 };
 
-/// A side of a layer: between two cosines and an azimuth, between two vectors (light.h), or at
+/// A side of a layer: between two cosines and an azimuth, between two vectors, or at
 /// `paths_at_once` light paths: value[c * paths_at_once + i].
 template <int channels>
 struct SideKernel {
-    void (*at_angles)(const SideView<channels>&, float mu_in, float mu_out, float azimuth,
+    void (*at_angles)(const SliceSide<channels>&, float mu_in, float mu_out, float azimuth,
                       float* value);
-    void (*at_vectors)(const SideView<channels>&, const Vector& wi, const Vector& wo, float* value);
-    void (*many)(const SideView<channels>&, const LightPaths&, float* value);
+    void (*at_vectors)(const SliceSide<channels>&, const Vector& wi, const Vector& wo,
+                       float* value);
+    void (*many)(const SliceSide<channels>&, const LightPaths&, float* value);
 };
 
 constexpr int order_forms = 3;  // of Orders
@@ -34,7 +37,7 @@ template <int channels>
 struct SideKernels {
     SideKernel<channels> kernel[phase_forms * order_forms];
 
-    /// Null where nothing is asked for.
+    /// Null functions where nothing is asked for.
     const SideKernel<channels>& of(PhaseForm form, Orders orders) const {
         return kernel[static_cast<int>(form) * order_forms + static_cast<int>(orders)];
     }
@@ -45,9 +48,8 @@ struct TexturedKernels;  // textured.h
 struct Kernels {
     SideKernels<1> reflected, transmitted;
     SideKernels<3> reflected_rgb, transmitted_rgb;
-    // Over [Leaves].
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
-                               LightPaths& paths);
+                               LightPaths& paths);  // over Side
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
     const TexturedKernels* textured;
 };

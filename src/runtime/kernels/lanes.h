@@ -1,20 +1,86 @@
-// Floats side by side in one register, as light.h wants them of its type F: many lookups, or the
-// channels of one.
+// Numbers of a lookup: float, or floats side by side in a SIMD register with the same operations.
+//
+// The arithmetic of fast lookups (elementary.h, light_path.h, phase_values.h, interpolation.h,
+// closed_form.h, diffusion_scales.h) is written once for a number type F: float for one lookup,
+// LookupLanes for many, ChannelLanes for the channels of one. Nothing there branches on a number.
+//
+// All of it has internal linkage and is inlined: copies that were compiled for different processors
+// stay apart.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
-
-#include <stratus/runtime/light.h>
 
 #define STRATUS_INLINE [[gnu::always_inline]] inline
 #define STRATUS_FRIEND [[gnu::always_inline]] friend inline
 
 namespace stratus {
 namespace {
+
+// ---- one number
+
+STRATUS_INLINE float square_root(float x) { return __builtin_sqrtf(x); }
+STRATUS_INLINE float reciprocal(float x) { return 1 / x; }
+STRATUS_INLINE float reciprocal_root(float x) { return 1 / __builtin_sqrtf(x); }
+
+#if defined(__SSE2__)  // where compilers would rather branch, and the branch would mispredict
+STRATUS_INLINE float maximum(float a, float b) {
+    return _mm_cvtss_f32(_mm_max_ss(_mm_set_ss(a), _mm_set_ss(b)));
+}
+STRATUS_INLINE float minimum(float a, float b) {
+    return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b)));
+}
+#else
+STRATUS_INLINE float maximum(float a, float b) { return a > b ? a : b; }
+STRATUS_INLINE float minimum(float a, float b) { return a < b ? a : b; }
+#endif
+
+/// Towards 0; |x| < 2^31.
+STRATUS_INLINE std::int32_t truncated(float x) { return static_cast<std::int32_t>(x); }
+
+STRATUS_INLINE float as_float(std::int32_t n) { return static_cast<float>(n); }
+
+/// Of a number that is not negative.
+STRATUS_INLINE std::int32_t half_of(std::int32_t n) { return n / 2; }
+
+/// Added to a small number and subtracted again, it rounds to an integer: 1.5 * 2^23.
+constexpr float rounding_shift = 12582912.0f;
+constexpr std::int32_t bits_of_1 = 0x3f800000;
+
+/// 2^-n of n + rounding_shift, n in [0, 126]: n is in the last bits.
+STRATUS_INLINE float power_of_half(float shifted) {
+    std::uint32_t bits;
+    __builtin_memcpy(&bits, &shifted, sizeof bits);
+    bits = std::uint32_t{bits_of_1} - (bits << 23);
+    float power;
+    __builtin_memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+/// x = 2^exponent mantissa, the mantissa in [sqrt(1/2), sqrt(2)).
+template <class F>
+struct BinaryParts {
+    F exponent, mantissa;
+};
+constexpr std::int32_t bits_of_root_half = 0x3f3504f3;
+
+/// Of x > 0, normal.
+STRATUS_INLINE BinaryParts<float> binary_parts(float x) {
+    std::int32_t bits;
+    __builtin_memcpy(&bits, &x, sizeof bits);
+    const std::int32_t n = (bits - bits_of_root_half) >> 23;
+    bits -= n * (1 << 23);
+    BinaryParts<float> parts{static_cast<float>(n), 0};
+    __builtin_memcpy(&parts.mantissa, &bits, sizeof bits);
+    return parts;
+}
+
+// ---- registers
 
 #if defined(__AVX512F__)
 constexpr int lane_width = 16;
@@ -25,63 +91,73 @@ constexpr int lane_width = 4;
 #endif
 
 template <int width>
-struct Register {
+struct SimdRegister {
     typedef float Floats __attribute__((vector_size(4 * width)));
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
 /// To 12 bits or more; exact where the processor has nothing faster.
 template <class Floats>
-STRATUS_INLINE Floats estimated_inverse(Floats x) {
+STRATUS_INLINE Floats estimated_reciprocal(Floats x) {
     return 1.0f / x;
 }
 template <class Floats>
-STRATUS_INLINE Floats estimated_inverse_root(Floats x) {
+STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     for (std::size_t k = 0; k < sizeof x / sizeof x[0]; ++k) x[k] = 1 / __builtin_sqrtf(x[k]);
     return x;
 }
 #if defined(__SSE2__)
-STRATUS_INLINE Register<4>::Floats estimated_inverse(Register<4>::Floats x) {
+STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
     return _mm_rcp_ps(x);
 }
-STRATUS_INLINE Register<4>::Floats estimated_inverse_root(Register<4>::Floats x) {
+STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>::Floats x) {
     return _mm_rsqrt_ps(x);
 }
 #endif
 #if defined(__AVX2__)
-STRATUS_INLINE Register<8>::Floats estimated_inverse(Register<8>::Floats x) {
+STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
     return _mm256_rcp_ps(x);
 }
-STRATUS_INLINE Register<8>::Floats estimated_inverse_root(Register<8>::Floats x) {
+STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>::Floats x) {
     return _mm256_rsqrt_ps(x);
 }
 #endif
 #if defined(__AVX512F__)
-STRATUS_INLINE Register<16>::Floats estimated_inverse(Register<16>::Floats x) {
+STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
     return _mm512_maskz_rcp14_ps(0xffff, x);
 }
-STRATUS_INLINE Register<16>::Floats estimated_inverse_root(Register<16>::Floats x) {
+STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal_root(SimdRegister<16>::Floats x) {
     return _mm512_maskz_rsqrt14_ps(0xffff, x);
 }
 #endif
 
-enum class LanesAre { lookups, channels };
+STRATUS_INLINE SimdRegister<4>::Floats rounded_root(SimdRegister<4>::Floats x) {
+#if defined(__SSE2__)
+    return _mm_sqrt_ps(x);
+#else
+    for (int k = 0; k < 4; ++k) x[k] = __builtin_sqrtf(x[k]);
+    return x;
+#endif
+}
 
-template <int width, LanesAre are>
+/// What lies side by side.
+enum class LaneContent { lookups, channels, quantities };
+
+template <int width, LaneContent content>
 struct IntLanes {
-    typename Register<width>::Ints v;
+    typename SimdRegister<width>::Ints v;
 
     STRATUS_FRIEND IntLanes operator+(IntLanes a, IntLanes b) { return {a.v + b.v}; }
     STRATUS_FRIEND IntLanes operator*(IntLanes a, IntLanes b) { return {a.v * b.v}; }
     STRATUS_FRIEND IntLanes operator+(IntLanes a, int b) { return {a.v + b}; }
     STRATUS_FRIEND IntLanes operator*(IntLanes a, int b) { return {a.v * b}; }
-    STRATUS_FRIEND IntLanes halved(IntLanes a) { return {a.v >> 1}; }
+    STRATUS_FRIEND IntLanes half_of(IntLanes a) { return {a.v >> 1}; }
 };
 
-template <int width, LanesAre are>
+template <int width, LaneContent content>
 struct FloatLanes {
-    using Floats = typename Register<width>::Floats;
-    using Ints = IntLanes<width, are>;
+    using Floats = typename SimdRegister<width>::Floats;
+    using Ints = IntLanes<width, content>;
     Floats v;
 
     FloatLanes() = default;
@@ -101,50 +177,79 @@ struct FloatLanes {
     STRATUS_FRIEND FloatLanes operator-(FloatLanes a, float b) { return FloatLanes(a.v - b); }
     STRATUS_FRIEND FloatLanes operator*(FloatLanes a, float b) { return FloatLanes(a.v * b); }
     STRATUS_FRIEND FloatLanes operator-(float a, FloatLanes b) { return FloatLanes(a - b.v); }
-    STRATUS_FRIEND FloatLanes larger(FloatLanes a, FloatLanes b) {
+    STRATUS_FRIEND FloatLanes maximum(FloatLanes a, FloatLanes b) {
         return FloatLanes(a.v > b.v ? a.v : b.v);
     }
-    STRATUS_FRIEND FloatLanes smaller(FloatLanes a, FloatLanes b) {
+    STRATUS_FRIEND FloatLanes minimum(FloatLanes a, FloatLanes b) {
         return FloatLanes(a.v < b.v ? a.v : b.v);
     }
-    STRATUS_FRIEND FloatLanes larger(FloatLanes a, float b) { return larger(a, FloatLanes(b)); }
-    STRATUS_FRIEND FloatLanes smaller(FloatLanes a, float b) { return smaller(a, FloatLanes(b)); }
+    STRATUS_FRIEND FloatLanes maximum(FloatLanes a, float b) { return maximum(a, FloatLanes(b)); }
+    STRATUS_FRIEND FloatLanes minimum(FloatLanes a, float b) { return minimum(a, FloatLanes(b)); }
     STRATUS_FRIEND Ints truncated(FloatLanes x) {
         return {__builtin_convertvector(x.v, decltype(Ints::v))};
     }
-    STRATUS_FRIEND FloatLanes power_of_half(FloatLanes rounded) {
+    STRATUS_FRIEND FloatLanes power_of_half(FloatLanes shifted) {
         using Bits = decltype(Ints::v);
         return FloatLanes(
-            reinterpret_cast<Floats>(0x3f800000 - (reinterpret_cast<Bits>(rounded.v) << 23)));
+            reinterpret_cast<Floats>(bits_of_1 - (reinterpret_cast<Bits>(shifted.v) << 23)));
+    }
+    STRATUS_FRIEND BinaryParts<FloatLanes> binary_parts(FloatLanes x) {
+        using Bits = decltype(Ints::v);
+        const Bits bits = reinterpret_cast<Bits>(x.v);
+        const Bits n = (bits - bits_of_root_half) >> 23;
+        return {FloatLanes(__builtin_convertvector(n, Floats)),
+                FloatLanes(reinterpret_cast<Floats>(bits - (n << 23)))};
     }
 
     // 12 bits or more from the processor and one step of Newton: 2e-7, at a fraction of the time of
     // a division or an exact root.
-    STRATUS_FRIEND FloatLanes inverse(FloatLanes x) {
-        const Floats y = estimated_inverse(x.v);
+    STRATUS_FRIEND FloatLanes reciprocal(FloatLanes x) {
+        const Floats y = estimated_reciprocal(x.v);
         return FloatLanes(y + y * (1.0f - x.v * y));
     }
-    STRATUS_FRIEND FloatLanes inverse_root(FloatLanes x) {
-        const Floats y = estimated_inverse_root(x.v), half = y * 0.5f;
+    STRATUS_FRIEND FloatLanes reciprocal_root(FloatLanes x) {
+        const Floats y = estimated_reciprocal_root(x.v), half = y * 0.5f;
         return FloatLanes(y + half * (1.0f - x.v * y * y));
     }
-    /// Of numbers that are 0 or not below 1e-30.
-    STRATUS_FRIEND FloatLanes root(FloatLanes x) {
-        return x * inverse_root(larger(x, FloatLanes(1e-30f)));
+    /// Of numbers that are 0 or not below 1e-30; of quantities, exactly that of a float.
+    STRATUS_FRIEND FloatLanes square_root(FloatLanes x) {
+        if constexpr (content == LaneContent::quantities)
+            return FloatLanes(rounded_root(x.v));
+        else
+            return x * reciprocal_root(maximum(x, FloatLanes(1e-30f)));
     }
 };
 
-template <int width, LanesAre are>
-STRATUS_INLINE FloatLanes<width, are> as_float(IntLanes<width, are> n) {
-    using Lanes = FloatLanes<width, are>;
+template <int width, LaneContent content>
+STRATUS_INLINE FloatLanes<width, content> as_float(IntLanes<width, content> n) {
+    using Lanes = FloatLanes<width, content>;
     return Lanes(__builtin_convertvector(n.v, typename Lanes::Floats));
 }
 
-// ---- many lookups side by side
+/// Many lookups.
+using LookupLanes = FloatLanes<lane_width, LaneContent::lookups>;
+/// Three channels of one lookup, and a fourth that is ignored.
+using ChannelLanes = FloatLanes<4, LaneContent::channels>;
+/// What one lookup needs more than once: up to four numbers for the time of one.
+using QuantityLanes = FloatLanes<4, LaneContent::quantities>;
 
-using Lookups = FloatLanes<lane_width, LanesAre::lookups>;
+STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
+    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
+}
 
-/// One number, or as many as there are lanes.
+// ---- any of them
+
+template <class F>
+STRATUS_INLINE F clamped(F x, float low, float high) {
+    return maximum(minimum(x, high), low);
+}
+
+/// Without its fraction.
+template <class F>
+STRATUS_INLINE F whole(F x) {
+    return as_float(truncated(x));
+}
+
 template <class F>
 STRATUS_INLINE F load(const float* from) {
     F x;
@@ -156,28 +261,55 @@ STRATUS_INLINE void store(F x, float* to) {
     __builtin_memcpy(to, &x, sizeof x);
 }
 STRATUS_INLINE void store(std::int32_t n, std::int32_t* to) { *to = n; }
-STRATUS_INLINE void store(Lookups::Ints n, std::int32_t* to) {
+STRATUS_INLINE void store(LookupLanes::Ints n, std::int32_t* to) {
     __builtin_memcpy(to, &n.v, sizeof n.v);
 }
 
-STRATUS_INLINE float of_channel(const float* number, int c, Lookups) { return number[c]; }
+/// Steps of a loop over the channels of a lookup.
+template <int channels, class F>
+constexpr int channel_steps = std::is_same_v<F, ChannelLanes> ? 1 : channels;
 
-STRATUS_INLINE Lookups sample_at(const float* samples, Lookups::Ints index, Lookups) {
+/// What a step of that loop reads of numbers that differ by channel.
+template <class F>
+STRATUS_INLINE auto channel_value(const float* number, int channel) {
+    if constexpr (std::is_same_v<F, ChannelLanes>)
+        return load<ChannelLanes>(number);
+    else
+        return number[channel];
+}
+
+STRATUS_INLINE LookupLanes gathered(const float* samples, LookupLanes::Ints index) {
 #if defined(__AVX512F__)
-    return Lookups(Lookups::Floats(_mm512_i32gather_ps(__m512i(index.v), samples, 4)));
+    return LookupLanes(LookupLanes::Floats(_mm512_i32gather_ps(__m512i(index.v), samples, 4)));
 #elif defined(__AVX2__)
-    return Lookups(Lookups::Floats(_mm256_i32gather_ps(samples, __m256i(index.v), 4)));
+    return LookupLanes(LookupLanes::Floats(_mm256_i32gather_ps(samples, __m256i(index.v), 4)));
 #else
-    Lookups::Floats y{};
+    LookupLanes::Floats y{};
     for (int k = 0; k < lane_width; ++k) y[k] = samples[index.v[k]];
-    return Lookups(y);
+    return LookupLanes(y);
 #endif
 }
 
-template <int stride>
-STRATUS_INLINE Neighbours<Lookups> neighbours(const float* samples, Lookups::Ints index, Lookups) {
+/// samples[index], with the channels that follow it.
+template <class F, class Index>
+STRATUS_INLINE F sample_at(const float* samples, Index index) {
+    if constexpr (std::is_same_v<F, LookupLanes>)
+        return gathered(samples, index);
+    else
+        return load<F>(samples + index);
+}
+
+/// Two neighbouring samples.
+template <class F>
+struct Neighbours {
+    F here, next;
+};
+
+/// samples[index] and samples[index + stride], with the channels that follow them.
+template <int stride, class F, class Index>
+STRATUS_INLINE Neighbours<F> neighbours(const float* samples, Index index) {
 #if defined(__AVX512F__)
-    if constexpr (stride == 1) {  // both in one read of 64 bits
+    if constexpr (stride == 1 && std::is_same_v<F, LookupLanes>) {  // both in one read of 64 bits
         const __m512i at = __m512i(index.v);
         const __m512 low =
             _mm512_castpd_ps(_mm512_i32gather_pd(_mm512_castsi512_si256(at), samples, 4));
@@ -187,53 +319,21 @@ STRATUS_INLINE Neighbours<Lookups> neighbours(const float* samples, Lookups::Int
             _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
         const __m512i odd =
             _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-        return {Lookups(Lookups::Floats(_mm512_permutex2var_ps(low, even, high))),
-                Lookups(Lookups::Floats(_mm512_permutex2var_ps(low, odd, high)))};
+        return {F(LookupLanes::Floats(_mm512_permutex2var_ps(low, even, high))),
+                F(LookupLanes::Floats(_mm512_permutex2var_ps(low, odd, high)))};
     }
 #endif
-    return {sample_at(samples, index, Lookups()), sample_at(samples + stride, index, Lookups())};
+    return {sample_at<F>(samples, index), sample_at<F>(samples + stride, index)};
 }
 
-// ---- three channels of one lookup, and a fourth that nobody reads
-
-using Channels = FloatLanes<4, LanesAre::channels>;
-
-STRATUS_INLINE Channels of_channel(const float* number, int, Channels) {
-    return load<Channels>(number);
-}
-
-STRATUS_INLINE Channels sample_at(const float* samples, std::int32_t index, Channels) {
-    return load<Channels>(samples + index);
-}
-
-template <int stride>
-STRATUS_INLINE Neighbours<Channels> neighbours(const float* samples, std::int32_t index, Channels) {
-    return {load<Channels>(samples + index), load<Channels>(samples + index + stride)};
-}
-
-// All channels have one place.
-template <int channels>
-STRATUS_INLINE MuCells<Channels, std::int32_t> mu_cells(const SideView<channels>& side, Channels in,
-                                                        Channels out) {
-    const auto [high, low] = mu_cells(side, in.v[0], out.v[0]);
-    return {{high.sample, Channels(high.fraction)}, {low.sample, Channels(low.fraction)}};
-}
-template <int channels>
-STRATUS_INLINE Cell<Channels, std::int32_t> azimuth_cell(const SideView<channels>& side,
-                                                         Channels half_azimuth) {
-    const auto cell = azimuth_cell(side, half_azimuth.v[0]);
-    return {cell.sample, Channels(cell.fraction)};
-}
-
-template <int stride>
-STRATUS_INLINE Neighbours<Channels> shared_neighbours(const float* samples, Channels::Ints index,
-                                                      Channels) {
-    return {Channels(samples[index.v[0]]), Channels(samples[index.v[0] + stride])};
+/// The same of samples that all channels share.
+template <int stride, class F, class Index>
+STRATUS_INLINE Neighbours<F> shared_neighbours(const float* samples, Index index) {
+    if constexpr (std::is_same_v<F, ChannelLanes>)
+        return {F(samples[index.v[0]]), F(samples[index.v[0] + stride])};
+    else
+        return neighbours<stride, F>(samples, index);
 }
 
 }  // namespace
-
-template <int channels>
-constexpr int channel_steps<channels, Channels> = 1;
-
 }  // namespace stratus

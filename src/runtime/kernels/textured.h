@@ -4,7 +4,7 @@
 #pragma once
 
 #include <stratus/runtime/half.h>
-#include <stratus/runtime/light.h>
+#include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/textured_table.h>
 
 #include <cstddef>
@@ -47,15 +47,15 @@ struct TexturedSide {
 
     TexturedAxis albedo;         // over -sqrt(1 - w)
     TexturedAxis optical_depth;  // over log2(tau), finite samples
-    float lowest_albedo, highest_albedo;
-    float lowest_depth;     // finite samples; what lies beneath shines through less than that
-    float highest_depth;    // finite samples; beyond it reflection follows the law of diffusion
-    float deepest;          // depths are clamped to it
-    bool ends_at_infinity;  // reflection alone
-    bool divided;           // by albedo, shares and diffusion scales; not over what lies beneath
+    float min_albedo, max_albedo;
+    float min_depth;         // finite samples; what lies beneath shines through less than that
+    float max_finite_depth;  // finite samples; beyond it reflection follows the law of diffusion
+    float max_depth;         // depths are clamped to it
+    bool ends_at_infinity;   // reflection alone
+    bool divided;            // by albedo, shares and diffusion scales; not over what lies beneath
     bool over_surface;
-    float surface_albedo;   // of a surface beneath
-    float beneath_quarter;  // w / 4 of a layer beneath
+    float surface_albedo;           // of a surface
+    float boundary_quarter_albedo;  // w / 4 of a layer
 
     float extrapolation_length;
     const float* diffusion_exponent;  // over albedo
@@ -74,9 +74,11 @@ struct TexturedSide {
 };
 
 /// One lookup. 1 - albedo comes beside the albedo with its own precision.
-struct TexturedPoint {
-    float albedo, co_albedo, optical_depth, mu_in, mu_out, azimuth;
+template <class F>
+struct TexturedPointOf {
+    F albedo, co_albedo, optical_depth, mu_in, mu_out, azimuth;
 };
+using TexturedPoint = TexturedPointOf<float>;
 
 constexpr int points_at_once = 16;
 

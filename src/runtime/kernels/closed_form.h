@@ -1,0 +1,127 @@
+// Single scattering in closed form, [Blinn82] 2.4, and the shares of light intercepted along both
+// directions, which orders n >= 2 were divided by: for one lookup, for many, and for textured ones.
+//
+// A depth or an albedo is a number of type N: F itself, or a float that all lanes share.
+#pragma once
+
+#include "phase_values.h"
+
+namespace stratus {
+namespace {
+
+// ---- light reflected
+
+/// The two directions; one division serves all.
+template <class F>
+struct ReflectedPath {
+    F mu_in, mu_out, sum;
+    F reciprocal_of_all;  // 1 / (mu mu0 (mu + mu0))
+    F reciprocal_sum;     // 1 / (mu + mu0)
+
+    STRATUS_INLINE explicit ReflectedPath(const LightPathOf<F>& path)
+        : mu_in(path.mu_in), mu_out(path.mu_out), sum(mu_in + mu_out) {
+        const F product = mu_in * mu_out;
+        reciprocal_of_all = reciprocal(sum * product);
+        reciprocal_sum = reciprocal_of_all * product;
+    }
+
+    /// tau / mu0, tau / mu and their sum.
+    template <class N>
+    STRATUS_INLINE F depth_in(N optical_depth) const {
+        return reciprocal_of_all * (sum * mu_out * optical_depth);
+    }
+    template <class N>
+    STRATUS_INLINE F depth_out(N optical_depth) const {
+        return reciprocal_of_all * (sum * mu_in * optical_depth);
+    }
+    template <class N>
+    STRATUS_INLINE F depth_of_both(N optical_depth) const {
+        return reciprocal_of_all * (sum * sum * optical_depth);
+    }
+};
+
+/// Along both directions, one after the other.
+template <class F>
+struct BothWays {
+    Attenuation<F> sum;
+    F shares;  // product of the shares intercepted along each
+};
+
+template <class F>
+STRATUS_INLINE BothWays<F> both_ways(const Attenuation<F>& in, const Attenuation<F>& out) {
+    const F shares = in.extinguished * out.extinguished;
+    return {{in.transmitted * out.transmitted, in.extinguished + out.extinguished - shares},
+            shares};
+}
+
+/// Lower boundary: R of a Lambert surface, w / 4 of a layer.
+template <class N>
+struct BoundaryAlbedos {
+    N surface, quarter;
+};
+
+/// R of order 1 of the layer and of its lower boundary, seen through it.
+template <PhaseForm form, bool with_opposition, class F, class N, class B>
+STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValues<F>& phase,
+                                  const Attenuation<F>& both, N quarter_albedo,
+                                  const BoundaryAlbedos<B>& boundary) {
+    const F single = phase.layer * both.extinguished * path.reciprocal_sum * quarter_albedo +
+                     both.transmitted * boundary.surface;
+    if constexpr (form == PhaseForm::composed) {
+        F more = phase.boundary * both.transmitted * boundary.quarter;
+        if constexpr (with_opposition) {
+            // [Blinn82] 5.2: tanh(x / 4) = extinguished / (1 + sqrt(transmitted))^2 at exp(-x)
+            const F root = square_root(both.transmitted) + 1.0f;
+            more = phase.opposition * (both.extinguished * both.extinguished) *
+                       reciprocal(root * root) * quarter_albedo +
+                   more;
+        }
+        return single + path.reciprocal_sum * more;
+    } else {
+        return single;
+    }
+}
+
+// ---- light transmitted
+
+/// 1 / cosine of the two directions.
+template <class F>
+struct TransmittedPath {
+    F steep, shallow;  // of the larger cosine, of the smaller
+
+    STRATUS_INLINE explicit TransmittedPath(const LightPathOf<F>& path) {
+        const F reciprocal_product = reciprocal(path.mu_in * path.mu_out);
+        steep = reciprocal_product * minimum(path.mu_in, path.mu_out);
+        shallow = reciprocal_product * maximum(path.mu_in, path.mu_out);
+    }
+
+    /// tau / mu along the steeper direction.
+    template <class N>
+    STRATUS_INLINE F depth(N optical_depth) const {
+        return steep * optical_depth;
+    }
+    /// By how much tau / mu is larger along the other; never quite 0, for something divides by it.
+    template <class N>
+    STRATUS_INLINE F excess(N optical_depth) const {
+        return maximum((shallow - steep) * optical_depth, 1e-30f);
+    }
+};
+
+/// Diffuse T of order 1, from the attenuations at `depth` and at `excess`. Written with the mean of
+/// exp(-x) over [0, excess], which is regular at equal cosines.
+template <class F, class N>
+STRATUS_INLINE F single_transmitted(const TransmittedPath<F>& path, F phase, F depth, F excess,
+                                    const Attenuation<F>& beam, const Attenuation<F>& more,
+                                    N quarter_albedo) {
+    return phase * beam.transmitted * depth * path.shallow *
+           (more.extinguished * reciprocal(excess)) * quarter_albedo;
+}
+
+/// Product of the shares intercepted along either direction, from the same attenuations.
+template <class F>
+STRATUS_INLINE F transmitted_shares(const Attenuation<F>& beam, const Attenuation<F>& more) {
+    return beam.extinguished * (beam.extinguished + beam.transmitted * more.extinguished);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,101 @@
+// Interpolation between samples: places on axes, and weights of straight lines and of cubics.
+#pragma once
+
+#include "lanes.h"
+
+namespace stratus {
+namespace {
+
+/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly (mu_places.h).
+template <class F>
+STRATUS_INLINE F mu_coordinate(F mu) {
+    const F rest = maximum(1.0f - mu, 0.0f);
+    if constexpr (std::is_same_v<F, QuantityLanes>) {  // of two cosines: four roots at once
+        const F roots = square_root(quantities(mu.v[0], mu.v[1], rest.v[0], rest.v[1]));
+        return quantities(roots.v[2], roots.v[3]) * (1.0f - square_root(roots) * 0.5f);
+    } else {
+        return square_root(rest) * (1.0f - square_root(square_root(mu)) * 0.5f);
+    }
+}
+
+/// Of two cosines.
+template <class F>
+struct MuCoordinates {
+    F in, out;
+};
+
+template <class F>
+STRATUS_INLINE MuCoordinates<F> mu_coordinates(F mu_in, F mu_out) {
+    if constexpr (std::is_same_v<F, float>) {
+        const QuantityLanes v = mu_coordinate(quantities(mu_in, mu_out));
+        return {v.v[0], v.v[1]};
+    } else {
+        return {mu_coordinate(mu_in), mu_coordinate(mu_out)};
+    }
+}
+
+/// A place on an axis: the sample before it, and the share of the way to the next.
+template <class F, class Index>
+struct AxisPlace {
+    Index sample;
+    F fraction;
+};
+
+template <class F>
+STRATUS_INLINE auto axis_place(F place) {
+    const auto sample = truncated(place);
+    return AxisPlace<F, std::remove_const_t<decltype(sample)>>{sample, place - as_float(sample)};
+}
+
+/// Of the places of two cosines, the higher one first.
+template <class F, class Index>
+struct SortedPlaces {
+    AxisPlace<F, Index> high, low;
+};
+
+template <class F>
+STRATUS_INLINE auto sorted_places(F a, F b) {
+    if constexpr (std::is_same_v<F, float>) {
+        const QuantityLanes place = quantities(maximum(a, b), minimum(a, b));
+        const auto [sample, fraction] = axis_place(place);
+        return SortedPlaces<float, std::int32_t>{{sample.v[0], fraction.v[0]},
+                                                 {sample.v[1], fraction.v[1]}};
+    } else {
+        const auto high = axis_place(maximum(a, b)), low = axis_place(minimum(a, b));
+        return SortedPlaces<F, decltype(high.sample + 0)>{high, low};
+    }
+}
+
+/// Bilinear weights of the four samples around a place: over (high, low).
+template <class F>
+struct CornerWeights {
+    F at[4];
+};
+
+template <class F>
+STRATUS_INLINE CornerWeights<F> corner_weights(F high_fraction, F low_fraction) {
+    const F both = high_fraction * low_fraction;
+    const F low = low_fraction - both, high = high_fraction - both;
+    return {{(1.0f - high_fraction) - low, low, high, both}};
+}
+
+/// Weights of the cubic through the samples at 0, 1, 2 and 3.
+template <class F>
+STRATUS_INLINE void cubic_weights(F t, F* weight) {
+    if constexpr (std::is_same_v<F, float>) {
+        using Four = QuantityLanes::Floats;
+        const Four all = (t - Four{1, 0, 0, 0}) * (t - Four{2, 2, 1, 1}) * (t - Four{3, 3, 3, 2}) *
+                         Four{-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f};
+        __builtin_memcpy(weight, &all, sizeof all);
+    } else {
+        const F a = t - 1.0f, b = t - 2.0f, c = t - 3.0f;
+        const F bc = b * c * (1 / 6.0f), ta = t * a * (1 / 6.0f);
+        weight[0] = a * bc * -1.0f;
+        weight[1] = t * bc * 3.0f;
+        weight[2] = ta * c * -3.0f;
+        weight[3] = ta * b;
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,76 @@
+// Values of a phase curve (phase_curve.h) at a light path.
+#pragma once
+
+#include <stratus/runtime/phase_curve.h>
+
+#include "light_path.h"
+
+namespace stratus {
+namespace {
+
+template <class F>
+STRATUS_INLINE F lobe_value(const PhaseLobe& lobe, const LightPathOf<F>& path) {
+    const F r = reciprocal_root(path.forward * lobe.forward +
+                                (path.backward * lobe.backward + lobe.offset));
+    return r * r * (r * lobe.scale);
+}
+
+/// The `width` values side by side at a scattering angle.
+template <int width, class F>
+STRATUS_INLINE void sampled_values(const PhaseCurveView& curve, const LightPathOf<F>& path,
+                                   F* value) {
+    const F x =
+        (square_root(path.forward * 0.5f) - square_root(path.backward * 0.5f)) * 0.5f + 0.5f;
+    // Stays below the last sample, so that there is a next one.
+    const F place = clamped(x, 0.0f, 1 - 1e-6f) * static_cast<float>(curve.last);
+    const auto index = truncated(place);
+    const F fraction = place - as_float(index);
+    for (int k = 0; k < width; ++k) {
+        const Neighbours<F> at = shared_neighbours<width, F>(curve.sample + k, index * width);
+        value[k] = at.here + fraction * (at.next - at.here);
+    }
+}
+
+template <PhaseForm form, class F>
+STRATUS_INLINE F phase_value(const PhaseCurveView& curve, const LightPathOf<F>& path) {
+    if constexpr (form == PhaseForm::sampled) {
+        F value[1];
+        sampled_values<1>(curve, path, value);
+        return value[0];
+    } else if constexpr (form == PhaseForm::constant) {
+        return F(curve.polynomial[0]);
+    } else {
+        F value = path.forward * (path.forward * curve.polynomial[2] + curve.polynomial[1]) +
+                  curve.polynomial[0];
+        if constexpr (form == PhaseForm::one_lobe || form == PhaseForm::two_lobes)
+            value = value + lobe_value(curve.lobe[0], path);
+        if constexpr (form == PhaseForm::two_lobes) value = value + lobe_value(curve.lobe[1], path);
+        return value;
+    }
+}
+
+/// All that single scattering on the lit side reads of a curve.
+template <class F>
+struct PhaseValues {
+    F layer;       // phase function
+    F opposition;  // the same times opposition's bump
+    F boundary;    // phase function of a layer that is the lower boundary
+};
+
+/// Without opposition and lower boundary where the curve is not composed.
+template <PhaseForm form, class F>
+STRATUS_INLINE PhaseValues<F> phase_values(const PhaseCurveView& curve,
+                                           const LightPathOf<F>& path) {
+    if constexpr (form == PhaseForm::composed) {
+        F value[3];
+        sampled_values<3>(curve, path, value);
+        return {value[0], value[1], value[2]};
+    } else if constexpr (form == PhaseForm::none) {
+        return {};
+    } else {
+        return {phase_value<form>(curve, path), F(0.0f), F(0.0f)};
+    }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,36 @@
+// What the lookups of a bound slice read (slice.h): filled in when it is bound, evaluated by
+// kernels.cpp.
+#pragma once
+
+#include <stratus/runtime/phase_curve.h>
+
+namespace stratus {
+
+/// How orders n >= 2 are stored.
+enum class Orders {
+    none,
+    without_azimuth,
+    with_azimuth,
+};
+
+/// One side of a slice for `channels` colours.
+template <int channels>
+struct SliceSide {
+    PhaseCurveView phase;
+    static constexpr int padded = channels == 1 ? 1 : 4;
+    float optical_depth[padded];            // at most 1e30
+    float quarter_albedo[padded];           // w / 4
+    float surface_albedo[padded];           // lower boundary: R of a Lambert surface; 0: none
+    float boundary_quarter_albedo[padded];  // lower boundary: w / 4 of a layer; 0: none
+
+    // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
+    // end. R and T are symmetric in the cosines: row i over mu has mu' = 0 .. i + 1 alone, and a
+    // lookup takes the larger index for mu.
+    const float* sample;
+    int last_mu, azimuths;
+    float mu_first, mu_step_inverse;  // index = (coordinate - first) * step_inverse
+    // What samples were divided by: level + slope * (shares intercepted along both directions).
+    float level, slope;
+};
+
+}  // namespace stratus

@@ -1,8 +1,8 @@
-# Builds PROJECT in WORK with SOURCE as a subfolder, where find_package is fatal; then does so where it must be called.
+# Builds PROJECT in WORK with Stratus as a subfolder, with find_package made fatal.
 include(${CMAKE_CURRENT_LIST_DIR}/use.cmake)
 
-# The trap must be seen to close: the tests do look for a package.
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${PROJECT} -B ${WORK}/trapped -G ${GENERATOR}
+# Check that find_package is indeed fatal: the tests call it.
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${PROJECT} -B ${WORK}/with_tests -G ${GENERATOR}
                         -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_CXX_COMPILER=${CXX_COMPILER}
                         ${ARGUMENTS} -DSTRATUS_BUILD_TESTS=ON
                 RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE output)

@@ -1,9 +1,8 @@
-// Compares the path tracer's pictures with what lookups alone say.
+// Compares the pictures of path_tracer with direct lookups.
 //
 //     check_pictures TABLE SUNLIT.ppm SUN FURNACE.ppm SKY
 //
-// SUNLIT has no sky and light that bounced once; FURNACE has no sun. Says nothing when all is
-// right.
+// SUNLIT has no sky and a single bounce; FURNACE has no sun.
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
@@ -20,7 +19,7 @@
 
 namespace {
 
-// As the path tracer has them.
+// As in path_tracer.cpp.
 constexpr std::array albedo{1.0, 0.97, 0.9};
 constexpr double half_width = 1.6;
 const double root_half = std::sqrt(0.5), root_third = std::sqrt(1.0 / 3);
@@ -31,7 +30,7 @@ struct Vector {
     double x, y, z;
 };
 
-/// Pixels by their place, to the right and up, in [-half_width, half_width].
+/// Pixels by their position right and up of the centre, in [-half_width, half_width].
 class Picture {
   public:
     explicit Picture(const std::string& path) {
@@ -41,24 +40,24 @@ class Picture {
         file >> kind >> size_ >> size_ >> white;
         for (double value; file >> value;) value_.push_back(value / white);
         if (kind != "P3" || value_.size() != 3 * size_ * size_)
-            throw std::runtime_error(path + " is no picture");
+            throw std::runtime_error(path + " is not a square PPM picture");
     }
 
-    /// Mean of nine pixels about a place.
+    /// Mean of the nine pixels about a position.
     double at(double right, double up, std::size_t channel) const {
         double sum = 0;
         for (const double r : {-1, 0, 1})
             for (const double u : {-1, 0, 1})
-                sum += value(place(-up + u * pixel()), place(right + r * pixel()), channel);
+                sum += value(index(-up + u * pixel()), index(right + r * pixel()), channel);
         return sum / 9;
     }
     double value(std::size_t row, std::size_t column, std::size_t channel) const {
         return value_[3 * (row * size_ + column) + channel];
     }
 
-    /// The middle of the pixel that a coordinate lies in.
-    double middle(double coordinate) const {
-        return ((static_cast<double>(place(coordinate)) + 0.5) / static_cast<double>(size_) * 2 -
+    /// The centre of the pixel at a coordinate.
+    double pixel_centre(double coordinate) const {
+        return ((static_cast<double>(index(coordinate)) + 0.5) / static_cast<double>(size_) * 2 -
                 1) *
                half_width;
     }
@@ -66,7 +65,7 @@ class Picture {
 
   private:
     double pixel() const { return 2 * half_width / static_cast<double>(size_); }
-    std::size_t place(double coordinate) const {
+    std::size_t index(double coordinate) const {
         return static_cast<std::size_t>((coordinate / half_width + 1) / 2 *
                                         static_cast<double>(size_));
     }
@@ -74,29 +73,29 @@ class Picture {
     std::vector<double> value_;
 };
 
-bool all_right = true;
+bool all_passed = true;
 
 void expect_within(const std::string& what, double met, double low, double high) {
     if (met >= low && met <= high) return;
-    all_right = false;
+    all_passed = false;
     std::cerr << what << ": " << met << " is not in [" << low << ", " << high << "]\n";
 }
 
-/// Radiance towards the camera of a facet that faces the sun and sees nothing else.
+/// Radiance towards the camera of a facet lit by the sun alone.
 double sunlit(const stratus::TableView& table, double w, double sun, const Vector& normal) {
     const double mu_in = (normal.x - normal.y + normal.z) * root_third;
     const double mu_out = (normal.z - normal.y) * root_half;
     if (mu_in <= 0) return 0;
-    // Light travels along (-1, 1, -1), then along (0, -1, 1); of both, what is along the facet.
-    const double along = -2 * root_third * root_half + mu_in * mu_out;
+    // Directions of propagation (-1, 1, -1), then (0, -1, 1), projected onto the facet.
+    const double projected = -2 * root_third * root_half + mu_in * mu_out;
     const double sines = std::sqrt((1 - mu_in * mu_in) * (1 - mu_out * mu_out));
-    const double azimuth = std::acos(sines > 0 ? std::clamp(along / sines, -1.0, 1.0) : 1.0);
+    const double azimuth = std::acos(sines > 0 ? std::clamp(projected / sines, -1.0, 1.0) : 1.0);
     const double R = stratus::reflection(table, w, infinity, {mu_in, mu_out, azimuth}).total();
     return sun * mu_in * R / pi;
 }
 
-/// Share of a white sky that a facet sends towards mu_out: midpoints, exact to 1e-3.
-double share_of_sky(const stratus::TableView& table, double w, double mu_out) {
+/// Radiance towards mu_out under a uniform sky of radiance 1, by the midpoint rule, accurate to 1e-3.
+double radiance_under_sky(const stratus::TableView& table, double w, double mu_out) {
     constexpr int cosines = 100, azimuths = 20;
     double sum = 0;
     for (int i = 0; i < cosines; ++i)
@@ -109,32 +108,34 @@ double share_of_sky(const stratus::TableView& table, double w, double mu_out) {
     return sum;
 }
 
-/// The sphere's normal where it is seen right and up of the picture's centre.
+/// The normal of the sphere at a position right and up of the picture's centre.
 Vector normal_at(double right, double up) {
     const double towards = std::sqrt(1 - right * right - up * up);
     return {right, (up - towards) * root_half, (up + towards) * root_half};
 }
 
 void check_sunlit(const Picture& picture, const stratus::TableView& table, double sun) {
-    // 0.5 %: binding adds a quarter of the table's 0.1 %, and pixels are as wide as 2 degrees.
+    // 0.5 %: binding adds a quarter of the table's 0.1 %, and pixels are up to 2 degrees wide.
     const auto expect_about = [](const std::string& what, double met, double expected) {
         expect_within(what, met, 0.995 * expected, 1.005 * expected);
     };
-    struct Place {
+    struct Position {
         const char* name;
         double right, up;
     };
     for (std::size_t c = 0; c < 3; ++c) {
-        const std::string of = " in channel " + std::to_string(c);
-        for (const Place& at : {Place{"top", 0, root_half}, Place{"centre", 0, 0},
-                                Place{"sunny side", 0.6, 0.1}, Place{"evening", -0.5, 0.5}}) {
-            const Vector normal = normal_at(picture.middle(at.right), picture.middle(at.up));
-            expect_about(at.name + of, picture.at(at.right, at.up, c),
+        const std::string in_channel = " in channel " + std::to_string(c);
+        for (const Position& at :
+             {Position{"top", 0, root_half}, Position{"centre", 0, 0},
+              Position{"sunny side", 0.6, 0.1}, Position{"evening", -0.5, 0.5}}) {
+            const Vector normal =
+                normal_at(picture.pixel_centre(at.right), picture.pixel_centre(at.up));
+            expect_about(at.name + in_channel, picture.at(at.right, at.up, c),
                          sunlit(table, albedo[c], sun, normal));
         }
-        expect_within("night" + of, picture.at(-0.8, 0.5, c), 0, 0);
-        expect_within("shadow" + of, picture.at(-1.3, 0, c), 0, 0);
-        expect_about("ground" + of, picture.at(1.3, -1, c),
+        expect_within("night" + in_channel, picture.at(-0.8, 0.5, c), 0, 0);
+        expect_within("shadow" + in_channel, picture.at(-1.3, 0, c), 0, 0);
+        expect_about("ground" + in_channel, picture.at(1.3, -1, c),
                      sunlit(table, albedo[c], sun, {0, 0, 1}));
     }
 }
@@ -145,13 +146,13 @@ void check_furnace(const Picture& picture, const stratus::TableView& table, doub
         for (std::size_t column = 0; column < picture.size(); ++column) {
             const double value = picture.value(row, column, 0);
             sum += value;
-            // What absorbs nothing is as bright as the sky; noise of 32 paths.
+            // Without absorption, as bright as the sky, up to the noise of 32 paths.
             expect_within("pixel in the furnace", value, 0.8 * sky, 1.2 * sky);
         }
     const double mean = sum / static_cast<double>(picture.size() * picture.size());
     expect_within("mean of the furnace", mean, 0.997 * sky, 1.003 * sky);
     for (const std::size_t c : {1u, 2u}) {
-        const double expected = sky * share_of_sky(table, albedo[c], root_half);
+        const double expected = sky * radiance_under_sky(table, albedo[c], root_half);
         expect_within("top in the furnace", picture.at(0, root_half, c), 0.98 * expected,
                       1.02 * expected);
     }
@@ -169,5 +170,5 @@ int main(int argc, char** argv) {
         std::cerr << "check_pictures: " << error.what() << '\n';
         return 1;
     }
-    return all_right ? 0 : 1;
+    return all_passed ? 0 : 1;
 }

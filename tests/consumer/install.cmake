@@ -1,4 +1,4 @@
-# Installs BUILD, and moves the copy to PREFIX: nothing of it may remember where it was.
+# Installs BUILD and moves the copy to PREFIX, since it must not depend on where it was installed.
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${PREFIX} ${PREFIX}.first)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds programs in C++ and C against an installed copy with a compiler and pkg-config alone, and checks what they say.
+# Builds programs in C++ and C against an installed copy with only a compiler and pkg-config, and checks their output.
 #
 #     path_trace.sh PREFIX RECIPE CHECK_PICTURES C_PROGRAM CXX CC
 set -eu

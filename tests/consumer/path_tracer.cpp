@@ -1,10 +1,9 @@
-// A dusty sphere on dusty ground, lit by the sun and a dim sky: all that a path tracer does with a
-// table.
+// A path tracer that uses a table: a dusty sphere on dusty ground, lit by the sun and a dim sky.
 //
 //     path_tracer TABLE.h5 PICTURE.ppm [SUN SKY BOUNCES]
 //
-// SUN is the irradiance on a plane that faces the sun, SKY the radiance of the sky; the picture
-// holds radiance, linear, 1 is white.
+// SUN is the irradiance on a plane facing the sun, SKY the radiance of the sky; the picture holds
+// linear radiance, 1 is white.
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/constants.h>
@@ -42,18 +41,18 @@ struct Hit {
 
 /// The unit sphere about the origin and the plane z = -1.
 Hit nearest_hit(const Ray& ray) {
-    constexpr float least = 1e-3f;  // where a ray leaves from is not hit again
+    constexpr float min_distance = 1e-3f;  // so that a ray does not hit its own origin
     Hit hit;
     const float down = (-1 - ray.origin.z) / ray.direction.z;
-    if (down > least) hit.distance = down;
+    if (down > min_distance) hit.distance = down;
     const float b = dot(ray.origin, ray.direction), c = dot(ray.origin, ray.origin) - 1;
     if (b * b <= c) return hit;
     const float near = -b - std::sqrt(b * b - c);
-    if (near > least && near < hit.distance) hit = {near, unit(ray.at(near))};
+    if (near > min_distance && near < hit.distance) hit = {near, unit(ray.at(near))};
     return hit;
 }
 
-/// The local frame of a surface, z along its normal: what a BSDF's vectors are in.
+/// The local frame of a surface, z along its normal, in which BSDFs are evaluated.
 struct Frame {
     Vector x, y, z;
     explicit Frame(Vector normal)
@@ -71,7 +70,7 @@ struct Scene {
     Vector to_sun;
 };
 
-/// Light that comes along a ray: sunlight at every bounce, and the sky where the path ends.
+/// Radiance along a ray: sunlight at every bounce, and the sky where the path ends.
 template <class Random>
 Rgb radiance(const Scene& scene, Ray ray, Random& random) {
     Rgb light{0, 0, 0}, weight{1, 1, 1};
@@ -84,7 +83,7 @@ Rgb radiance(const Scene& scene, Ray ray, Random& random) {
         const Vector wi = frame.to_local(scene.to_sun);
         if (wi.z > 0 && std::isinf(nearest_hit({point, scene.to_sun}).distance))
             light = light + scene.sun * wi.z * weight * scene.dust.eval(wi, wo);
-        // Reciprocal: where light came from is drawn as where it would go to.
+        // By reciprocity, the incident direction is sampled as an outgoing one.
         const auto next = scene.dust.sample(wo, random(), random(), random());
         if (!(next.pdf > 0)) break;
         weight = std::abs(next.wo.z) / next.pdf * weight * next.value;
@@ -96,12 +95,13 @@ Rgb radiance(const Scene& scene, Ray ray, Random& random) {
 int main(int argc, char** argv) {
     if (argc < 3)
         return std::fputs("usage: path_tracer TABLE PICTURE [SUN SKY BOUNCES]\n", stderr), 2;
-    const auto number = [&](int i, float usual) {
-        return argc > i ? std::strtof(argv[i], nullptr) : usual;
+    const auto number = [&](int i, float default_value) {
+        return argc > i ? std::strtof(argv[i], nullptr) : default_value;
     };
-    // Dust without end, so no light passes through it; a little redder than white.
+    // Semi-infinite dust, slightly reddish.
     const stratus::Table table = stratus::read_table(argv[1]);
-    stratus::RgbSlice dust = table.view().bind_rgb({infinity, infinity, infinity}, {1, 0.97, 0.9});
+    stratus::RgbSlice dust = table.view().bind_rgb(
+        {stratus::infinity, stratus::infinity, stratus::infinity}, {1, 0.97, 0.9});
     const Scene scene{stratus::RgbBsdf(std::move(dust)), number(3, 2.5f), number(4, 0.05f),
                       static_cast<int>(number(5, 100)), unit({1, -1, 1})};
 

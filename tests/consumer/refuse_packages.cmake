@@ -1,4 +1,4 @@
-# Included by `project`: from here on nobody finds a package.
+# Included by `project`: makes find_package fatal.
 macro(find_package name)
     message(FATAL_ERROR "find_package(${name}) was called")
 endmacro()

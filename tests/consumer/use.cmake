@@ -1,5 +1,5 @@
-# Configures and builds PROJECT in WORK with the settings in ARGUMENTS, and runs its PROGRAMS, of which each must print what
-# stands in its place in PRINTED.
+# Configures and builds PROJECT in WORK with the settings in ARGUMENTS, and runs its PROGRAMS, each of which must print the
+# corresponding line of PRINTED.
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
 file(REMOVE_RECURSE ${WORK})
@@ -10,6 +10,6 @@ foreach(program expected IN ZIP_LISTS PROGRAMS PRINTED)
     find_program(${program} ${program} PATHS ${WORK} ${WORK}/Release NO_DEFAULT_PATH REQUIRED)
     run(${${program}} WORKING_DIRECTORY ${WORK})
     if(NOT output STREQUAL "${expected}\n")
-        message(FATAL_ERROR "${program}: '${expected}' was to be printed, got ${output}")
+        message(FATAL_ERROR "${program}: must print '${expected}', got ${output}")
     endif()
 endforeach()

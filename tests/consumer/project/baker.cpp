@@ -15,5 +15,6 @@ int main() {
         "albedo = { min = 0.9, max = 0.9 }\n");
     stratus::write_table(stratus::bake(recipe), "table.h5");
     const stratus::Table table = stratus::read_table("table.h5");
-    std::printf("R = %.3f\n", stratus::reflection(table.view(), 0.9, infinity, {1, 1, 0}).total());
+    std::printf("R = %.3f\n",
+                stratus::reflection(table.view(), 0.9, stratus::infinity, {1, 1, 0}).total());
 }

@@ -1,4 +1,4 @@
-// Looks up one value of a table of one sample: single scattering by the closed form plus 0.25.
+// Looks up a table of one sample, 0.25: single scattering in closed form plus that.
 #include <stratus/runtime/lookup.h>
 
 #include <cstdio>

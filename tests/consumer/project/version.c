@@ -1,4 +1,4 @@
-/* Prints the version of the library that it was linked with. */
+/* Prints the version of the linked library. */
 #include <stdio.h>
 
 #include <stratus/stratus.h>

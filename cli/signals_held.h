@@ -8,7 +8,7 @@ namespace stratus {
 /// Blocks SIGINT, SIGTERM and SIGHUP during its scope, which must be short; one received meanwhile
 /// ends the program at the end of the scope.
 ///
-/// Threads  must be constructed while no other thread runs; threads started in its scope inherit it.
+/// Threads  constructed while no other thread runs; threads started in its scope inherit it.
 class SignalsHeld {
   public:
     SignalsHeld() {

@@ -94,7 +94,7 @@ double sunlit(const stratus::TableView& table, double w, double sun, const Vecto
     return sun * mu_in * R / pi;
 }
 
-/// Radiance towards mu_out under a uniform sky of radiance 1, by the midpoint rule, accurate to 1e-3.
+/// Radiance towards mu_out under a uniform sky of radiance 1. Midpoint rule, accurate to 1e-3.
 double radiance_under_sky(const stratus::TableView& table, double w, double mu_out) {
     constexpr int cosines = 100, azimuths = 20;
     double sum = 0;

@@ -1,4 +1,4 @@
-// The subcommands: one file each, each registering itself, its options and its callback.
+// The subcommands, one file each. Each function registers a command with its options and callback.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,10 +1,9 @@
-// The program `stratus`: hands its arguments to a subcommand and turns what comes back into an exit
-// code.
+// The program `stratus`: passes its arguments to a subcommand and returns an exit code.
 //
-// Exit code 0: done. 2: wrong usage, which is what CLI11 cannot parse and every
-// std::invalid_argument (a value, a row of a query, an ending that is not allowed). 1: everything
-// else that failed (a file, a library, a check not passed). 128 + signal: a bake was interrupted
-// and can go on. Whatever went wrong is said in one line on stderr.
+// Exit code 0: done. 2: wrong usage, which is whatever CLI11 cannot parse and every
+// std::invalid_argument (a value, a row of a query, a file name's ending). 1: all other failures (a
+// file, a library, a failed check). 128 + signal: a bake was interrupted and can be resumed. Errors
+// are one line on stderr.
 #include "commands.h"
 #include "stop_on_signal.h"
 
@@ -28,7 +27,7 @@ int refuse(int exit_code, std::string message) {
     return exit_code;
 }
 
-/// An answer that a full disk or a closed pipe did not take is told, not swallowed.
+/// Throws if the output could not be written, because of a full disk or a closed pipe.
 void flush_standard_output() {
     errno = 0;
     if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
@@ -41,8 +40,8 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", "stratus " STRATUS_VERSION);
     app.footer(
         "Example:\n  stratus info saturn_rings.h5\n"
-        "Every command explains itself: stratus COMMAND --help");
-    app.require_subcommand(0, 1);  // none is refused below: CLI11 would hide a misspelt one
+        "Options of each command: stratus COMMAND --help");
+    app.require_subcommand(0, 1);  // 0: with 1, CLI11 would not name a misspelt one
     stratus::add_solve(app);
     stratus::add_bake(app);
     stratus::add_eval(app);

@@ -1,21 +1,21 @@
-// Ctrl-C leaves no half file: signals that end the program wait while one is written.
+// Ctrl-C leaves no partial files: signals are blocked while a file is written.
 #pragma once
 
 #include <csignal>
 
 namespace stratus {
 
-/// Holds back SIGINT, SIGTERM and SIGHUP during its scope, which must be short; whichever came
-/// meanwhile ends the program at its end.
+/// Blocks SIGINT, SIGTERM and SIGHUP during its scope, which must be short; one received meanwhile
+/// ends the program at the end of the scope.
 ///
-/// Threads  to be made while no other thread runs; those started in its scope hold them back too.
+/// Threads  constructed while no other thread runs; threads started in its scope inherit it.
 class SignalsHeld {
   public:
     SignalsHeld() {
-        sigset_t ending;
-        sigemptyset(&ending);
-        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&ending, signal);
-        pthread_sigmask(SIG_BLOCK, &ending, &before_);
+        sigset_t blocked;
+        sigemptyset(&blocked);
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&blocked, signal);
+        pthread_sigmask(SIG_BLOCK, &blocked, &before_);
     }
     ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
     SignalsHeld(const SignalsHeld&) = delete;

@@ -1,4 +1,4 @@
-// Ctrl-C ends long work in order: what is at work is finished and kept first.
+// Ctrl-C stops long work in order: pieces in progress are finished and kept.
 #pragma once
 
 #include <atomic>
@@ -8,16 +8,16 @@
 
 namespace stratus {
 
-/// Takes note of SIGINT, SIGTERM and SIGHUP during its scope instead of ending the program; the
-/// second one does end it. Signals that were ignored stay so.
+/// Records SIGINT, SIGTERM and SIGHUP during its scope instead of ending the program; a second
+/// signal does end it. Ignored signals stay ignored.
 ///
-/// Threads  one at a time in a program.
+/// Threads  one object at a time in a program.
 class StopOnSignal {
   public:
     StopOnSignal() {
-        met() = 0;
+        received() = 0;
         struct sigaction stop = {};
-        stop.sa_handler = [](int signal) { met() = signal; };
+        stop.sa_handler = [](int signal) { received() = signal; };
         stop.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
         for (int n = 0; n < count; ++n) {
             sigaction(signals[n], nullptr, &before_[n]);
@@ -30,14 +30,14 @@ class StopOnSignal {
     StopOnSignal(const StopOnSignal&) = delete;
     StopOnSignal& operator=(const StopOnSignal&) = delete;
 
-    /// The signal that came; 0: none.
-    int signal() const { return met(); }
+    /// The signal received; 0: none.
+    int signal() const { return received(); }
 
   private:
     static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
     static constexpr int count = 3;
 
-    static std::atomic<int>& met() {
+    static std::atomic<int>& received() {
         static std::atomic<int> signal{0};
         static_assert(std::atomic<int>::is_always_lock_free);
         return signal;
@@ -46,7 +46,7 @@ class StopOnSignal {
     struct sigaction before_[count];
 };
 
-/// Ends the program as a signal would have: exit code 128 + signal.
+/// Ends the program with the exit code of a signal, 128 + signal.
 class EndedBySignal : public std::runtime_error {
   public:
     EndedBySignal(int signal, const std::string& message)

@@ -1,5 +1,4 @@
-// Tables that the commands read: how much memory that may take, and what is to be said of a file on
-// stderr.
+// Reading a table in a command: the option --max-memory, and notes about the file on stderr.
 #pragma once
 
 #include <stratus/io/table_file.h>
@@ -21,10 +20,11 @@ inline void add_max_memory(CLI::App& command, ReadOptions& options) {
             [&options](const long long& size) {
                 options.max_memory = static_cast<std::uintmax_t>(size * mebibyte);
             },
-            "MiB that reading the table may take. Default: half of the machine's")
+            "Memory for reading the table, in MiB. Default: half of the machine's")
         ->check(whole_number(1, 1LL << 40));
 }
 
+/// Reads a table and prints its notes on stderr.
 inline Table read_noted_table(const std::filesystem::path& path, ReadOptions options) {
     std::vector<std::string> notes;
     options.notes = &notes;

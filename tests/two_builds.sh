@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# two_builds.sh STRATUS OTHER_STRATUS: tables that two builds of the program bake are the same to 1e-6.
+# two_builds.sh STRATUS OTHER_STRATUS: tables baked by two builds of the program agree to 1e-6.
 set -eu
 recipes=$(realpath "$(dirname "$0")/golden")
 one=$(realpath "$1")
@@ -10,7 +10,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 
-# At this tolerance samples keep all bits of a float. The first recipe leaves every choice open.
+# At this tolerance, samples are not rounded. The first recipe sets no discretisation.
 cat >open.toml <<'RECIPE'
 phase_function = "rayleigh"
 tolerance = 1e-4
@@ -36,7 +36,7 @@ for name in one:
     a, b = one[name][...].astype(float), other[name][...].astype(float)
     finite = numpy.isfinite(a)
     a, b = a[finite], b[finite]
-    # what is less than a thousandth of the largest value is not asked for to be as exact
+    # relative error, but of values below a thousandth of the largest one relative to that
     scale = numpy.maximum(numpy.abs(a), 1e-3 * numpy.abs(a).max())
     worst = (numpy.abs(a - b) / numpy.where(scale > 0, scale, 1)).max()
     if not worst <= 1e-6:

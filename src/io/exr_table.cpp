@@ -2,13 +2,13 @@
 // text in attributes:
 //
 //     stratus:NAME            on the first part, an entry of the metadata, checksum included
-//     dataset:NAME            on the first part, the numbers of an axis or of the diffusion exponent,
-//                             separated by spaces
+//     dataset:NAME            on the first part, the numbers of an axis or of the diffusion
+//                             exponent, separated by spaces
 //     dataset:NAME.scale, dataset:NAME.units      on the first part
 //     part:layout, part:checksum      on every part, the order of its samples and their checksum
 //
-// The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR reads
-// them, because it allocates memory for any size that they give.
+// The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR
+// reads them, because it allocates memory for any size that they give.
 #include "memory_stream.h"
 #include "table_content.h"
 

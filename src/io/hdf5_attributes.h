@@ -12,7 +12,7 @@ void write_text(hid_t object, const std::string& name, const std::string& text);
 
 /// The text attribute `name` of an object that messages call `owner`.
 ///
-/// Errors   std::runtime_error when it is missing, no text, or larger than the file.
+/// Errors   std::runtime_error when it is missing, not text, or larger than the file.
 std::string read_text(hid_t object, const std::string& owner, const std::string& name,
                       const Bytes& file_bytes);
 

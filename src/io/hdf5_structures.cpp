@@ -81,7 +81,7 @@ void check_attribute(const FileRegion& attribute) {
     const std::uint64_t name_at = version == 3 ? 9 : 8, type_at = name_at + padded(name);
     const std::uint64_t space_at = type_at + padded(type_size);
     const FileRegion values = attribute.from(space_at + padded(attribute.number(6, 2)));
-    expect(version == 1 || attribute.number(1, 1) == 0, "an attribute with a shared datatype");
+    expect(version == 1 || attribute.number(1, 1) == 0, "shared datatypes are not supported");
     expect(name > 0 && attribute.number(name_at + name - 1, 1) == 0,
            "an attribute's name is not terminated");
     std::uint64_t bytes = check_datatype(attribute.within(type_at, type_size));
@@ -136,11 +136,11 @@ void check_layout(const FileRegion& layout, const std::vector<std::uint64_t>& ex
     expect(version == 4, "the chunk index predates HDF5 1.10");
     const std::uint64_t rank = layout.number(3, 1), size_of_extent = layout.number(4, 1);
     expect(rank == extents.size() + 1, "chunks have another rank than their dataset");
-    expect(size_of_extent >= 1 && size_of_extent <= 8, "chunks without extents");
+    expect(size_of_extent >= 1 && size_of_extent <= 8, "chunk extents must not be zero");
     std::uint64_t bytes = 1, chunks = 1;
     for (std::uint64_t d = 0; d < rank; ++d) {
         const std::uint64_t extent = layout.number(5 + d * size_of_extent, size_of_extent);
-        expect(extent > 0, "chunks without extents");
+        expect(extent > 0, "chunk extents must not be zero");
         bytes = times(bytes, extent);
         if (d < extents.size())
             chunks = times(chunks, extents[d] / extent + (extents[d] % extent > 0));
@@ -177,7 +177,7 @@ class BTree {
   public:
     explicit BTree(const FileRegion& header) : header_(header) {}
 
-    /// Checks the tree, and calls `check_record` with the part of each record that refers to the heap.
+    /// Checks the tree; `check_record` gets the part of each record that refers to the heap.
     void check(const Check& check_record) const {
         const std::uint64_t depth = header_.number(12, 2), merge = header_.number(15, 1);
         check_checksum(header_, 34);
@@ -267,7 +267,7 @@ class FractalHeap {
     void check_object(const FileRegion& id, const Check& check_message) const {
         constexpr unsigned managed = 0x00, huge = 0x10;
         const std::uint64_t kind = id.number(0, 1), at = id.number(1, size_of_offset());
-        expect(!(id.number(8, 1) & 2), "a shared attribute");
+        expect(!(id.number(8, 1) & 2), "shared attributes are not supported");
         if (kind == huge) return;
         expect(kind == managed, "unsupported kind of heap object");
         bool found = false;
@@ -368,7 +368,8 @@ class ObjectHeader {
         const std::uint64_t prefix = flags() & 4 ? 6 : 4;
         for (std::uint64_t at = 0; at + prefix <= chunk.size();) {
             const std::uint64_t size = chunk.number(at + 1, 2);
-            expect(!(chunk.number(at + 3, 1) & 2), "a shared object header message");
+            expect(!(chunk.number(at + 3, 1) & 2),
+                   "shared object header messages are not supported");
             check_message(chunk.number(at, 1), chunk.within(at + prefix, size));
             at += prefix + size;
         }
@@ -378,7 +379,7 @@ class ObjectHeader {
         constexpr std::size_t max_messages = 4096;
         const bool repeats = kind == 0x00 || kind == 0x06 || kind == 0x0c || kind == 0x10;
         expect(repeats || std::count(kinds_.begin(), kinds_.end(), kind) == 0,
-               "a duplicate object header message");
+               "duplicate object header message");
         expect(kinds_.size() < max_messages, "too many object header messages");
         kinds_.push_back(kind);
         const bool counts = message.number(1, 1) & 1;  // has a creation counter

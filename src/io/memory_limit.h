@@ -1,5 +1,5 @@
-// The memory that reading one file may use, counted before it is allocated: a small file that claims
-// to be a large one is refused at no cost.
+// The memory that reading one file may use, counted before it is allocated: a small file that
+// claims to be a large one is refused at no cost.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Forged HDF5 files: changed anywhere, with the checksums of their structures recomputed, so that the
-// library decodes them.
+// Forged HDF5 files: changed anywhere, with the checksums of their structures recomputed, so that
+// the library decodes them.
 //
 // Covers the structures of table files: superblock, object headers, B-trees of up to two levels,
 // fractal heaps with one level of blocks, and fixed arrays of one page.

@@ -1,5 +1,5 @@
-// Forged HDF5 files: changed on purpose, with all checksums recomputed. Each is refused with its own
-// message.
+// Forged HDF5 files: changed on purpose, with all checksums recomputed. Each is refused with its
+// own message.
 #include "forged_hdf5.h"
 
 #include <stratus/io/table_file.h>
@@ -136,9 +136,9 @@ const std::vector<Forgery> forgeries{
     forgery("SmallAddresses", "HDF", 8, 4, 1, bad_superblock),
     forgery("ShiftedAddresses", "HDF", 11, 8, 8, bad_superblock),
     forgery("HugeMessage", "OHDR", 8, 0xffff, 2, truncated),
-    forgery("SharedMessage", "OHDR", 10, 2, 1, "a shared object header message"),
+    forgery("SharedMessage", "OHDR", 10, 2, 1, "shared object header messages are not supported"),
     forgery("UnsupportedMessage", "OHDR", 7, 0x0f, 1, "unsupported object header message"),
-    forgery("DuplicateMessage", "OHDR", 47, 0x02, 1, "a duplicate object header message"),
+    forgery("DuplicateMessage", "OHDR", 47, 0x02, 1, "duplicate object header message"),
     forgery("HugeObjectHeader", "OHDR", 6, 0xff, 1, truncated),
     forgery("UnsupportedTree", "BTHD", 5, 10, 1, bad_tree),
     forgery("EmptyRecords", "BTHD", 10, 0, 2, bad_tree),
@@ -160,8 +160,9 @@ const std::vector<Forgery> forgeries{
     forgery("ObjectBeyondItsBlock", std::string("BTLF\0\x08", 6), 12, 0xffff, 2, truncated),
     forgery("MissingObject", std::string("BTLF\0\x08", 6), 7, 0xffffff, 4,
             "an object is missing from a heap"),
-    forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1, "a shared attribute"),
-    forgery("AttributeWithASharedType", attribute, -8, 1, 1, "an attribute with a shared datatype"),
+    forgery("SharedAttribute", std::string("BTLF\0\x08", 6), 14, 2, 1,
+            "shared attributes are not supported"),
+    forgery("AttributeWithASharedType", attribute, -8, 1, 1, "shared datatypes are not supported"),
     forgery("AttributeWithAnUnterminatedName", attribute, -7, 5, 2,
             "an attribute's name is not terminated"),
     forgery("AttributeOfAnUnsupportedType", attribute, 8, 0x18, 1, bad_type),
@@ -172,8 +173,8 @@ const std::vector<Forgery> forgeries{
     forgery("AttributeOfManyDimensions", attribute, 17, 200, 1,
             "a dataspace has too many dimensions"),
     forgery("ChunksOfAnotherRank", chunks, 3, 33, 1, "chunks have another rank than their dataset"),
-    forgery("ChunksWithoutExtents", chunks, 4, 0, 1, "chunks without extents"),
-    forgery("EmptyChunks", chunks, 5, 0, 1, "chunks without extents"),
+    forgery("ChunksWithoutExtents", chunks, 4, 0, 1, "chunk extents must not be zero"),
+    forgery("EmptyChunks", chunks, 5, 0, 1, "chunk extents must not be zero"),
     forgery("UnsupportedChunkIndex", chunks, 11, 4, 1, "unsupported chunk index"),
     forgery("ChunkIndexOfAnotherCount", "FAHD", 8, 1, 8,
             "the chunk index does not match its dataset"),

@@ -1,5 +1,6 @@
-// Files written when formats 1.0 and 1.1 (with a mixture) were new, in tests/golden, with the values
-// that h5py read from them then, one dataset a line. They must load to the same values forever.
+// Files written when formats 1.0 and 1.1 (with a mixture) were new, in tests/golden, with the
+// values that h5py read from them then, one dataset a line. They must load to the same values
+// forever.
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"

@@ -1,5 +1,5 @@
-// Many threads look up one table while another loads and drops others, as in a renderer: for 3 s, or
-// STRATUS_LOAD_SECONDS.
+// Many threads look up one table while another loads and drops others, as in a renderer: for 3 s,
+// or STRATUS_LOAD_SECONDS.
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/lookup.h>
 

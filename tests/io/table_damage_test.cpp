@@ -1,5 +1,5 @@
-// Randomly damaged files are refused with one sentence or read as the table that was written, without
-// crashes and endless reads, also under the sanitizers.
+// Randomly damaged files are refused with one sentence or read as the table that was written,
+// without crashes or endless reads, also under the sanitizers.
 //
 // Runs 1000 mutations of each kind; with STRATUS_ALL_DAMAGE in the environment, 20000.
 #include <stratus/io/table_file.h>

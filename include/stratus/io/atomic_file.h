@@ -10,9 +10,9 @@ namespace stratus {
 /// Calls `write(temporary)` with a path in the same folder, flushes the file to disk (fsync) and
 /// renames it to `path`.
 ///
-/// If `write` throws or anything fails, the temporary file is removed, an existing file at `path` is
-/// unchanged, and the caller gets the error. A killed writer leaves a hidden file, which the next
-/// writer of the same path removes. If `path` is a symbolic link, its target is replaced.
+/// If `write` throws or anything fails, the temporary file is removed, an existing file at `path`
+/// is unchanged, and the caller gets the error. A killed writer leaves a hidden file, which the
+/// next writer of the same path removes. If `path` is a symbolic link, its target is replaced.
 ///
 /// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, `path` is a
 ///          directory or device; also for a std::system_error that `write` throws.

@@ -9,9 +9,9 @@
 //     diffuse_transmittance
 //     spherical_albedo         row = albedo, column = optical_depth
 //
-// The rest is text in attributes of the first part: `stratus:NAME` is the attribute NAME of the root
-// of TABLE.h5, `dataset:NAME` the numbers of an axis or of the diffusion exponent. Equal tables make
-// equal files.
+// The rest is text in attributes of the first part: `stratus:NAME` is the attribute NAME of the
+// root of TABLE.h5, `dataset:NAME` the numbers of an axis or of the diffusion exponent. Equal
+// tables make equal files.
 #pragma once
 
 #include <stratus/io/table_file.h>

@@ -2,8 +2,8 @@
 // between them loses nothing.
 //
 // Files are not trusted: format name, version, every extent, type and checksum are checked, and
-// samples must be finite. A truncated, damaged or foreign file is refused with a reason. Newer minor
-// versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
+// samples must be finite. A truncated, damaged or foreign file is refused with a reason. Newer
+// minor versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
 #pragma once
 
 #include <stratus/runtime/table.h>
@@ -24,8 +24,8 @@ struct ReadOptions {
     /// Limit in bytes for the file, its samples and the buffers to inflate them; 0: half of the
     /// machine's memory.
     std::uintmax_t max_memory = 0;
-    /// Receives notes for the user, each naming the file: that it is of a newer minor version, whose
-    /// additions are ignored.
+    /// Receives notes for the user, each naming the file: that it is of a newer minor version,
+    /// whose additions are ignored.
     std::vector<std::string>* notes = nullptr;
 };
 

@@ -22,16 +22,16 @@ CLI::Validator number(const std::string& allowed, bool (*holds)(double value)) {
     return {check, ""};
 }
 
-CLI::Validator whole_number(long long least, long long most) {
+CLI::Validator whole_number(long long min, long long max) {
     const std::string allowed =
-        "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
+        "a whole number in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
     const auto check = [=](std::string& text) {
         long long value = 0;
         const char* const end = text.data() + text.size();
         const auto read = std::from_chars(text.data(), end, value);
-        if (read.ec != std::errc() || read.ptr != end || value < least || value > most)
+        if (read.ec != std::errc() || read.ptr != end || value < min || value > max)
             return refusal(allowed, text);
-        text = std::to_string(value);  // CLI11 takes leading zeros for octal
+        text = std::to_string(value);  // CLI11 reads a leading zero as octal
         return std::string();
     };
     return {check, ""};

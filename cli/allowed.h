@@ -1,5 +1,4 @@
-// What the value of an option may be, told in the words of every other refusal: the option, the
-// allowed range and the value met.
+// Validators of options, which refuse in the house form: option, allowed range, value met.
 //
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
@@ -10,16 +9,16 @@
 
 namespace stratus {
 
-/// A number for which `holds`; never nan. `allowed` names its range: "in [0, 1]".
+/// A number for which `holds` is true; never nan. `allowed` names its range: "in [0, 1]".
 CLI::Validator number(const std::string& allowed, bool (*holds)(double value));
 
-/// A decimal whole number in [least, most].
-CLI::Validator whole_number(long long least, long long most);
+/// A decimal whole number in [min, max].
+CLI::Validator whole_number(long long min, long long max);
 
-/// Anything but an empty text, which a script passes when its variable is not set.
+/// Anything but the empty text that a script passes when its variable is unset.
 CLI::Validator file_name();
 
-/// The option --threads; `more` ends the words of its help.
+/// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");
 
 }  // namespace stratus

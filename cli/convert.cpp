@@ -21,7 +21,7 @@ struct ConvertOptions {
     ReadOptions reading;
 };
 
-/// Refused here, before a long read, what the writer would refuse after it.
+/// Refuses before a long read what the writer would refuse after it.
 void check_ending(const char* argument, const std::string& path) {
     const std::string ending = std::filesystem::path(path).extension().string();
     if (ending == ".h5" || ending == ".exr") return;

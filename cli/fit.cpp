@@ -1,4 +1,4 @@
-// `stratus fit`: what rings are made of, from how bright they were seen to be.
+// `stratus fit`: albedos and optical depths of rings from their observed brightness.
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
@@ -28,13 +28,13 @@ struct FitCommand {
     ReadOptions reading;
 };
 
-/// What was seen of one radius.
+/// The observations of one radius.
 struct Bin {
     double radius = 0;
     std::vector<Observation> observations;
 };
 
-/// Bins in the order in which their radii are met; all rows are one where none is given.
+/// Bins in the order in which their radii appear; a single one without a column of radii.
 std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(rows.column(name));
@@ -45,7 +45,8 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
     std::vector<Bin> bins;
     for (std::size_t r = 0; r < rows.rows.size(); ++r) {
         const std::vector<double>& row = rows.rows[r];
-        const bool transmitted = row[mu_out] < 0;
+        const Side side = row[mu_out] < 0 ? Side::transmission : Side::reflection;
+        const bool transmitted = side == Side::transmission;
         if (!(transmitted ? table.has_transmission() : table.has_reflection()))
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": mu_out must be " +
@@ -56,7 +57,7 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
         auto bin = std::ranges::find(bins, radius, &Bin::radius);
         if (bin == bins.end()) bin = bins.insert(bin, {radius, {}});
         bin->observations.push_back({{row[mu_in], std::abs(row[mu_out]), radians(row[azimuth])},
-                                     transmitted,
+                                     side,
                                      row[brightness],
                                      row[sigma]});
     }
@@ -64,7 +65,7 @@ std::vector<Bin> bins_of(const CsvTable& rows, const TableView& table) {
     for (const Bin& bin : bins)
         if (bin.observations.size() < 3)
             throw std::invalid_argument(
-                rows.name + ": rows of a radius must be three at least, got " +
+                rows.name + ": rows of a radius must be at least three, got " +
                 std::to_string(bin.observations.size()) +
                 (rows.has_column("radius") ? " of " + shortest_text(bin.radius) : ""));
     return bins;
@@ -114,10 +115,10 @@ void run_fit(const FitCommand& command) {
 void add_fit(CLI::App& app) {
     auto command = std::make_shared<FitCommand>();
     CLI::App* fit = app.add_subcommand(
-        "fit", "Find the albedos w1, w2 and the optical depth that fit observed brightnesses");
+        "fit", "Fit the albedos w1, w2 and the optical depth to observed brightnesses");
     fit->add_option("OBSERVATIONS", command->observations,
                     "CSV with columns mu_in, mu_out, azimuth_deg, brightness, sigma in any order "
-                    "and, for one fit each, radius; -: standard input")
+                    "and, for a fit of each radius, radius; -: standard input")
         ->required()
         ->check(file_name());
     fit->add_option("--table", command->table, "Table with a mixture axis, .h5 or .exr")
@@ -127,11 +128,11 @@ void add_fit(CLI::App& app) {
         ->check(file_name());
     add_threads(*fit, command->threads);
     fit->footer(
-        "brightness is I/F = mu_in R where mu_out > 0, and mu_in T where mu_out < 0, the side that "
-        "is not lit (R = pi I / (mu_in F0)); sigma is its standard deviation. w1 and w2 are the "
-        "albedos of the table's two phase functions. Standard deviations are those of the model "
-        "made linear at the best fit. The column remarks names parameters that the geometries do "
-        "not determine, those at the edge of the table, and other layers that fit as well.\n"
+        "brightness is I/F = mu_in R where mu_out > 0, and mu_in T where mu_out < 0, the unlit "
+        "side (R = pi I / (mu_in F0)); sigma is its standard deviation. w1 and w2 are the albedos "
+        "of the table's two phase functions. Standard deviations come from the model linearised "
+        "at the best fit. The column remarks names parameters that the geometries do not "
+        "determine, those at the edge of the table, and other layers that fit as well.\n"
         "Example:\n  stratus fit voyager.csv --table saturn_rings_mixture.h5 -o rings.csv");
     fit->callback([command] { run_fit(*command); });
 }

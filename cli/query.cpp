@@ -58,12 +58,11 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& requir
 }
 
 /// Refuses the first line with a value out of its column's range.
-void check_values(const CsvTable& query, bool of_either_side) {
+void check_values(const CsvTable& query, bool signed_mu_out) {
     for (std::size_t r = 0; r < query.rows.size(); ++r)
         for (const ColumnRange& plain : column_ranges) {
-            const bool signed_side =
-                of_either_side && std::strcmp(plain.column, either_side.column) == 0;
-            const ColumnRange& range = signed_side ? either_side : plain;
+            const bool either = signed_mu_out && std::strcmp(plain.column, either_side.column) == 0;
+            const ColumnRange& range = either ? either_side : plain;
             if (!query.has_column(range.column)) continue;
             const double value =
                 query.rows[r][static_cast<std::size_t>(query.column(range.column))];
@@ -77,10 +76,10 @@ void check_values(const CsvTable& query, bool of_either_side) {
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
 CsvTable read_rows(const std::string& path, const std::vector<std::string>& required,
-                   const std::vector<std::string>& optional, bool of_either_side) {
+                   const std::vector<std::string>& optional, bool signed_mu_out) {
     CsvTable query = is_stream(path) ? read_csv(std::cin, "standard input") : read_csv(path);
     check_columns(query, required, optional);
-    check_values(query, of_either_side);
+    check_values(query, signed_mu_out);
     return query;
 }
 
@@ -104,7 +103,7 @@ void write_answer(const std::filesystem::path& path,
         write(std::cout);
         return;
     }
-    std::ostringstream answer;  // the work is done here, where it can be interrupted
+    std::ostringstream answer;  // written here first, where signals still interrupt
     write(answer);
     const SignalsHeld held;
     errno = 0;

@@ -1,8 +1,8 @@
-// Queries and answers as CSV: what the commands that evaluate geometries read and write.
+// Queries and answers as CSV, for the commands that evaluate geometries.
 //
-// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth and albedo, for
-// some mixture; each has its one allowed range, checked here row by row. Answers go to stdout or,
-// whole or not at all, to a file.
+// A query's columns are mu_in, mu_out, azimuth_deg and, for tables, optical_depth, albedo and
+// mixture; the range of each is checked here row by row. Answers go to stdout or, atomically, to a
+// file.
 #pragma once
 
 #include <stratus/io/csv.h>
@@ -15,21 +15,22 @@
 
 namespace stratus {
 
-/// The rows of a query, every value in its range; `path` "" or "-" is standard input.
+/// Reads a query, every value in its range; `path` "" or "-" is standard input.
 ///
 /// Errors   std::invalid_argument for a value outside its range (naming line, column, range and
-///          value), for a missing `required` column and for one that is not asked for at all.
+///          value), for a missing `required` column and for one that is neither required nor
+///          optional.
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional = {});
 
-/// The same of observations, whose mu_out is negative where the side that is not lit was seen.
+/// The same for observations, whose mu_out is negative on the unlit side.
 CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
                            const std::vector<std::string>& optional);
 
-/// Calls `write` with stdout where `path` is "" or "-", else writes a file that appears at `path`
-/// whole or not at all.
+/// Calls `write` with stdout where `path` is "" or "-"; writes the file at `path` atomically
+/// otherwise.
 ///
-/// Errors   std::runtime_error when not all of a file could be written; stdout is checked in main.
+/// Errors   std::runtime_error when the file cannot be written in full; main checks stdout.
 void write_answer(const std::filesystem::path& path,
                   const std::function<void(std::ostream&)>& write);
 
@@ -37,8 +38,7 @@ void write_answer(const std::filesystem::path& path,
 void require_different_files(const std::string& command, const std::filesystem::path& input,
                              const std::filesystem::path& output);
 
-/// Refuses a file that could not be written, before the work rather than after it; with an
-/// `ending`, one that does not have it.
+/// Refuses, before any work, a file that cannot be written or whose name lacks `ending`.
 ///
 /// Errors   std::invalid_argument naming command and option; std::runtime_error for its folder.
 void require_writable(const std::string& command, const std::string& option,

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# stratus fit: finds again what a table was asked for, says what it cannot know, and refuses bad rows.
+# stratus fit: recovers known layers, reports undetermined parameters, refuses bad rows.
 # shellcheck source=tests/cli/expect.sh
 source "$(dirname "$0")/expect.sh"
 
 "$make_fixture" mixed mixed.h5 || exit 1
 "$make_fixture" full full.h5 || exit 1
 
-# observe W1 W2 DEPTH [RADIUS]: rows of what the table says is seen of a ring, with 1 % for sigma, both sides
+# observe W1 W2 DEPTH [RADIUS]: rows of a ring's brightness from the table, sigma 1 % of it, both sides
 observe() {
     local mu_in mu_out azimuth
     echo mu_in,mu_out,azimuth_deg,optical_depth,albedo,mixture >"$logs/query.csv"
@@ -44,7 +44,7 @@ expect_ok fit one.csv --table mixed.exr
 expect_same "$out" answer.csv
 rm out.csv mixed.exr
 
-# a fit for each radius, in the order in which they come, on any number of threads
+# a fit for each radius, in the order of the file, on any number of threads
 { echo $columns,radius; observe 0.5 0.25 1.2 100.5; observe 0.1 0.7 0.3 74.5; } >bins.csv
 expect_ok fit bins.csv --table mixed.h5 --threads 1
 expect_header radius,$answer
@@ -55,7 +55,7 @@ cp "$out" answers.csv
 expect_ok fit bins.csv --table mixed.h5 --threads 3
 expect_same "$out" answers.csv
 
-# what is not known is said: the lit side of a deep layer
+# undetermined parameters are named: the depth of a deep layer from its lit side
 { echo $columns; observe 0.3 0.2 7 | grep -v ',-'; } >deep.csv
 expect_ok fit deep.csv --table mixed.h5
 expect_says "$out" '"optical_depth not determined by these geometries (above '
@@ -81,9 +81,9 @@ refuse_row 0.5,0.5,0,0.1,-0.01 sigma "(0, inf)" "got -0.01"
 refuse_row 0.5,0.5,0,dark,0.01 brightness "got 'dark'"
 refuse_row 0.5,0.5,0,0.1 "5 values" "got 4"
 sed -n 1,3p one.csv >bad.csv
-expect_refused 2 bad.csv "three at least" "got 2" -- fit bad.csv --table mixed.h5
+expect_refused 2 bad.csv "at least three" "got 2" -- fit bad.csv --table mixed.h5
 { cat bins.csv; echo 0.5,0.5,0,0.1,0.01,3; } >bad.csv
-expect_refused 2 bad.csv "three at least" "got 1 of 3" -- fit bad.csv --table mixed.h5
+expect_refused 2 bad.csv "at least three" "got 1 of 3" -- fit bad.csv --table mixed.h5
 echo $columns >bad.csv
 expect_refused 2 bad.csv "no observations" -- fit bad.csv --table mixed.h5
 cut -d , -f 1-4 one.csv >bad.csv

@@ -9,11 +9,11 @@ namespace {
 
 using test::Ring;
 
-constexpr int rings = 20, noises_of_each = 10;
+constexpr int rings = 20, noises_per_ring = 10;
 
-/// How often of 200 a normal number lies within two standard deviations: 0.9545 of them, and this
-/// far from it in one run of a thousand (binomial).
-constexpr int fewest = 181, most = 199;
+/// Of 200 normal variates 95.45 % lie within two standard deviations; the count is outside these
+/// limits in one run of a thousand (binomial).
+constexpr int min_within = 181, max_within = 199;
 
 double chi_square_of(const Ring& ring, const std::vector<Observation>& observed) {
     const double albedo = ring.w1 + ring.w2;
@@ -26,7 +26,7 @@ double chi_square_of(const Ring& ring, const std::vector<Observation>& observed)
     return sum;
 }
 
-TEST(Fit, IsWithinTwoStandardDeviationsAsOftenAsItSays) {
+TEST(Fit, StandardDeviationsHaveNominalCoverage) {
     std::mt19937 random(1982);
     std::uniform_real_distribution<double> uniform(0, 1);
     int w1 = 0, w2 = 0, depth = 0;
@@ -36,7 +36,7 @@ TEST(Fit, IsWithinTwoStandardDeviationsAsOftenAsItSays) {
         const Ring ring{albedo * share, albedo * (1 - share), 0.1 * std::pow(20, uniform(random))};
         std::vector<Observation> views = test::views(true);
         test::solve_views(ring, views);
-        for (int n = 0; n < noises_of_each; ++n) {
+        for (int n = 0; n < noises_per_ring; ++n) {
             const std::vector<Observation> observed = test::with_noise(views, random);
             const Fit fit = fit_layer(test::ring_table().view(), observed);
             const auto is_within = [](const Estimate& found, double truth) {
@@ -51,11 +51,11 @@ TEST(Fit, IsWithinTwoStandardDeviationsAsOftenAsItSays) {
         }
     }
     for (const int count : {w1, w2, depth}) {
-        EXPECT_GE(count, fewest);
-        EXPECT_LE(count, most);
+        EXPECT_GE(count, min_within);
+        EXPECT_LE(count, max_within);
     }
     // of 9000 degrees of freedom, to five standard deviations
-    EXPECT_NEAR(chi_square / (rings * noises_of_each), 1, 5 * std::sqrt(2.0 / 9000));
+    EXPECT_NEAR(chi_square / (rings * noises_per_ring), 1, 5 * std::sqrt(2.0 / 9000));
 }
 
 }  // namespace

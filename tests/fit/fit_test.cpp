@@ -35,20 +35,20 @@ std::string remark(const Fit& fit, const std::string& beginning) {
     return found == fit.remarks.end() ? "" : *found;
 }
 
-TEST(Fit, FindsWhatNoNoiseHides) {
+TEST(Fit, RecoversTheLayerWithoutNoise) {
     for (const Ring& ring : {Ring{0.5, 0.3, 0.7}, Ring{0.1, 0.4, 0.1}, Ring{0.8, 0.15, 1.8}}) {
         const Fit fit = fit_of(ring, test::views(true));
-        constexpr double of_the_table = 2e-3;  // its error, and some ten times less is usual
-        EXPECT_NEAR(fit.w1.value, ring.w1, of_the_table);
-        EXPECT_NEAR(fit.w2.value, ring.w2, of_the_table);
-        EXPECT_NEAR(fit.optical_depth.value, ring.optical_depth, of_the_table * ring.optical_depth);
+        constexpr double table_error = 2e-3;  // usually a tenth of it
+        EXPECT_NEAR(fit.w1.value, ring.w1, table_error);
+        EXPECT_NEAR(fit.w2.value, ring.w2, table_error);
+        EXPECT_NEAR(fit.optical_depth.value, ring.optical_depth, table_error * ring.optical_depth);
         EXPECT_LT(fit.chi_square, 1);
         EXPECT_EQ(fit.degrees_of_freedom, 45);
         EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
     }
 }
 
-TEST(Fit, FindsTheLayerOrSaysWhatElseItMayBeFromAsFewAsThreeObservations) {
+TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> uniform(0, 1);
     int others = 0;
@@ -59,10 +59,14 @@ TEST(Fit, FindsTheLayerOrSaysWhatElseItMayBeFromAsFewAsThreeObservations) {
         for (int i = 0; i < 3 + n % 3; ++i) {
             const double mu_in = 0.1 + 0.8 * uniform(random), mu_out = 0.1 + 0.9 * uniform(random);
             const double azimuth = pi * uniform(random);
-            views.push_back({{mu_in, mu_out, azimuth}, n % 2 == 1 && uniform(random) < 0.5, 0, 0});
+            views.push_back(
+                {{mu_in, mu_out, azimuth},
+                 n % 2 == 1 && uniform(random) < 0.5 ? Side::transmission : Side::reflection,
+                 0,
+                 0});
         }
         const Fit fit = fit_of(ring, views);
-        EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer has what the table is off by
+        EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer's is the error of the table
         const bool found = std::abs(fit.w1.value - ring.w1) < 0.02 &&
                            std::abs(fit.w2.value - ring.w2) < 0.02 &&
                            std::abs(std::log(fit.optical_depth.value / ring.optical_depth)) < 0.05;
@@ -73,7 +77,7 @@ TEST(Fit, FindsTheLayerOrSaysWhatElseItMayBeFromAsFewAsThreeObservations) {
     EXPECT_LE(others, 10);
 }
 
-TEST(Fit, StatesSmallerErrorsForMoreObservations) {
+TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
     const std::vector<Observation> once = seen({0.5, 0.3, 0.7}, test::views(true));
     std::vector<Observation> four_times;
     for (int n = 0; n < 4; ++n) four_times.insert(four_times.end(), once.begin(), once.end());
@@ -83,43 +87,44 @@ TEST(Fit, StatesSmallerErrorsForMoreObservations) {
     EXPECT_NEAR(b.optical_depth.sigma, a.optical_depth.sigma / 2, 1e-3 * a.optical_depth.sigma);
 }
 
-TEST(Fit, SaysThatTheLitSideDoesNotTellHowDeepADeepLayerIs) {
+TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     const Ring ring{0.5, 0.2, 6};
     const Fit fit = fit_of(ring, test::views(false));
     const std::string text =
         remark(fit, "optical_depth not determined by these geometries (above ");
     ASSERT_NE(text, "") << fit.remarks.size();
-    const double least = std::stod(text.substr(text.find("above ") + 6));
-    EXPECT_GT(least, 1);  // what a layer of depth 1 lets through is missed
-    EXPECT_LT(least, ring.optical_depth);
-    EXPECT_NEAR(fit.w1.value, ring.w1, 2 * fit.w1.sigma);  // which it does tell
+    const double limit = std::stod(text.substr(text.find("above ") + 6));
+    EXPECT_GT(limit, 1);  // the light that depth 1 transmits would be missing
+    EXPECT_LT(limit, ring.optical_depth);
+    EXPECT_NEAR(fit.w1.value, ring.w1, 2 * fit.w1.sigma);  // still determined
     EXPECT_LT(fit.w1.sigma, 0.02);
     EXPECT_EQ(remark(fit_of({0.5, 0.2, 6}, test::views(true)), "optical_depth"), "");
 }
 
-TEST(Fit, SaysThatOneScatteringAngleDoesNotTellTwoKindsApart) {
+TEST(Fit, RemarksThatOneScatteringAngleDoesNotSeparateTwoAlbedos) {
     std::vector<Observation> views;
     for (const double mu : {0.2, 0.35, 0.5}) {
         const double cos_azimuth = (0.25 + mu * mu) / (1 - mu * mu);
-        views.push_back({{mu, mu, std::acos(cos_azimuth)}, false, 0, 0});
+        views.push_back({{mu, mu, std::acos(cos_azimuth)}, Side::reflection, 0, 0});
         ASSERT_NEAR(cos_scattering_angle_reflected(views.back().geometry), 0.25, 1e-12);
     }
     const Fit fit = fit_of({0.3, 0.3, 0.1}, views);
     EXPECT_NE(remark(fit, "w1 and w2 not determined by these geometries"), "");
 }
 
-TEST(Fit, SaysThatAThinLayerHidesItsDepthBehindItsAlbedo) {
+TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
     std::vector<Observation> views;
     for (const double azimuth : {0.1, 1.5, 3.0})
         for (const double mu_out : {0.8, 0.9, 1.0})
-            views.push_back({{0.9, mu_out, azimuth}, false, 0, 0});
+            views.push_back({{0.9, mu_out, azimuth}, Side::reflection, 0, 0});
     const Fit fit = fit_of({0.3, 0.3, 0.06}, views);
     EXPECT_NE(remark(fit, "optical_depth not determined by these geometries"), "");
 }
 
-TEST(Fit, SaysWhatIsAtTheEdgeOfTheTable) {
+TEST(Fit, RemarksOnTheEdgeOfTheTable) {
     std::vector<Observation> views = seen({0.6, 0.4, 1}, test::views(true));
-    for (Observation& view : views) view.brightness *= view.transmitted ? 1 : 1.1;  // nothing is
+    for (Observation& view : views)
+        view.brightness *= view.side == Side::transmission ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
     EXPECT_NE(remark(fit, "w1 + w2 at the edge of the table (1)"), "");
     EXPECT_GT(fit.chi_square, fit.degrees_of_freedom);
@@ -127,7 +132,7 @@ TEST(Fit, SaysWhatIsAtTheEdgeOfTheTable) {
     EXPECT_NEAR(pure.w2.value, 0, 1e-3);
 }
 
-TEST(Fit, IsTheSameToTheBitEveryTime) {
+TEST(Fit, IsReproducibleToTheBit) {
     const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
     EXPECT_EQ(a.w1.value, b.w1.value);
@@ -143,7 +148,7 @@ void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& ch
                                           fragments);
 }
 
-TEST(Fit, RefusesWhatCannotBeObserved) {
+TEST(Fit, RefusesObservationsOutOfRange) {
     using Views = std::vector<Observation>;
     expect_fit_refusal([](Views& v) { v.resize(2); }, {"fit_layer", "observations", "three", "2"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
@@ -153,7 +158,7 @@ TEST(Fit, RefusesWhatCannotBeObserved) {
     expect_fit_refusal([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
 }
 
-TEST(Fit, RefusesTablesThatCannotAnswer) {
+TEST(Fit, RefusesTablesWithoutTheSideOrAMixture) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     Table lit = ring_table();

@@ -1,4 +1,4 @@
-// Rings as they would be observed: made by the solver, which knows nothing of tables.
+// Synthetic observations of rings, from the solver rather than a table.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -10,7 +10,6 @@
 
 namespace stratus::test {
 
-/// What a layer is made of.
 struct Ring {
     double w1, w2, optical_depth;
 };
@@ -37,18 +36,19 @@ inline const Table& ring_table() {
     return table;
 }
 
-/// Light from one direction, seen from many: both sides, or the lit one alone.
+/// Geometries: two directions of incidence, many of view, of both sides or the lit one alone.
 inline std::vector<Observation> views(bool both_sides) {
     std::vector<Observation> views;
     for (const double mu_in : {0.12, 0.4})
         for (const double mu_out : {0.1, 0.35, 0.8})
             for (const double azimuth : {0.2, 1.4, 2.2, 3.0})
-                for (int side = 0; side < (both_sides ? 2 : 1); ++side)
-                    views.push_back({{mu_in, mu_out, azimuth}, side == 1, 0, 0});
+                for (const Side side : {Side::reflection, Side::transmission})
+                    if (both_sides || side == Side::reflection)
+                        views.push_back({{mu_in, mu_out, azimuth}, side, 0, 0});
     return views;
 }
 
-/// Fills in what is seen of a ring, exactly, and a standard deviation of 1 % of it.
+/// Sets the exact brightness of a ring, and a standard deviation of 1 % of it.
 inline void solve_views(const Ring& ring, std::vector<Observation>& views) {
     const Recipe recipe = ring_recipe();
     const double albedo = ring.w1 + ring.w2;
@@ -64,8 +64,9 @@ inline void solve_views(const Ring& ring, std::vector<Observation>& views) {
     for (std::size_t i = 0; i < views.size(); ++i) {
         const int in = static_cast<int>(2 * i), out = in + 1;
         const double azimuth = views[i].geometry.azimuth;
-        const SolvedValue value = views[i].transmitted ? solution.transmission(in, out, azimuth)
-                                                       : solution.reflection(in, out, azimuth);
+        const SolvedValue value = views[i].side == Side::transmission
+                                      ? solution.transmission(in, out, azimuth)
+                                      : solution.reflection(in, out, azimuth);
         views[i].brightness = views[i].geometry.mu_in * value.total;
         views[i].sigma = 0.01 * views[i].brightness;
     }

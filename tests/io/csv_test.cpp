@@ -17,7 +17,7 @@ CsvTable read(const std::string& text) {
     return read_csv(stream, "some.csv");
 }
 
-TEST(Csv, KeepsColumnsRowsAndTheLinesTheyStoodIn) {
+TEST(Csv, KeepsColumnsRowsAndLineNumbers) {
     const CsvTable table = read("# phases\n\nvalue, angle\n1.5,0\n# middle\n2,90\n");
     EXPECT_EQ(table.columns, (std::vector<std::string>{"value", "angle"}));
     EXPECT_EQ(table.column("angle"), 1);
@@ -27,13 +27,39 @@ TEST(Csv, KeepsColumnsRowsAndTheLinesTheyStoodIn) {
     EXPECT_EQ(table.lines, (std::vector<int>{4, 6}));
 }
 
-TEST(Csv, ReadsWhatSpreadsheetsWrite) {
+TEST(Csv, SkipsByteOrderMarkAndCarriageReturns) {
     const CsvTable table = read("\xEF\xBB\xBFl,chi\r\n0, 1\r\n1,+2.5e-1 \r\n");
     EXPECT_EQ(table.columns, (std::vector<std::string>{"l", "chi"}));
     EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0, 1}, {1, 0.25}}));
 }
 
 TEST(Csv, ReadsInfinity) { EXPECT_TRUE(std::isinf(read("tau\ninf\n").rows[0][0])); }
+
+TEST(Csv, ReadsCorrectlyRoundedNumbers) {
+    EXPECT_EQ(read("x\n0.1234567890123456789\n").rows[0][0], 0.1234567890123456789);
+}
+
+TEST(Csv, ReadsQuotedFields) {
+    const CsvTable table = read("\"mu_in\",\"remarks, \"\"many\"\"\"\n\"0.5\", 2\n");
+    EXPECT_EQ(table.columns, (std::vector<std::string>{"mu_in", "remarks, \"many\""}));
+    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0.5, 2}}));
+}
+
+TEST(Csv, MayLackTheLastLineBreak) {
+    EXPECT_EQ(read("a\n1\n2").rows, (std::vector<std::vector<double>>{{1}, {2}}));
+}
+
+TEST(Csv, SkipsCommentsAfterBlanks) {
+    EXPECT_EQ(read("a\n  # one\n1\n \t\r\n2\n").lines, (std::vector<int>{3, 5}));
+}
+
+// The library reads blocks of 16 MiB.
+TEST(Csv, MayBeLargerThanTheReadersBuffer) {
+    std::string text = "a\n";
+    for (int line = 0; line < 36; ++line) text += '#' + std::string(1 << 20, 'x') + "\n1\n";
+    EXPECT_EQ(read(text).rows.size(), 36u);
+    EXPECT_EQ(read(text).lines.back(), 73);
+}
 
 TEST(Csv, MayHaveNoRows) { EXPECT_TRUE(read("a,b\n").rows.empty()); }
 
@@ -58,6 +84,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"HalfNumber", "a\n1.5x\n", {"line 2", "'1.5x'"}},
         Refusal{"EmptyField", "a,b\n1,\n", {"line 2", "'b'", "''"}},
         Refusal{"NotANumber", "a\nnan\n", {"line 2", "'nan'"}},
+        Refusal{"DecimalComma", "a\n1;5\n", {"line 2", "'1;5'"}},
+        Refusal{"OpenQuote", "a,b\n1,\"2\n", {"some.csv", "line 2", "quoted field must end"}},
         Refusal{"Overflow", "a\n1e999\n", {"line 2", "'1e999'"}},
         Refusal{"NoHeader", "1,2\n3,4\n", {"some.csv", "line 1", "header", "'1'"}},
         Refusal{"Nothing", "# only\n\n", {"some.csv", "header", "nothing"}},
@@ -65,12 +93,22 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"ColumnTwice", "a,b,a\n", {"line 1", "'a'", "twice"}}),
     [](const auto& row) { return row.param.name; });
 
+TEST(Csv, RefusesAZeroByteWithItsLine) {
+    expect_refusal<std::invalid_argument>([] { read(std::string("a,b\n1,2\0,3\n", 12)); },
+                                          {"some.csv", "line 2", "text", "byte 0"});
+}
+
+TEST(Csv, RefusesALineTooLongForTheLibrary) {
+    expect_refusal<std::invalid_argument>([] { read("a\n" + std::string(1 << 24, ' ') + "1\n"); },
+                                          {"some.csv", "line 2", "shorter than 16 MiB"});
+}
+
 TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {
     expect_refusal<std::invalid_argument>([] { read("mu_in,mu_out\n").column("azimuth_deg"); },
                                           {"some.csv", "'azimuth_deg'", "mu_in, mu_out"});
 }
 
-TEST(Csv, CannotOpenAFileThatIsNotThere) {
+TEST(Csv, NamesAFileThatCannotBeOpened) {
     expect_refusal<std::runtime_error>([] { read_csv("no/such/file.csv"); },
                                        {"cannot open", "no/such/file.csv"});
 }

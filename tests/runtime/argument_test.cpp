@@ -5,7 +5,7 @@
 namespace stratus {
 namespace {
 
-TEST(Require, SaysNothingWhenTheConditionHolds) {
+TEST(Require, AcceptsAConditionThatHolds) {
     EXPECT_NO_THROW(require(true, "doubling", "albedo", "in [0, 1]", 0.5));
 }
 
@@ -20,14 +20,14 @@ TEST(Require, NamesFunctionArgumentRangeAndValue) {
 
 TEST(NearestName, IsTheOneWithTheFewestEdits) {
     const std::vector<std::string> known = {"isotropic", "rayleigh", "moments"};
-    EXPECT_EQ(nearest_name("raleigh", known), "rayleigh");      // a letter left out
-    EXPECT_EQ(nearest_name("isotropiic", known), "isotropic");  // one too many
-    EXPECT_EQ(nearest_name("nomemts", known), "moments");       // two changed
+    EXPECT_EQ(nearest_name("raleigh", known), "rayleigh");      // a letter is missing
+    EXPECT_EQ(nearest_name("isotropiic", known), "isotropic");  // one is added
+    EXPECT_EQ(nearest_name("nomemts", known), "moments");       // two are changed
 }
 
-TEST(NearestName, IsTheFirstOfThoseEquallyNear) { EXPECT_EQ(nearest_name("b", {"a", "c"}), "a"); }
+TEST(NearestName, IsTheFirstOfEquallyNearOnes) { EXPECT_EQ(nearest_name("b", {"a", "c"}), "a"); }
 
-TEST(NearestName, IsEmptyWhenNoneIsKnown) { EXPECT_EQ(nearest_name("x", {}), ""); }
+TEST(NearestName, IsEmptyWithoutKnownNames) { EXPECT_EQ(nearest_name("x", {}), ""); }
 
 }  // namespace
 }  // namespace stratus

@@ -12,12 +12,12 @@ namespace {
 
 TEST(ShortestText, ReadsBackAsTheSameNumber) {
     constexpr double largest = std::numeric_limits<double>::max(),
-                     least = std::numeric_limits<double>::denorm_min();
-    for (const double value : {1.0 / 3, 0.1 + 0.2, 1e22, -largest, -least})
+                     smallest = std::numeric_limits<double>::denorm_min();
+    for (const double value : {1.0 / 3, 0.1 + 0.2, 1e22, -largest, -smallest})
         EXPECT_EQ(std::strtod(shortest_text(value).c_str(), nullptr), value);
 }
 
-TEST(ShortestText, HasNoDigitTooMany) {
+TEST(ShortestText, IsTheShortest) {
     EXPECT_EQ(shortest_text(0.1), "0.1");
     EXPECT_EQ(shortest_text(2), "2");
     EXPECT_EQ(shortest_text(-infinity), "-inf");

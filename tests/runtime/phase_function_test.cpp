@@ -10,14 +10,15 @@
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
 namespace stratus {
 namespace {
 
-/// (1/2) times the integral of phi P_l sin Theta over the scattering angle: Simpson's rule, knots
-/// of a table of whole degrees falling on its nodes.
+/// (1/2) times the integral of phi P_l sin Theta over the scattering angle by Simpson's rule, whose
+/// nodes include all whole degrees, where tables have their knots.
 double moment_by_simpson(const PhaseFunction& phi, unsigned l) {
     const int panels = 18000;
     const auto integrand = [&](double angle) {
@@ -35,13 +36,13 @@ const char* const saturn = "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greens
 const char* const points =
     "tabulated:points=0 3.5/5 2.9/12 2.25/40 1.1/90 0.5/91 0.52/135 0.45/150 0.9/180 1.4";
 
-struct Kind {
+struct Case {
     const char* name;
     const char* text;
     double asymmetry;  // NaN: known from quadrature only
 };
 
-class EveryPhaseFunction : public testing::TestWithParam<Kind> {
+class EveryPhaseFunction : public testing::TestWithParam<Case> {
   protected:
     PhaseFunction phi() const { return parse_phase_function(GetParam().text); }
 };
@@ -57,7 +58,7 @@ TEST_P(EveryPhaseFunction, HasTheMomentsOfItsValues) {
         EXPECT_NEAR(chi[l], moment_by_simpson(phi(), l), 1e-12) << "l = " << l;
 }
 
-TEST_P(EveryPhaseFunction, GivesTheSameMomentsHoweverManyAreAsked) {
+TEST_P(EveryPhaseFunction, MomentsDoNotDependOnTheirNumber) {
     const std::vector<double> few = phi().moments(5), many = phi().moments(300);
     for (std::size_t l = 0; l < few.size(); ++l) EXPECT_NEAR(few[l], many[l], 1e-14);
     EXPECT_EQ(phi().moments(1).size(), 1u);
@@ -82,7 +83,7 @@ TEST_P(EveryPhaseFunction, ComesBackFromItsTextBitForBit) {
     }
 }
 
-TEST_P(EveryPhaseFunction, IsNowhereNegativeAndAcceptsRoundedCosines) {
+TEST_P(EveryPhaseFunction, IsNonNegativeAndAcceptsRoundedCosines) {
     for (int i = 0; i <= 2000; ++i) EXPECT_GE(phi()(std::cos(pi * i / 2000)), 0);
     EXPECT_EQ(phi()(std::nextafter(1.0, 2.0)), phi()(1));
     EXPECT_EQ(phi()(std::nextafter(-1.0, -2.0)), phi()(-1));
@@ -95,26 +96,26 @@ TEST_P(EveryPhaseFunction, IsIsotropicOnlyWhenFlat) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, EveryPhaseFunction,
-    testing::Values(Kind{"Isotropic", "isotropic", 0}, Kind{"Rayleigh", "rayleigh", 0},
-                    Kind{"Anisotropic", "anisotropic:x=0.5", -0.5 / 3},
-                    Kind{"AnisotropicForward", "anisotropic:x=-1", 1.0 / 3},
-                    Kind{"AnisotropicFlat", "anisotropic:x=0", 0},
-                    Kind{"LambertSphere", "lambert_sphere", -4.0 / 9},
-                    Kind{"HenyeyGreenstein", "henyey_greenstein:g=0.75", 0.75},
-                    Kind{"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
-                    Kind{"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
-                    Kind{"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
-                    Kind{"MomentsFlat", "moments:chi=1", 0},
-                    Kind{"Tabulated", points, std::nan("")},
-                    Kind{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
-                    Kind{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
-                    Kind{"OfEveryKind",
+    testing::Values(Case{"Isotropic", "isotropic", 0}, Case{"Rayleigh", "rayleigh", 0},
+                    Case{"Anisotropic", "anisotropic:x=0.5", -0.5 / 3},
+                    Case{"AnisotropicForward", "anisotropic:x=-1", 1.0 / 3},
+                    Case{"AnisotropicFlat", "anisotropic:x=0", 0},
+                    Case{"LambertSphere", "lambert_sphere", -4.0 / 9},
+                    Case{"HenyeyGreenstein", "henyey_greenstein:g=0.75", 0.75},
+                    Case{"HenyeyGreensteinBackward", "henyey_greenstein:g=-0.325", -0.325},
+                    Case{"HenyeyGreensteinFlat", "henyey_greenstein:g=0", 0},
+                    Case{"Moments", "moments:chi=1 0.6 0.3 0.1 0.02", 0.6},
+                    Case{"MomentsFlat", "moments:chi=1", 0},
+                    Case{"Tabulated", points, std::nan("")},
+                    Case{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
+                    Case{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
+                    Case{"SumOfEveryKind",
                          "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
                          "0.15*tabulated:points=0 1/90 0/180 0.25 + 0.25*moments:chi=1 0.1",
                          std::nan("")}),
     [](const auto& row) { return row.param.name; });
 
-// ---- each kind by itself
+// ---- Each kind
 
 TEST(HenyeyGreenstein, KeepsItsPrecisionNearTheEndsOfItsRange) {
     // phi(+-1) = (1 + |g|) / (1 - |g|)^2 towards the peak, (1 - |g|) / (1 + |g|)^2 away from it
@@ -127,7 +128,7 @@ TEST(HenyeyGreenstein, KeepsItsPrecisionNearTheEndsOfItsRange) {
     }
 }
 
-TEST(HenyeyGreenstein, IsBlinnsWithTheOppositeSign) {
+TEST(HenyeyGreenstein, IsBlinn82WithTheOppositeSign) {
     const double blinns_g = 0.325;  // backward scattering, in the phase angle
     for (const double a : {0.0, 0.5, 1.5, 3.0}) {
         const double base = 1 + blinns_g * blinns_g - 2 * blinns_g * std::cos(a);
@@ -136,7 +137,7 @@ TEST(HenyeyGreenstein, IsBlinnsWithTheOppositeSign) {
     }
 }
 
-TEST(LambertSphere, IsBlinnsFormulaInThePhaseAngle) {
+TEST(LambertSphere, IsBlinn82InThePhaseAngle) {
     const PhaseFunction phi = PhaseFunction::lambert_sphere();
     for (const double a : {0.0, 0.1, 0.5, 1.0, 1.5, 2.0, 2.5, 2.9})
         EXPECT_NEAR(phi(std::cos(pi - a)), 8 / (3 * pi) * (std::sin(a) + (pi - a) * std::cos(a)),
@@ -144,7 +145,7 @@ TEST(LambertSphere, IsBlinnsFormulaInThePhaseAngle) {
     EXPECT_NEAR(phi(-1), 8.0 / 3, 1e-15);
 }
 
-TEST(LambertSphere, FallsAsTheCubeOfASmallScatteringAngle) {
+TEST(LambertSphere, IsCubicInSmallScatteringAngles) {
     const PhaseFunction phi = PhaseFunction::lambert_sphere();
     for (const double angle : {1e-3, 1e-2, 0.09, 0.11}) {
         const long double x = angle;
@@ -156,14 +157,14 @@ TEST(LambertSphere, FallsAsTheCubeOfASmallScatteringAngle) {
     EXPECT_EQ(phi(1), 0);
 }
 
-TEST(LambertSphere, HasNoOddMomentsButTheFirst) {
+TEST(LambertSphere, HasTheFirstAsItsOnlyOddMoment) {
     const std::vector<double> chi = PhaseFunction::lambert_sphere().moments(12);
     EXPECT_DOUBLE_EQ(chi[1], -4.0 / 9);
     EXPECT_DOUBLE_EQ(chi[2], 1.0 / 16);
     for (std::size_t l = 3; l < 12; l += 2) EXPECT_EQ(chi[l], 0);
 }
 
-TEST(Saturn, IsTheWeightedSumOfItsParts) {
+TEST(Sum, IsTheWeightedSumOfItsParts) {
     const PhaseFunction sum = parse_phase_function(saturn);
     const PhaseFunction back = PhaseFunction::henyey_greenstein(-0.5);
     const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.5);
@@ -171,7 +172,7 @@ TEST(Saturn, IsTheWeightedSumOfItsParts) {
         EXPECT_DOUBLE_EQ(sum(c), 0.596 * back(c) + 0.404 * forward(c));
 }
 
-TEST(Tabulated, MeetsItsPointsInProportion) {
+TEST(Tabulated, PassesThroughItsScaledPoints) {
     const std::vector<double> angle = {0, 5, 12, 40, 90, 180}, value = {7, 5.8, 4.5, 2.2, 1, 2};
     const PhaseFunction phi = PhaseFunction::tabulated(angle, value);
     const double scale = std::get<Tabulated>(phi.terms()[0].second).normalisation;
@@ -192,7 +193,7 @@ TEST(Tabulated, NeverOvershoots) {
         }
 }
 
-TEST(Tabulated, FollowsTheFunctionItSamples) {
+TEST(Tabulated, ConvergesToTheSampledFunction) {
     std::vector<double> angle, value;
     const PhaseFunction exact = PhaseFunction::henyey_greenstein(-0.4);
     for (int i = 0; i <= 180; ++i) {
@@ -215,8 +216,8 @@ TEST(Tabulated, IsFlatAtBothEnds) {
     }
 }
 
-TEST(Moments, MayDipAThousandthBelowZero) {
-    // 1 + 2 * 3/4 ... cut so that its least value is a little below 0: returned as it is
+TEST(Moments, MayBeSlightlyNegative) {
+    // a truncated series with a minimum of -5e-4, returned as it is
     const PhaseFunction phi = PhaseFunction::from_moments({1, 0.3335});
     EXPECT_NEAR(phi(-1), 1 - 3 * 0.3335, 1e-15);
     EXPECT_LT(phi(-1), 0);
@@ -239,7 +240,7 @@ TEST(Sum, IsFlattenedAndNormalised) {
     EXPECT_DOUBLE_EQ(outer.terms()[2].first, 0.75);
 }
 
-TEST(Sum, OfAwkwardWeightsComesBackFromItsTextBitForBit) {
+TEST(Sum, ComesBackFromItsTextBitForBit) {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> weight(0.01, 1), g(-0.9, 0.9);
     for (int n = 0; n < 300; ++n) {
@@ -253,9 +254,9 @@ TEST(Sum, OfAwkwardWeightsComesBackFromItsTextBitForBit) {
     }
 }
 
-// ---- text
+// ---- Text
 
-TEST(ParsePhaseFunction, TakesSpacesAnywhereAndWeightOneForNone) {
+TEST(ParsePhaseFunction, IgnoresSpacesAndDefaultsToWeightOne) {
     const PhaseFunction tight = parse_phase_function("0.5*rayleigh+0.5*henyey_greenstein:g=0.25");
     const PhaseFunction loose =
         parse_phase_function("  0.5 * rayleigh  +  0.5  *henyey_greenstein : g = 0.25  ");
@@ -274,6 +275,34 @@ TEST(ParsePhaseFunction, NotesWeightsThatDidNotSumToOne) {
     notes.clear();
     parse_phase_function(saturn, &notes);
     EXPECT_TRUE(notes.empty());
+}
+
+TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
+    std::istringstream help(phase_function_help());
+    std::string line, example;
+    std::size_t kinds = 0;
+    const auto reader = [](const std::string&, const std::string&) { return PhaseFunction(); };
+    for (; std::getline(help, line) && line.rfind("or a sum: ", 0) != 0; ++kinds) {
+        std::istringstream(line) >> example;
+        EXPECT_NO_THROW(parse_phase_function(example, nullptr, reader)) << example;
+    }
+    EXPECT_EQ(kinds, std::variant_size_v<PhaseFunction::Term>);
+    EXPECT_NO_THROW(parse_phase_function(line.substr(10)));
+}
+
+TEST(ParsePhaseFunction, HandsFilesToTheReader) {
+    const auto reader = [](const std::string& kind, const std::string& file) {
+        EXPECT_EQ(kind, "moments");
+        EXPECT_EQ(file, "haze+l.csv");
+        return PhaseFunction::rayleigh();
+    };
+    EXPECT_EQ(parse_phase_function("moments:file=haze+l.csv", nullptr, reader).text(), "rayleigh");
+}
+
+TEST(PhaseFunction, HasACaption) {
+    EXPECT_EQ(parse_phase_function(saturn).caption(),
+              "0.596 Henyey-Greenstein g = -0.5  +  0.404 Henyey-Greenstein g = 0.5");
+    EXPECT_EQ(parse_phase_function("moments:chi=1 0.1").caption(), "2 Legendre moments");
 }
 
 struct Refusal {
@@ -355,7 +384,7 @@ TEST(PhaseFunction, RefusesTablesOfUnequalColumns) {
         {"value", "as many", "got 2"});
 }
 
-TEST(PhaseFunction, RefusesToGiveNoMoments) {
+TEST(PhaseFunction, RefusesACountOfZeroMoments) {
     expect_refusal<std::invalid_argument>([] { PhaseFunction().moments(0); },
                                           {"count", "at least 1", "got 0"});
 }

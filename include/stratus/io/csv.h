@@ -1,7 +1,7 @@
 // Comma-separated numbers with a header line: what phase tables, moment lists and queries come in.
 //
 // Lines that are empty or start with '#' are skipped; columns may stand in any order; numbers are
-// decimal, `inf` allowed.
+// decimal, `inf` allowed; fields may be quoted.
 #pragma once
 
 #include <iosfwd>

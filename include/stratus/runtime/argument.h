@@ -1,7 +1,7 @@
-// What a refused argument says: function, argument, allowed range and the value met, in one line.
+// The message of a refused argument: function, argument, allowed range and the value met.
 //
-// Everything that constructs or loads checks its arguments at the door and throws
-// std::invalid_argument with such a line. Lookups throw nothing and use none of this.
+// Whatever constructs or loads checks its arguments on entry and throws std::invalid_argument with
+// such a line. Lookups throw nothing.
 #pragma once
 
 #include <algorithm>
@@ -31,20 +31,20 @@ void require(bool holds, const char* function, const std::string& argument,
     throw std::invalid_argument(line.str());
 }
 
-/// Words one after the other, as in "red, green".
+/// The words with `between` between them: "red, green".
 inline std::string joined(const std::vector<std::string>& words, const char* between = ", ") {
     std::string text;
     for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
     return text;
 }
 
-/// The known name nearest to one that nobody knows, by letters changed, added or left out; empty
-/// when none is known.
+/// The known name nearest to `met`, by letters changed, added or left out; empty when none is
+/// known.
 inline std::string nearest_name(const std::string& met, const std::vector<std::string>& known) {
     std::string nearest;
     std::size_t least = 0;
     for (const std::string& name : known) {
-        std::vector<std::size_t> edits(name.size() + 1);  // from the letters of `met` seen so far
+        std::vector<std::size_t> edits(name.size() + 1);  // from the first i letters of `met`
         for (std::size_t j = 0; j <= name.size(); ++j) edits[j] = j;
         for (std::size_t i = 0; i < met.size(); ++i) {
             std::size_t diagonal = edits[0]++;

@@ -96,8 +96,8 @@ using PhaseFileReader =
 ///
 /// Spaces are free; `A + 0.5*B` gives A the weight 1. A '+' within a file's name is part of it
 /// unless it stands between spaces or a phase function follows. What a user should be told (weights
-/// that did not sum to 1) is appended to `notes` when given. This room opens no files: without
-/// `read_file` a text that names one is refused; `read_phase_function` (io/phase_file.h) reads them.
+/// that did not sum to 1) is appended to `notes` when given. The runtime opens no files: without
+/// `read_file` a text that names one is refused; read_phase_function (io/phase_file.h) reads it.
 ///
 /// Errors   std::invalid_argument naming the part that is wrong and what is allowed.
 PhaseFunction parse_phase_function(const std::string& text,

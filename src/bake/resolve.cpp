@@ -221,10 +221,10 @@ class Resolver {
                         return transmission_scale(target.solution.optical_depth, exponent, any.q_);
                     };
                     double k = 0;
-                    for (int p = 0; p < window; ++p)
+                    for (int p = 0; p < stencil_size; ++p)
                         k += double{stencil.weight[p]} * at_share[sample(p)].exponents_[a];
-                    double share[2][window];  // reflection, transmission
-                    for (int p = 0; p < window; ++p) {
+                    double share[2][stencil_size];  // reflection, transmission
+                    for (int p = 0; p < stencil_size; ++p) {
                         const double sampled = fall(at_share[sample(p)].exponents_[a]);
                         share[0][p] = double{stencil.weight[p]};
                         share[1][p] = sampled > 0 ? share[0][p] * fall(k) / sampled : 0;
@@ -234,7 +234,7 @@ class Resolver {
                         target, static_cast<int>(angles.mu.size()), angles, errors,
                         [&](Side side, int i, int j, int n) {
                             double found = 0;
-                            for (int p = 0; p < window; ++p)
+                            for (int p = 0; p < stencil_size; ++p)
                                 found +=
                                     share[side == Side::transmission][p] *
                                     cells[sample(p)][a][d].side(side).multiple[angles.at(i, j, n)];

@@ -8,7 +8,7 @@
 #include "kept_tolerance.h"
 #include "kernels/kernels.h"
 #include "kernels/textured.h"
-#include "layers.h"
+#include "layer_blend.h"
 #include "mu_places.h"
 
 #include <algorithm>

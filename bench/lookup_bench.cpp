@@ -207,7 +207,7 @@ std::vector<Pair> random_pairs() {
 
 template <class Ask>
 void bsdf(benchmark::State& state, const Table& (*table)(), Ask ask) {
-    const stratus::Bsdf bsdf(table().view().bind(1, 0.99));
+    const stratus::Bsdf bsdf(stratus::bind(table().view(), 1, 0.99));
     const std::vector<Pair> pairs = random_pairs();
     std::size_t next = 0;
     for (auto _ : state) {
@@ -234,7 +234,7 @@ const auto sample_and_pdf = [](const stratus::Bsdf& bsdf, const Pair& at) {
 void build_bsdf(benchmark::State& state, const Table& (*table)()) {
     for (auto _ : state) {
         state.PauseTiming();
-        stratus::Slice slice = table().view().bind(1, 0.99);
+        stratus::Slice slice = stratus::bind(table().view(), 1, 0.99);
         state.ResumeTiming();
         benchmark::DoNotOptimize(stratus::Bsdf(std::move(slice)).bytes());
     }
@@ -279,9 +279,9 @@ stratus::Effects lit_side() {
     return effects;
 }
 
-const auto bound = [](const Table& table) { return table.view().bind(2, 0.95, lit_side()); };
+const auto bound = [](const Table& table) { return stratus::bind(table.view(), 2, 0.95, lit_side()); };
 const auto bound_rgb = [](const Table& table) {
-    return table.view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, lit_side());
+    return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, lit_side());
 };
 /// Closed form alone: no table.
 const auto single = [](const Table& table) {

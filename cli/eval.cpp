@@ -1,9 +1,13 @@
-// `stratus eval`: looks up a baked table at the rows of a query, through the same runtime library a
-// renderer links.
+// `stratus eval`: looks up a baked table at the rows of a query, through what renderers call.
+//
+// Rows between the table's samples and without density or opposition are looked up directly
+// (lookup.h), in double precision. All others, and backgrounds, go through slices (slice.h), one
+// for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/slice.h>
 #include <stratus/runtime/table.h>
 
 #include "allowed.h"
@@ -14,10 +18,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace stratus {
@@ -30,17 +36,18 @@ struct EvalOptions {
     std::vector<std::string> effects;
     double density = 0;
     std::string opposition;
+    bool clamp = false;
     ReadOptions reading;
 };
 
-/// What is asked for, and whether what lies behind the layer is to be seen through it.
+/// What is asked for; `background`: the share of it that is seen through the layer.
 struct Asked : Effects {
     bool background = false;
 };
 
 constexpr const char* effect_names = "single, multiple, reflection, transmission, background";
 
-/// Sides and orders are asked for apart: where none of a kind is named, all of that kind are meant.
+/// Sides and orders are separate: where none of a kind is named, all of that kind are meant.
 Asked parse_effects(const std::vector<std::string>& names) {
     Asked named;
     named.single = named.multiple = named.reflection = named.transmission = false;
@@ -88,6 +95,14 @@ Opposition parse_opposition(const std::string& text, double density) {
 
 /// Leaves out the sides that the table does not hold, and says so; refuses when nothing is left.
 Asked available_effects(const Asked& asked, const TableView& table, const std::string& name) {
+    if (asked.background && table.has_lower_boundary())
+        throw std::invalid_argument("eval: --effects must be without background for " + name +
+                                    ", whose lower boundary hides it, got background");
+    if (asked.background && asked.multiple && !table.diffuse_transmittance &&
+        table.optical_depth.count > 0)
+        std::cerr << "stratus: note: " << name
+                  << " holds no diffuse_transmittance, background is seen by the beam"
+                  << (asked.single ? " and single scattering alone\n" : " alone\n");
     Asked available = asked;
     available.reflection = asked.reflection && table.has_reflection();
     available.transmission = asked.transmission && table.has_transmission();
@@ -120,13 +135,23 @@ QueryColumns query_columns(const Table& table) {
     return columns;
 }
 
-/// One row of a query in the runtime's terms.
-struct Point {
+/// A layer, before the effect of density.
+struct LayerKey {
     double albedo, optical_depth, mixture;
+
+    bool operator<(const LayerKey& other) const {
+        return std::tie(albedo, optical_depth, mixture) <
+               std::tie(other.albedo, other.optical_depth, other.mixture);
+    }
+};
+
+/// One row of a query in the runtime's terms.
+struct QueryPoint {
+    LayerKey layer;
     Geometry geometry;
 };
 
-std::vector<Point> points_of(const CsvTable& query, const Table& table, double density) {
+std::vector<QueryPoint> points_of(const CsvTable& query, const Table& table) {
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(query.column(name));
     };
@@ -136,15 +161,13 @@ std::vector<Point> points_of(const CsvTable& query, const Table& table, double d
                                           const Axis& axis) {
         return query.has_column(name) ? row[column(name)] : axis.values.front();
     };
-    std::vector<Point> points;
+    std::vector<QueryPoint> points;
     points.reserve(query.rows.size());
     for (const std::vector<double>& row : query.rows)
-        points.push_back(
-            {value_or_only_sample(row, "albedo", table.albedo),
-             effective_optical_depth(
-                 value_or_only_sample(row, "optical_depth", table.optical_depth), density),
-             table.has_mixture() ? row[column("mixture")] : 1,
-             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+        points.push_back({{value_or_only_sample(row, "albedo", table.albedo),
+                           value_or_only_sample(row, "optical_depth", table.optical_depth),
+                           table.has_mixture() ? row[column("mixture")] : 1},
+                          {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
     return points;
 }
 
@@ -154,39 +177,134 @@ bool is_outside(const AxisView& axis, double value) {
     return value < axis.lowest || value > axis.highest;
 }
 
-/// An empty layer is no exception: it scatters nothing, whatever the table holds, and on a surface
-/// light scatters once.
-bool is_depth_outside(const TableView& table, double optical_depth) {
-    const bool known_when_empty =
-        !table.has_lower_boundary() || table.lower_boundary->kind == LowerBoundary::Kind::surface;
-    return !(optical_depth == 0 && known_when_empty) &&
-           is_outside(table.optical_depth, optical_depth);
+/// True where a layer lies between the table's samples.
+bool is_sampled(const TableView& table, const LayerKey& layer) {
+    return !is_outside(table.optical_depth, layer.optical_depth) &&
+           !is_outside(table.albedo, layer.albedo) &&
+           !(table.has_mixture() && is_outside(table.mixture, layer.mixture));
 }
 
-/// Says once how many rows lie outside the table, where the multiply scattered part comes from its
-/// edge.
-void warn_of_clamped(const std::vector<Point>& points, const TableView& table) {
-    const auto count = [&](auto&& outside) { return std::ranges::count_if(points, outside); };
-    struct AxisCount {
-        const char* name;
-        long rows;
-    };
-    const AxisCount counts[] = {
-        {"mu_in", count([&](const Point& p) { return is_outside(table.mu_in, p.geometry.mu_in); })},
-        {"mu_out",
-         count([&](const Point& p) { return is_outside(table.mu_out, p.geometry.mu_out); })},
-        {"optical_depth",
-         count([&](const Point& p) { return is_depth_outside(table, p.optical_depth); })},
-        {"albedo", count([&](const Point& p) { return is_outside(table.albedo, p.albedo); })},
-        {"mixture", table.has_mixture() ? count([&](const Point& p) {
-             return is_outside(table.mixture, p.mixture);
-         })
-                                        : 0},
-    };
+/// R and T at a row by origin, and the share of a background.
+struct Answer {
+    Scattered reflected{}, transmitted{};
+    double background = 0;
+    bool clamped = false;
+};
+
+/// Looks the rows of one layer up.
+class LayerLookup {
+  public:
+    LayerLookup(const TableView& table, const LayerKey& layer, const Asked& asked,
+                OutsideTable outside)
+        : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
+        const auto bound = [&](const Effects& effects) {
+            slices_.push_back(
+                bind(table_, layer.optical_depth, layer.albedo, effects, outside));
+            clamped_ = clamped_ || slices_.back().clamped();
+            return &slices_.back();
+        };
+        slices_.reserve(3);
+        if (asked.background) {
+            Effects effects = asked;
+            effects.reflection = effects.transmission = false;
+            background_ = bound(effects);
+        }
+        const bool plain = asked.density == 0 && asked.opposition.law == Opposition::Law::none;
+        if (plain && (!asked.multiple || is_sampled(table, layer))) return;
+        through_slices_ = true;
+        if (asked.single) {
+            Effects effects = asked;
+            effects.multiple = false;
+            single_ = bound(effects);
+        }
+        if (asked.multiple) {
+            Effects effects = asked;
+            effects.single = false;
+            effects.opposition = {};  // of single scattering alone
+            multiple_ = bound(effects);
+        }
+    }
+
+    Answer at(const Geometry& geometry) const {
+        Answer answer;
+        answer.clamped = clamped_;
+        if (background_)
+            answer.background =
+                double{background_->background(static_cast<float>(geometry.mu_out))};
+        if (through_slices_) {
+            look_up_slices(geometry, answer);
+        } else {
+            if (asked_.reflection)
+                answer.reflected =
+                    reflection(table_, layer_.albedo, layer_.optical_depth, geometry);
+            if (asked_.transmission)
+                answer.transmitted =
+                    transmission(table_, layer_.albedo, layer_.optical_depth, geometry);
+        }
+        return answer;
+    }
+
+  private:
+    void look_up_slices(const Geometry& geometry, Answer& answer) const {
+        const auto in = static_cast<float>(geometry.mu_in),
+                   out = static_cast<float>(geometry.mu_out),
+                   azimuth = static_cast<float>(geometry.azimuth);
+        if (single_) {
+            answer.reflected.single = double{single_->reflection(in, out, azimuth)};
+            answer.transmitted.single = double{single_->transmission(in, out, azimuth)};
+        }
+        if (multiple_) {
+            answer.reflected.multiple = double{multiple_->reflection(in, out, azimuth)};
+            answer.transmitted.multiple = double{multiple_->transmission(in, out, azimuth)};
+        }
+    }
+
+    TableView table_;
+    LayerKey layer_;
+    Asked asked_;
+    std::vector<Slice> slices_;
+    const Slice *background_ = nullptr, *single_ = nullptr, *multiple_ = nullptr;
+    bool through_slices_ = false, clamped_ = false;
+};
+
+std::vector<Answer> answers_of(const TableView& table, const std::vector<QueryPoint>& points,
+                               const CsvTable& query, const Asked& asked, OutsideTable outside) {
+    std::map<LayerKey, std::vector<std::size_t>> rows_of;
+    for (std::size_t r = 0; r < points.size(); ++r) rows_of[points[r].layer].push_back(r);
+    std::vector<Answer> answers(points.size());
+    for (const auto& [layer, rows] : rows_of) {
+        try {
+            const LayerLookup lookup(table, layer, asked, outside);
+            for (const std::size_t r : rows) answers[r] = lookup.at(points[r].geometry);
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(query.name + ", line " +
+                                        std::to_string(query.lines[rows.front()]) + ": " +
+                                        error.what() + "; --clamp looks up the nearest layer");
+        }
+    }
+    return answers;
+}
+
+/// Says once how many rows lie outside the table, where the orders n >= 2 come from its edge.
+void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<Answer>& answers,
+                     const TableView& table, double density) {
+    long rows_in[5] = {};
+    for (std::size_t r = 0; r < points.size(); ++r) {
+        const QueryPoint& at = points[r];
+        rows_in[0] += is_outside(table.mu_in, at.geometry.mu_in);
+        rows_in[1] += is_outside(table.mu_out, at.geometry.mu_out);
+        if (!answers[r].clamped) continue;
+        rows_in[2] += is_outside(table.optical_depth,
+                                 effective_optical_depth(at.layer.optical_depth, density));
+        rows_in[3] += is_outside(table.albedo, at.layer.albedo);
+        rows_in[4] += table.has_mixture() && is_outside(table.mixture, at.layer.mixture);
+    }
+    constexpr const char* names[] = {"mu_in", "mu_out", "optical_depth", "albedo", "mixture"};
     std::string list;
-    for (const AxisCount& axis : counts)
-        if (axis.rows > 0)
-            list += (list.empty() ? "" : ", ") + std::to_string(axis.rows) + " in " + axis.name;
+    for (std::size_t axis = 0; axis < std::size(names); ++axis)
+        if (rows_in[axis] > 0)
+            list += (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " +
+                    names[axis];
     if (list.empty()) return;
     std::cerr << "stratus: warning: of " << points.size()
               << " rows some lie outside the table, their multiple scattering comes from its edge: "
@@ -207,45 +325,20 @@ void write_header(std::ostream& out, const CsvTable& query, const Asked& effects
     out << '\n';
 }
 
-/// What opposition adds to single scattering by the layer.
-double brightened_by(const Opposition& opposition, const TableView& table, const Point& point) {
-    const Geometry& at = point.geometry;
-    const double c = cos_scattering_angle_reflected(at);
-    const double factor =
-        opposition_factor(opposition, c, point.optical_depth, at.mu_in, at.mu_out);
-    return (factor - 1) * single_reflection(table.phase(c), point.albedo, point.optical_depth,
-                                            at.mu_in, at.mu_out);
-}
-
-/// What a viewer at mu_out sees of a background.
-double background_of(const TableView& table, const Point& point, const Asked& effects) {
-    if (table.has_lower_boundary()) return 0;
-    return transparency(effects.single ? table.phase(1) : 0, point.albedo, point.optical_depth,
-                        point.geometry.mu_out);
-}
-
-void write_row(std::ostream& out, const std::vector<double>& query_row, const Point& point,
-               const TableView& table, const Asked& effects) {
-    Scattered reflected{}, transmitted{};
-    if (effects.reflection) {
-        reflected = reflection(table, point.albedo, point.optical_depth, point.geometry);
-        reflected.single += brightened_by(effects.opposition, table, point);
-    }
-    if (effects.transmission)
-        transmitted = transmission(table, point.albedo, point.optical_depth, point.geometry);
-
+void write_row(std::ostream& out, const std::vector<double>& query_row, const Answer& answer,
+               const Asked& effects) {
     for (std::size_t c = 0; c < query_row.size(); ++c)
         out << (c ? "," : "") << shortest_text(query_row[c]);
     const auto both_sides = [&](bool asked, auto&& part) {
-        if (asked && effects.reflection) out << ',' << full_text(part(reflected));
-        if (asked && effects.transmission) out << ',' << full_text(part(transmitted));
+        if (asked && effects.reflection) out << ',' << full_text(part(answer.reflected));
+        if (asked && effects.transmission) out << ',' << full_text(part(answer.transmitted));
     };
     both_sides(true, [&](const Scattered& light) {
         return (effects.single ? light.single : 0) + (effects.multiple ? light.multiple : 0);
     });
     both_sides(effects.single, [](const Scattered& light) { return light.single; });
     both_sides(effects.multiple, [](const Scattered& light) { return light.multiple; });
-    if (effects.background) out << ',' << full_text(background_of(table, point, effects));
+    if (effects.background) out << ',' << full_text(answer.background);
     out << '\n';
 }
 
@@ -267,16 +360,19 @@ void run_eval(const EvalOptions& options) {
     const Table table = read_noted_table(options.table, options.reading);
     const QueryColumns columns = query_columns(table);
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<Point> points = points_of(query, table, options.density);
+    const std::vector<QueryPoint> points = points_of(query, table);
 
     const Asked effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    if (effects.multiple) warn_of_clamped(points, view);
+    const std::vector<Answer> answers =
+        answers_of(view, points, query, effects,
+                   options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    if (effects.multiple) warn_of_clamped(points, answers, view, options.density);
 
     write_answer(options.output, [&](std::ostream& out) {
         write_header(out, query, effects);
         for (std::size_t r = 0; r < points.size(); ++r)
-            write_row(out, query.rows[r], points[r], view.at_mixture(points[r].mixture), effects);
+            write_row(out, query.rows[r], answers[r], effects);
     });
 }
 
@@ -312,10 +408,13 @@ void add_eval(CLI::App& app) {
         "--opposition", options->opposition,
         "How single scattering brightens towards the light: blinn, as wide as the density makes "
         "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
+    command->add_flag("--clamp", options->clamp,
+                      "Look layers that the table does not know up at the nearest one that it "
+                      "knows, with a warning, instead of refusing them");
     add_max_memory(*command, options->reading);
     command->footer(
-        "The column background, asked for by that name, is the share of what lies behind the layer "
-        "that is seen at mu_out: the beam, and what single scattering sends straight on.\n"
+        "The column background, asked for by that name, is the share of a uniform background that "
+        "is seen through the layer at mu_out: the beam, and the diffuse transmittance.\n"
         "Example:\n"
         "  printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\\n0.5,0.8,60,1.5,0.9\\n' \\\n"
         "    | stratus eval saturn_rings.h5 --effects reflection");

@@ -12,8 +12,8 @@
  *          in words what was wrong. No C++ exception leaves the library.
  * Memory   What an _open or a _bind returns is the caller's, until handed to _close or _free, which
  *          accept null. Arrays are the caller's; only those of one call may not overlap.
- * Threads  Any number may look up one handle. Opening is safe too, and takes turns, for HDF5 wants
- *          that; a program that calls HDF5 itself keeps away from it meanwhile. A handle is closed
+ * Threads  Any number may look up one handle. Opening is safe too: it is serialised, because HDF5
+ *          is not thread-safe; the program must not call HDF5 itself meanwhile. A handle is closed
  *          by one thread, once, when no other uses it.
  * Colours  A slice is bound for one channel or for three; where it says value[channels] below, one
  *          lookup writes that many.
@@ -124,9 +124,17 @@ int stratus_effects_default(stratus_effects* effects);
 /* Binds a table to one layer, in some milliseconds. The table may be closed afterwards.
  *
  * Shapes   channels is 1 or 3; optical_depth[channels] and albedo[channels].
- * Range    optical depths [0, inf], albedos [0, 1]; null effects are the default ones. */
+ * Range    optical depths [0, inf], albedos [0, 1]; null effects are the default ones. The table
+ *          must know the layer: between its samples, or beyond them by law (slice.h); any other is
+ *          STRATUS_INVALID_ARGUMENT. */
 int stratus_slice_bind(const stratus_table* table, int channels, const double* optical_depth,
                        const double* albedo, const stratus_effects* effects, stratus_slice** slice);
+
+/* The same; orders n >= 2 of a layer that the table does not know are those of the nearest layer
+ * that it knows, and stratus_slice_clamped() is then 1. */
+int stratus_slice_bind_clamped(const stratus_table* table, int channels,
+                               const double* optical_depth, const double* albedo,
+                               const stratus_effects* effects, stratus_slice** slice);
 
 /* Single scattering of a layer, with no table. The phase function is a text as in recipes:
  * "rayleigh", "henyey_greenstein:g=0.75", "0.6*lambert_sphere + 0.4*isotropic", ... */
@@ -140,14 +148,18 @@ void stratus_slice_free(stratus_slice* slice);
 int stratus_slice_channels(const stratus_slice* slice);
 size_t stratus_slice_bytes(const stratus_slice* slice);
 
-/* R or diffuse T; value[channels], 0 for a side that was not asked for. */
+/* 1 where stratus_slice_bind_clamped() had to clamp; 0 for null. */
+int stratus_slice_clamped(const stratus_slice* slice);
+
+/* R or diffuse T; value[channels], 0 for a side that was not asked for. Over a lower boundary T is 0:
+ * nothing leaves the far side of both. */
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                              float* value);
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                                float* value);
 
 /* BRDF or BTDF, by the hemispheres of the two directions; value[channels]. Symmetric in wi and wo;
- * light may come from either side. Over something that lies beneath, from above alone. */
+ * light may come from either side, over a lower boundary from above alone. */
 int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
                        float* value);
 
@@ -160,10 +172,14 @@ int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, co
 int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],
                             const float* const wo[3], float* value);
 
-/* The beam that passes straight through, exp(-tau / mu), and the share of a background that is seen
- * through the layer: that beam and what single scattering leaves straight on; value[channels]. */
+/* The beam that is transmitted unscattered, exp(-tau / mu); the share of a uniform background that
+ * is seen through the layer, which is that beam and the diffuse transmittance, at most 1; and, of a
+ * small bright source straight behind the layer, the beam and the radiance that is scattered once
+ * towards the viewer for each steradian of the source, which may exceed 1. Each value[channels].
+ * Over a lower boundary nothing is seen through the layer: 0. */
 int stratus_slice_direct(const stratus_slice* slice, float mu, float* value);
 int stratus_slice_background(const stratus_slice* slice, float mu, float* value);
+int stratus_slice_source_behind(const stratus_slice* slice, float mu, float* value);
 
 /* ---- Sampling: a slice that can also draw directions in proportion to the light they get */
 

@@ -69,7 +69,7 @@ int status_of(const Body& body) noexcept {
     } catch (const std::exception& error) {
         return failed(STRATUS_FAILED, error.what());
     } catch (...) {
-        return failed(STRATUS_FAILED, "something that is no std::exception was thrown");
+        return failed(STRATUS_FAILED, "unknown exception");
     }
 }
 
@@ -123,10 +123,11 @@ stratus::Medium<channels> medium_of(const double* optical_depth, const double* a
     return medium;
 }
 
-/// Binds `scatterer`, a table or a phase function.
-template <class Scatterer>
+/// Binds `scatterer`, a table with `outside` or a phase function.
+template <class Scatterer, class... Outside>
 stratus_slice* bound(const Scatterer& scatterer, int channels, const double* optical_depth,
-                     const double* albedo, const stratus_effects* asked, const char* function) {
+                     const double* albedo, const stratus_effects* asked, const char* function,
+                     Outside... outside) {
     require(channels == 1 || channels == 3, function, "channels", "1 or 3", channels);
     require_given(optical_depth, function, "optical_depth");
     require_given(albedo, function, "albedo");
@@ -134,11 +135,22 @@ stratus_slice* bound(const Scatterer& scatterer, int channels, const double* opt
     auto slice = std::make_unique<stratus_slice>();
     if (channels == 1)
         slice->one = &slice->own.emplace<stratus::Slice>(
-            scatterer, medium_of<1>(optical_depth, albedo), effects);
+            scatterer, medium_of<1>(optical_depth, albedo), effects, outside...);
     else
         slice->three = &slice->own.emplace<stratus::RgbSlice>(
-            scatterer, medium_of<3>(optical_depth, albedo), effects);
+            scatterer, medium_of<3>(optical_depth, albedo), effects, outside...);
     return slice.release();
+}
+
+int bind_table(const stratus_table* table, int channels, const double* optical_depth,
+               const double* albedo, const stratus_effects* effects, stratus_slice** slice,
+               const char* function, stratus::OutsideTable outside) noexcept {
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        *slice = nullptr;
+        require_given(table, function, "table");
+        *slice = bound(table->view, channels, optical_depth, albedo, effects, function, outside);
+    });
 }
 
 /// Calls `use` with the slice of either kind.
@@ -217,8 +229,8 @@ int stratus_table_open(const char* path, stratus_table** table) {
         require_given(table, function, "table");
         *table = nullptr;
         require_given(path, function, "path");
-        static std::mutex one_at_a_time;
-        const std::lock_guard lock(one_at_a_time);
+        static std::mutex hdf5;  // is not thread-safe
+        const std::lock_guard lock(hdf5);
         *table = new stratus_table(path);
     });
 }
@@ -279,13 +291,15 @@ int stratus_effects_default(stratus_effects* effects) {
 int stratus_slice_bind(const stratus_table* table, int channels, const double* optical_depth,
                        const double* albedo, const stratus_effects* effects,
                        stratus_slice** slice) {
-    const char* const function = __func__;
-    return status_of([&] {
-        require_given(slice, function, "slice");
-        *slice = nullptr;
-        require_given(table, function, "table");
-        *slice = bound(table->view, channels, optical_depth, albedo, effects, function);
-    });
+    return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
+                      stratus::OutsideTable::refuse);
+}
+
+int stratus_slice_bind_clamped(const stratus_table* table, int channels,
+                               const double* optical_depth, const double* albedo,
+                               const stratus_effects* effects, stratus_slice** slice) {
+    return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
+                      stratus::OutsideTable::clamp);
 }
 
 int stratus_slice_bind_single(const char* phase_function, int channels, const double* optical_depth,
@@ -311,6 +325,11 @@ int stratus_slice_channels(const stratus_slice* slice) {
 size_t stratus_slice_bytes(const stratus_slice* slice) {
     if (slice == nullptr) return 0;
     return with(*slice, [](const auto& of) { return of.bytes(); });
+}
+
+int stratus_slice_clamped(const stratus_slice* slice) {
+    if (slice == nullptr) return 0;
+    return with(*slice, [](const auto& of) { return of.clamped() ? 1 : 0; });
 }
 
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
@@ -378,6 +397,11 @@ int stratus_slice_direct(const stratus_slice* slice, float mu, float* value) {
 int stratus_slice_background(const stratus_slice* slice, float mu, float* value) {
     return look_up_once(slice, value, __func__,
                         [=](const auto& of) noexcept { return of.background(mu); });
+}
+
+int stratus_slice_source_behind(const stratus_slice* slice, float mu, float* value) {
+    return look_up_once(slice, value, __func__,
+                        [=](const auto& of) noexcept { return of.source_behind(mu); });
 }
 
 int stratus_bsdf_build(stratus_slice** slice, stratus_bsdf** bsdf) {

@@ -64,8 +64,8 @@ double clamped(double value, double low, double high) noexcept {
 }
 
 /// Lagrange weights at `t` of the samples at 0 .. count - 1, count from 1 to 4; the rest are 0.
-void lagrange(int count, double t, double (&weight)[window]) noexcept {
-    std::fill(weight, weight + window, 0.0);
+void lagrange(int count, double t, double (&weight)[stencil_size]) noexcept {
+    std::fill(weight, weight + stencil_size, 0.0);
     switch (count) {
         case 1: weight[0] = 1; break;
         case 2:
@@ -86,23 +86,23 @@ void lagrange(int count, double t, double (&weight)[window]) noexcept {
 }
 
 Stencil one_sided_stencil(int count, double position, int cell) noexcept {
-    const int used = std::min(count, window);
+    const int used = std::min(count, stencil_size);
     const int first = std::clamp(cell - 1, 0, count - used);
-    double weight[window];
+    double weight[stencil_size];
     lagrange(used, position - first, weight);
     Stencil stencil{first, {}};
-    for (int i = 0; i < window; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
+    for (int i = 0; i < stencil_size; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
     return stencil;
 }
 
 /// The window may hang over an end by one sample; that sample is the mirror image of one inside.
 Stencil mirrored_stencil(int count, double position, int cell) noexcept {
-    double weight[window];
-    lagrange(window, position - (cell - 1), weight);
+    double weight[stencil_size];
+    lagrange(stencil_size, position - (cell - 1), weight);
     const int last = count - 1;
-    const int first = std::clamp(cell - 1, 0, std::max(0, count - window));
+    const int first = std::clamp(cell - 1, 0, std::max(0, count - stencil_size));
     Stencil stencil{first, {}};
-    for (int i = 0; i < window; ++i) {
+    for (int i = 0; i < stencil_size; ++i) {
         const int sample = std::abs(cell - 1 + i);
         const int inside = sample > last ? 2 * last - sample : sample;
         stencil.weight[inside - first] += static_cast<float>(weight[i]);

@@ -2,7 +2,7 @@
 
 #include <stratus/runtime/angle.h>
 
-#include "layers.h"
+#include "layer_blend.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,18 +12,18 @@
 namespace stratus {
 namespace {
 
-/// Windows of the three directions, and where their samples lie.
+/// Stencils of the three directions, and where their samples lie.
 struct Directions {
     Stencil in, out, azimuth;
-    int in_sample[window], out_sample[window];
+    int in_sample[stencil_size], out_sample[stencil_size];
     int azimuth_count;
 };
 
-int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
+int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
 
-/// Samples of a window; weights beyond a short axis are 0 and point at its last sample.
-void set_samples(const AxisView& axis, const Stencil& stencil, int (&sample)[window]) noexcept {
-    for (int i = 0; i < window; ++i) sample[i] = std::min(stencil.first + i, axis.count - 1);
+/// Samples of a stencil; weights beyond a short axis are 0 and point at its last sample.
+void set_samples(const AxisView& axis, const Stencil& stencil, int (&sample)[stencil_size]) noexcept {
+    for (int i = 0; i < stencil_size; ++i) sample[i] = std::min(stencil.first + i, axis.count - 1);
 }
 
 Directions directions_of(const TableView& table, const Geometry& geometry) noexcept {
@@ -73,32 +73,32 @@ struct RowOf<4> {
 };
 #endif
 
-/// Sum over layers and directions; `width` is how many azimuths a window holds.
+/// Sum over terms and directions; `width` is how many azimuths a stencil holds.
 template <int width>
-double summed(const TableView& table, const Layers& layers, const Directions& at) noexcept {
+double summed(const TableView& table, const LayerBlend& blend, const Directions& at) noexcept {
     using Azimuths = typename RowOf<width>::type;
     const std::ptrdiff_t in_count = table.mu_in.count, out_count = table.mu_out.count;
     const std::ptrdiff_t out_stride = table.azimuth.count, in_stride = out_stride * out_count;
-    std::ptrdiff_t in_offset[window], out_offset[window];
-    for (int i = 0; i < window; ++i) {
+    std::ptrdiff_t in_offset[stencil_size], out_offset[stencil_size];
+    for (int i = 0; i < stencil_size; ++i) {
         in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
         out_offset[i] = at.out_sample[i] * out_stride;
     }
     Azimuths sum{};
-    float in[window], out[window];
-    for (int n = 0; n < layers.count; ++n) {
-        const Layer& layer = layers.layer[n];
-        if (n == 0 || layer.depth != layers.layer[n - 1].depth) {
-            const float* const in_weight = table.mu_in_weight + layer.depth * in_count;
-            const float* const out_weight = table.mu_out_weight + layer.depth * out_count;
-            for (int i = 0; i < window; ++i) {
+    float in[stencil_size], out[stencil_size];
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        if (n == 0 || term.depth != blend.term[n - 1].depth) {
+            const float* const in_weight = table.mu_in_weight + term.depth * in_count;
+            const float* const out_weight = table.mu_out_weight + term.depth * out_count;
+            for (int i = 0; i < stencil_size; ++i) {
                 in[i] = at.in.weight[i] * in_weight[at.in_sample[i]];
                 out[i] = at.out.weight[i] * out_weight[at.out_sample[i]];
             }
         }
-        for (int i = 0; i < window; ++i) {
-            const float share = layer.share * in[i];
-            const float* const rows = layers.samples + layer.first + in_offset[i];
+        for (int i = 0; i < stencil_size; ++i) {
+            const float share = term.share * in[i];
+            const float* const rows = blend.samples + term.first + in_offset[i];
             const auto out_row = [&](int j) {
                 Azimuths values;
                 std::memcpy(&values, rows + out_offset[j], sizeof values);
@@ -113,15 +113,15 @@ double summed(const TableView& table, const Layers& layers, const Directions& at
     return total;
 }
 
-/// The layers' sum over directions, times what the samples were divided by along both of them.
-double summed(const TableView& table, const Layers& layers, const Geometry& geometry) noexcept {
+/// The blend's sum over directions, times what the samples were divided by along both of them.
+double summed(const TableView& table, const LayerBlend& blend, const Geometry& geometry) noexcept {
     const Directions at = directions_of(table, geometry);
-    const double factor = directional_factor(table, layers, geometry.mu_in, geometry.mu_out);
+    const double factor = directional_factor(table, blend, geometry.mu_in, geometry.mu_out);
     switch (at.azimuth_count) {
-        case 1: return factor * summed<1>(table, layers, at);
-        case 2: return factor * summed<2>(table, layers, at);
-        case 3: return factor * summed<3>(table, layers, at);
-        default: return factor * summed<4>(table, layers, at);
+        case 1: return factor * summed<1>(table, blend, at);
+        case 2: return factor * summed<2>(table, blend, at);
+        case 3: return factor * summed<3>(table, blend, at);
+        default: return factor * summed<4>(table, blend, at);
     }
 }
 
@@ -138,7 +138,7 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
     if (table.has_reflection())
         scattered.multiple =
-            summed(table, reflection_layers(table, albedo, optical_depth), geometry);
+            summed(table, reflection_blend(table, albedo, optical_depth), geometry);
     return scattered;
 }
 
@@ -151,7 +151,7 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_transmission())
         scattered.multiple =
-            summed(table, transmission_layers(table, albedo, optical_depth), geometry);
+            summed(table, transmission_blend(table, albedo, optical_depth), geometry);
     return scattered;
 }
 

@@ -36,11 +36,11 @@ double single_reflection(double phase_value, double albedo, double optical_depth
 double single_transmission(double phase_value, double albedo, double optical_depth, double mu_in,
                            double mu_out) noexcept {
     // The beam that decays more slowly is taken out of the difference of [Blinn82] 2.4; what is
-    // left, (1 - exp(-z)) / z, knows no singularity at equal cosines.
+    // left, (1 - exp(-z)) / z, is regular at equal cosines.
     const double steep = std::max(mu_in, mu_out);
     const double shallow = std::min(mu_in, mu_out);
     const double beam = std::exp(-optical_depth / steep);
-    if (beam == 0) return 0;  // infinite depth, and every depth that no light crosses
+    if (beam == 0) return 0;  // infinite depth, and every depth that transmits nothing
     const double z = optical_depth * ((steep - shallow) / (steep * shallow));
     return albedo / 4 * phase_value * (beam * optical_depth) * mean_of_exponential(z) /
            (steep * shallow);
@@ -69,7 +69,7 @@ double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
     return albedo * phase_value * mu_in / (mu_in + mu_out);  // [Blinn82] 2.7
 }
 
-double transparency(double forward_phase_value, double albedo, double optical_depth,
+double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
                     double mu) noexcept {
     const double path = optical_depth / mu;
     const double beam = std::exp(-path);

@@ -88,7 +88,7 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
     if (samples.empty() && !required) return;
     require(samples.size() == extent, caller, std::string("length of ") + name,
             std::to_string(extent), samples.size());
-    int any_bad = 0;  // without a way out of the loop, which wide registers then go through
+    int any_bad = 0;  // no early exit, so that the loop is vectorised
     for (const Number sample : samples) any_bad |= std::isfinite(sample) ? 0 : 1;
     if (any_bad == 0) return;
     const auto bad =
@@ -133,13 +133,13 @@ void check_numbers(const Table& table) {
 
 void check_boundary(const Table& table) {
     require(table.lower_boundary.albedo >= 0 && table.lower_boundary.albedo <= 1, caller,
-            "albedo of what lies beneath", "in [0, 1]", table.lower_boundary.albedo);
+            "albedo of the lower boundary", "in [0, 1]", table.lower_boundary.albedo);
     require(!table.lower_boundary.is_present() || table.transmission_multiple.empty(), caller,
-            "transmission_multiple", "absent where something lies beneath", "given");
+            "transmission_multiple", "absent over a lower boundary", "given");
 }
 
 /// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
-float inverse(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
+float inverse_scale(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
 
 void work_out_weights(Table& table) {
     table.reflection_weight.clear();
@@ -159,9 +159,9 @@ void work_out_weights(Table& table) {
             table.reflection_weight.push_back(
                 table.lower_boundary.is_present()
                     ? 1
-                    : inverse(albedo * reflection_scale(depth, exponent, length)));
+                    : inverse_scale(albedo * reflection_scale(depth, exponent, length)));
             table.transmission_weight.push_back(
-                inverse(albedo * transmission_scale(depth, exponent, length)));
+                inverse_scale(albedo * transmission_scale(depth, exponent, length)));
         }
     auto over_cosines = [&](const Axis& cosines, std::vector<float>& weights) {
         weights.clear();
@@ -216,6 +216,7 @@ TableView Table::view() const noexcept {
     view.mu_in_weight = mu_in_weight.data();
     view.mu_out_weight = mu_out_weight.data();
     view.diffusion_exponent = diffusion_exponent.data();
+    if (!diffuse_transmittance.empty()) view.diffuse_transmittance = diffuse_transmittance.data();
     view.extrapolation_length = extrapolation_length;
     view.tolerance = tolerance;
     return view;

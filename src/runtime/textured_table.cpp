@@ -8,7 +8,7 @@
 #include "kept_tolerance.h"
 #include "kernels/kernels.h"
 #include "kernels/textured.h"
-#include "layers.h"
+#include "layer_blend.h"
 #include "mu_places.h"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 struct Resampling {
     int from, to;
 
-    explicit Resampling(int count) : from(count), to(std::max(window, count)) {}
+    explicit Resampling(int count) : from(count), to(std::max(stencil_size, count)) {}
 
     double weight(int old_sample, int new_sample) const {
         if (from == to) return old_sample == new_sample ? 1 : 0;
@@ -309,7 +309,7 @@ Places places_for(const AxisView& axis, const BlockLayers& layers, double allowe
     for (int i = 0; i <= segments * probed; ++i)
         stencils.push_back(axis.stencil(mu_at(places.v_first + places.v_step * i / probed)));
     std::vector<float> errors[segments];
-    const int used = std::min(window, axis.count), azimuths = layers.azimuths;
+    const int used = std::min(stencil_size, axis.count), azimuths = layers.azimuths;
     const int layer_step = std::max(1, layers.count() / 40),
               azimuth_step = std::max(1, azimuths / 4);
     std::vector<float> along(stencils.size()), importance(stencils.size());
@@ -358,7 +358,7 @@ float unit_of(float largest) {
 Functions refined(const Shapes& samples, const BlockLayers& layers, const Basis& basis,
                   const Places& places) {
     const AxisView& mu = samples.table().mu_in;
-    const int cosines = mu.count, azimuths = samples.azimuths(), used = std::min(window, cosines);
+    const int cosines = mu.count, azimuths = samples.azimuths(), used = std::min(stencil_size, cosines);
     const std::size_t row_size = size(azimuths * functions);
     // At the table's own directions, all azimuths.
     std::vector<float> at_samples(size(samples.pairs()) * row_size);
@@ -510,12 +510,12 @@ void add_block(TexturedMemory& side, TexturedBlock block, std::vector<FunctionRo
 /// Orders n >= 2 that a table does not hold.
 void set_nothing(TexturedMemory& side, int azimuths) {
     const std::size_t albedos = side.diffusion_exponent.size();
-    add_block(side, {nullptr, nullptr, 0, 0, window},
+    add_block(side, {nullptr, nullptr, 0, 0, stencil_size},
               std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
-              std::vector<CoefficientRow>(albedos * window, CoefficientRow{}), {});
-    side.view.optical_depth = {0, 0, window - 1};
+              std::vector<CoefficientRow>(albedos * stencil_size, CoefficientRow{}), {});
+    side.view.optical_depth = {0, 0, stencil_size - 1};
     side.view.ends_at_infinity = false;
-    side.block_of_cell.assign(albedos * window, 0.0f);
+    side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 
 /// Cuts albedos and optical depths into blocks as large as sixteen functions reach.
@@ -532,8 +532,8 @@ class Blocks {
                 values_.push_back(samples.layer(a, d, azimuth_step_));
                 importance_.push_back(samples.importance(a, d, azimuth_step_));
             }
-        depth_rows_ = std::max(window, depth.count);
-        side.block_of_cell.assign(size(std::max(window, albedo.count) * depth_rows_), 0.0f);
+        depth_rows_ = std::max(stencil_size, depth.count);
+        side.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0.0f);
         cover({0, std::max(1, albedo.count - 1)}, 0);
         const double first = v_at(samples.table().mu_in.highest);
         const double end = v_at(samples.table().mu_in.lowest);
@@ -544,9 +544,9 @@ class Blocks {
   private:
     /// Samples that the cubics of some cells reach.
     static Rows reach(const Rows& cells, int samples) {
-        if (samples <= window) return {0, samples};
-        const int first = std::clamp(cells.first - 1, 0, samples - window);
-        const int last = std::clamp(cells.first + cells.count + 1, first + window - 1, samples - 1);
+        if (samples <= stencil_size) return {0, samples};
+        const int first = std::clamp(cells.first - 1, 0, samples - stencil_size);
+        const int last = std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
         return {first, last - first + 1};
     }
 
@@ -600,7 +600,7 @@ class Blocks {
              const Rows& depth_cells) {
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto end_of = [](const Rows& cells, int samples) {
-            return samples < window ? window : std::min(cells.first + cells.count + 1, samples);
+            return samples < stencil_size ? stencil_size : std::min(cells.first + cells.count + 1, samples);
         };
         for (int a = albedo_cells.first; a < end_of(albedo_cells, samples_.table().albedo.count);
              ++a)
@@ -609,7 +609,7 @@ class Blocks {
                 side_.block_of_cell[size(a * depth_rows_ + d)] =
                     static_cast<float>(side_.blocks.size());
         const Places places = places_for(samples_.table().mu_in, layers, line_share * tolerance_);
-        const int rows = std::max(window, layers.depths.count) + (layers.and_infinity ? 1 : 0);
+        const int rows = std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0);
         Functions found = refined(samples_, layers, basis, places);
         std::vector<CoefficientRow> rows_of_layers = coefficients(layers, basis, found.unit);
         add_block(side_, {nullptr, nullptr, layers.albedos.first, layers.depths.first, rows},

@@ -43,6 +43,13 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
+    const bool background_scatters = scene.effects.background && scene.effects.transmission &&
+                                     scene.background.pattern == Texture::Pattern::plain &&
+                                     !scene.background.is_black();
+    if (background_scatters && (!tables_ || !scene.effects.single))
+        for (const PhaseFunction& component : scene.layer.components)
+            scattered_once_.emplace_back(component);
+    background_scatters_ = background_scatters;
     std::optional<TableView> table;
     if (tables_) table = tables_->tables[0].view();
     bind(table ? &*table : nullptr, needed);
@@ -92,7 +99,7 @@ Rgb3 LayerLight::textured_side(const Matter& matter, const Geometry& geometry,
         mixture = tables_->mixture.view().stencil(matter.mixture);
     return each_channel(matter.albedo, [&](std::size_t c) {
         double value = matter.albedo[c] * once;
-        for (int k = 0; tables_ && k < window; ++k) {
+        for (int k = 0; tables_ && k < stencil_size; ++k) {
             const double share = double{mixture.weight[k]};
             if (share == 0) continue;
             const TexturedTable& table =
@@ -124,9 +131,8 @@ double LayerLight::beam(const Matter& matter, double mu) const noexcept {
                : direct_transmittance(seen_depth(scene_, matter.optical_depth), mu);
 }
 
-double LayerLight::flux(const std::vector<float>& flux, double albedo, double optical_depth,
-                        const Stencil* mu) const noexcept {
-    const Table& table = tables_->tables[0];
+double LayerLight::flux(const Table& table, const std::vector<float>& flux, double albedo,
+                        double optical_depth, const Stencil* mu) const noexcept {
     const AxisView albedos = table.albedo.view(), depths = table.optical_depth.view();
     const std::size_t mus = mu ? table.mu_in.values.size() : 1;
     const auto depth_count = static_cast<std::size_t>(depths.size());
@@ -137,7 +143,7 @@ double LayerLight::flux(const std::vector<float>& flux, double albedo, double op
             mus;
         if (!mu) return double{flux[row]};
         double sum = 0;
-        for (int i = 0; i < window; ++i)
+        for (int i = 0; i < stencil_size; ++i)
             if (mu->weight[i] != 0)
                 sum += double{mu->weight[i]} *
                        double{flux[row + static_cast<std::size_t>(mu->first + i)]};
@@ -145,7 +151,7 @@ double LayerLight::flux(const std::vector<float>& flux, double albedo, double op
     };
     const Stencil in_albedo = albedos.stencil(albedo);
     double sum = 0;
-    for (int a = 0; a < window; ++a) {
+    for (int a = 0; a < stencil_size; ++a) {
         if (in_albedo.weight[a] == 0) continue;
         const double share = double{in_albedo.weight[a]};
         if (depths.count == 0 || std::isinf(optical_depth)) {
@@ -153,7 +159,7 @@ double LayerLight::flux(const std::vector<float>& flux, double albedo, double op
             continue;
         }
         const Stencil in_depth = depths.stencil(optical_depth);
-        for (int d = 0; d < window; ++d)
+        for (int d = 0; d < stencil_size; ++d)
             if (in_depth.weight[d] != 0)
                 sum += share * double{in_depth.weight[d]} *
                        at(in_albedo.first + a, in_depth.first + d);
@@ -169,11 +175,49 @@ double LayerLight::transmittance(double albedo, double optical_depth, double mu)
     const Table& table = tables_->tables[0];
     if (table.diffuse_transmittance.empty()) return beam;
     const Stencil stencil = table.mu_in.view().stencil(mu);
-    return beam + flux(table.diffuse_transmittance, albedo, optical_depth, &stencil);
+    return beam + flux(table, table.diffuse_transmittance, albedo, optical_depth, &stencil);
 }
 
 double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
-    return tables_ ? flux(tables_->tables[0].spherical_albedo, albedo, optical_depth, nullptr) : 0;
+    if (!tables_) return 0;
+    const Table& table = tables_->tables[0];
+    return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
+}
+
+double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
+                                         double mu) const noexcept {
+    double once = 0;
+    if (!scattered_once_.empty()) {
+        once = scattered_once_[0](optical_depth, mu);
+        if (scattered_once_.size() > 1)
+            once = matter.mixture * once +
+                   (1 - matter.mixture) * scattered_once_[1](optical_depth, mu);
+        once *= albedo;
+    }
+    if (!tables_) return scene_.effects.single ? once : 0;
+    Stencil mixture{0, {1, 0, 0, 0}};
+    if (!tables_->mixture.values.empty())
+        mixture = tables_->mixture.view().stencil(matter.mixture);
+    double all = 0;
+    for (int k = 0; k < stencil_size; ++k) {
+        if (mixture.weight[k] == 0) continue;
+        const Table& table = tables_->tables[static_cast<std::size_t>(mixture.first + k)];
+        if (table.diffuse_transmittance.empty()) continue;
+        const Stencil cosine = table.mu_in.view().stencil(mu);
+        all += double{mixture.weight[k]} *
+               flux(table, table.diffuse_transmittance, albedo, optical_depth, &cosine);
+    }
+    return scene_.effects.single ? all : std::max(0.0, all - once);
+}
+
+Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+    const double direct = beam(matter, mu), depth = seen_depth(scene_, matter.optical_depth);
+    const bool scatters = background_scatters_ && depth > 0 && depth < infinity;
+    return each_channel(matter.albedo, [&](std::size_t c) {
+        return scatters ? std::min(1.0, direct + diffuse_transmittance(matter, matter.albedo[c],
+                                                                       depth, mu))
+                        : direct;
+    });
 }
 
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,

@@ -81,7 +81,8 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const Rgb3 light = ring_light(rings, matter, view, crossing.distance);
     if (!view.scene.effects.background) return light;
     const double mu = std::max(std::abs(view.ray.direction.z), 1e-6);
-    return light + view.light.beam(matter, mu) * behind();
+    return to_planet > 0 ? light + view.light.beam(matter, mu) * behind()
+                         : light + view.light.background(matter, mu) * behind();
 }
 
 }  // namespace stratus

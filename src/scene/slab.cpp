@@ -50,7 +50,7 @@ Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
     }
     if (!slab.surface)
         return view.scene.effects.background
-                   ? light + view.light.beam(matter, geometry.mu_out) * background()
+                   ? light + view.light.background(matter, geometry.mu_out) * background()
                    : light;
     return view.to_sun.z > 1e-6 ? light + ground_light(slab, view, matter, crossing) : light;
 }

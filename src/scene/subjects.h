@@ -30,6 +30,9 @@ Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
 inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
     return {factor * light[0], factor * light[1], factor * light[2]};
 }
+inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
+    return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
+}
 inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }

@@ -16,7 +16,7 @@ namespace {
 /// Mean of eval * cos / pdf, and `albedo`, of a table of one layer against its fluxes, at each of
 /// its cosines.
 void expect_fluxes(const Table& table, double tolerance, double largest_deviation) {
-    const Bsdf bsdf(table.view().bind(table.optical_depth.values[0], table.albedo.values[0]));
+    const Bsdf bsdf(bind(table.view(), table.optical_depth.values[0], table.albedo.values[0]));
     for (std::size_t i = 0; i < table.mu_in.values.size(); ++i) {
         const double mu = table.mu_in.values[i];
         const double R = double{table.plane_albedo[i]};
@@ -53,7 +53,7 @@ TEST(BsdfOfTable, ScattersWhatCloudAndGroundSendBack) {
     const Table table = bake(
         layer_recipe("henyey_greenstein:g=0.5", "1.0", "0.95", "[below]\nlambert_albedo = 0.3\n"));
     expect_fluxes(table, 1e-3, 0.1);
-    const Bsdf bsdf(table.view().bind(1, 0.95));
+    const Bsdf bsdf(bind(table.view(), 1, 0.95));
     const Vector from_below = direction(0.5, 1, false);
     EXPECT_EQ(bsdf.sample(from_below, 0.3f, 0.3f, 0.3f).pdf, 0);
     EXPECT_EQ(bsdf.pdf(from_below, direction(0.5, 1, true)), 0);
@@ -64,7 +64,7 @@ TEST(BsdfOfTable, ScattersWhatCloudAndGroundSendBack) {
 TEST(BsdfOfTable, LosesNoLightInAWhiteFurnace) {
     for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
         const Table table = bake(layer_recipe(phase, "inf", "1.0", "sides = ['reflection']\n"));
-        const Bsdf bsdf(table.view().bind(infinity, 1));
+        const Bsdf bsdf(bind(table.view(), infinity, 1));
         for (double mu = 0.01; mu <= 1; mu += mu < 0.1 ? 0.01 : 0.05) {
             const Vector wi = direction(std::min(mu, 1.0), 1, true);
             EXPECT_NEAR(bsdf.albedo(wi).reflected, 1, 2e-3) << phase << " mu_in " << mu;
@@ -72,6 +72,18 @@ TEST(BsdfOfTable, LosesNoLightInAWhiteFurnace) {
                 << phase << " mu_in " << mu;
         }
         EXPECT_NEAR(bsdf.albedo(1.0f).reflected, 1, 2e-3) << phase;
+    }
+}
+
+TEST(SliceOfTable, SeesABackgroundByWhatIsNotReflected) {
+    // tau = 1, w = 1: 29.7 by the formula of [Blinn82] 2.5 at g = 0.85
+    for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.85"}) {
+        const Table table = bake(layer_recipe(phase, "1.0", "1.0"));
+        const Slice slice = bind(table.view(), 1, 1);
+        for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+            EXPECT_NEAR(slice.background(static_cast<float>(table.mu_in.values[i])),
+                        1 - double{table.plane_albedo[i]}, 1e-4)
+                << phase << " mu " << table.mu_in.values[i];
     }
 }
 

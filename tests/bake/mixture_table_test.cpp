@@ -75,8 +75,8 @@ TEST(MixtureTable, OfTheFirstAloneIsTheTableOfAPlainRecipe) {
     plain.discretisation.mixture_samples = 0;
     const Table alone = solve_table(plain);
     EXPECT_FALSE(alone.has_mixture());
-    const Slice found = table.view().at_mixture(1).bind(2, 0.9);
-    const Slice expected = alone.view().bind(2, 0.9);
+    const Slice found = bind(table.view().at_mixture(1), 2, 0.9);
+    const Slice expected = bind(alone.view(), 2, 0.9);
     for (const float azimuth : {0.0f, 1.0f, 3.0f})
         EXPECT_NEAR(found.reflection(0.4f, 0.7f, azimuth), expected.reflection(0.4f, 0.7f, azimuth),
                     1e-6);

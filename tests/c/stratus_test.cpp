@@ -139,8 +139,8 @@ TEST_F(C, BindsToTheBitsOfCpp) {
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
     const Slice one = bind(1, depths, albedos, &effects),
                 three = bind(3, depths, albedos, &effects);
-    const stratus::Slice cpp_one = table_.view().bind(depths[0], albedos[0], same);
-    const stratus::RgbSlice cpp_three = table_.view().bind_rgb(depths, albedos, same);
+    const stratus::Slice cpp_one = stratus::bind(table_.view(), depths[0], albedos[0], same);
+    const stratus::RgbSlice cpp_three = stratus::bind_rgb(table_.view(), depths, albedos, same);
     EXPECT_EQ(stratus_slice_channels(one.get()), 1);
     EXPECT_EQ(stratus_slice_channels(three.get()), 3);
     EXPECT_EQ(stratus_slice_bytes(one.get()), cpp_one.bytes());
@@ -162,6 +162,8 @@ TEST_F(C, BindsToTheBitsOfCpp) {
     expect_rgb(value, cpp_three.direct(0.4f));
     ASSERT_EQ(stratus_slice_background(three.get(), 0.4f, value), STRATUS_OK);
     expect_rgb(value, cpp_three.background(0.4f));
+    ASSERT_EQ(stratus_slice_source_behind(three.get(), 0.4f, value), STRATUS_OK);
+    expect_rgb(value, cpp_three.source_behind(0.4f));
 
     constexpr std::size_t count = 50;
     const Directions wi(count, 1), wo(count, 2);
@@ -192,6 +194,44 @@ TEST_F(C, BindsToTheBitsOfCpp) {
     EXPECT_EQ(met, expected);
 }
 
+TEST_F(C, SeesNoMoreThanABackground) {
+    const double depth = 1, albedo = 1;
+    stratus_slice* slice = nullptr;
+    ASSERT_EQ(stratus_slice_bind_single("henyey_greenstein:g=0.85", 1, &depth, &albedo, nullptr,
+                                        &slice),
+              STRATUS_OK);
+    float background = 0, source = 0;
+    ASSERT_EQ(stratus_slice_background(slice, 1, &background), STRATUS_OK);
+    ASSERT_EQ(stratus_slice_source_behind(slice, 1, &source), STRATUS_OK);
+    EXPECT_GT(background, std::exp(-1.0f));
+    EXPECT_LT(background, 1);
+    EXPECT_GT(source, 29);
+    stratus_slice_free(slice);
+}
+
+TEST_F(C, RefusesLayersThatTheTableDoesNotKnowOrClampsThem) {
+    stratus::test::SyntheticOptions options;
+    options.and_infinity = false;
+    const std::string path = (folder_.path() / "finite.h5").string();
+    stratus::write_table(stratus::test::make_synthetic_table(options), path);
+    stratus_table* finite = nullptr;
+    ASSERT_EQ(stratus_table_open(path.c_str(), &finite), STRATUS_OK);
+    const double depth = infinity, albedo = 1;
+    stratus_slice* slice = nullptr;
+    expect_refused(stratus_slice_bind(finite, 1, &depth, &albedo, nullptr, &slice),
+                   STRATUS_INVALID_ARGUMENT, "optical_depth");
+    EXPECT_EQ(slice, nullptr);
+    ASSERT_EQ(stratus_slice_bind_clamped(finite, 1, &depth, &albedo, nullptr, &slice), STRATUS_OK);
+    EXPECT_EQ(stratus_slice_clamped(slice), 1);
+    stratus_slice_free(slice);
+    const double thin = 0.5;
+    ASSERT_EQ(stratus_slice_bind_clamped(finite, 1, &thin, &albedo, nullptr, &slice), STRATUS_OK);
+    EXPECT_EQ(stratus_slice_clamped(slice), 0);
+    EXPECT_EQ(stratus_slice_clamped(nullptr), 0);
+    stratus_slice_free(slice);
+    stratus_table_close(finite);
+}
+
 TEST_F(C, AsksForEachEffectAlone) {
     const double depth = 1, albedo = 0.9;
     const auto side_sums = [&](int stratus_effects::*off) {
@@ -218,8 +258,8 @@ TEST_F(C, AsksForEachEffectAlone) {
 
 TEST_F(C, DrawsToTheBitsOfCpp) {
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
-    const stratus::Bsdf cpp_one(table_.view().bind(depths[0], albedos[0]));
-    const stratus::RgbBsdf cpp_three(table_.view().bind_rgb(depths, albedos));
+    const stratus::Bsdf cpp_one(stratus::bind(table_.view(), depths[0], albedos[0]));
+    const stratus::RgbBsdf cpp_three(stratus::bind_rgb(table_.view(), depths, albedos));
     stratus_bsdf *one = nullptr, *three = nullptr;
     stratus_slice* slice = bind(1, depths, albedos).release();
     ASSERT_EQ(stratus_bsdf_build(&slice, &one), STRATUS_OK) << stratus_last_error();

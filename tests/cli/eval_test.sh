@@ -75,6 +75,12 @@ plain=$(tail -n 1 "$out" | cut -d , -f 6)
 expect_ok eval full.h5 --query query.csv --effects single,reflection,background
 expect_header $every,reflection,reflection_single,background
 expect_rows 1 'f["background"] > exp(-3) && f["background"] < 1'
+expect_ok eval full.h5 --query query.csv --effects background
+expect_rows 1 'f["background"] > exp(-3) && f["background"] <= 1'
+query $every 0.5,1,180,0.01,1
+expect_ok eval full.h5 --query query.csv --effects single,reflection,background
+expect_rows 1 'f["background"] > exp(-0.01) && f["background"] <= 1'
+query $every 0.5,0.5,180,1.5,0.9
 expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.25
 expect_rows 1 "f[\"reflection\"] > $plain"
 expect_ok eval full.h5 --query query.csv --effects single,reflection --opposition hapke:width=0.05,amplitude=0.5
@@ -129,13 +135,26 @@ expect_refused 2 query.csv "got mixture" -- eval full.h5 --query query.csv
 query $every 0.005,0.8,60,1.5,0.9 0.005,0.001,60,0.005,0.9 0.5,0.8,60,100,0.9
 expect_ok eval full.h5 --query query.csv
 expect_rows 3 1
-expect_says "$err" warning "2 in mu_in" "1 in mu_out" "1 in optical_depth"
+expect_says "$err" warning "2 in mu_in" "1 in mu_out"
 [ "$(wc -l <"$err")" -eq 1 ] || fail "one warning is enough"
 expect_ok eval full.h5 --query query.csv --effects single
 expect_silent "$err"
+
+# layers that the table does not know are refused, or clamped on request
+query $every 0.5,0.8,60,inf,0.9 0.5,0.8,60,inf,0.5
+expect_refused 2 "query.csv, line 3" albedo "[0.9, 0.9]" "got 0.5" "--clamp" -- \
+    eval endless.h5 --query query.csv --effects reflection
+query $every 0.5,0.8,60,1,0.9
+expect_refused 2 "query.csv, line 2" optical_depth inf "got 1" -- \
+    eval endless.h5 --query query.csv --effects reflection
+expect_ok eval endless.h5 --query query.csv --effects reflection,single
 query $every 0.5,0.8,60,1,0.5
-expect_ok eval endless.h5 --query query.csv --effects reflection
+expect_ok eval endless.h5 --query query.csv --effects reflection --clamp
 expect_says "$err" "1 in optical_depth" "1 in albedo"
+query $every 0.5,0.8,60,inf,0
+expect_ok eval endless.h5 --query query.csv --effects reflection
+expect_silent "$err"
+expect_rows 1 'f["reflection"] == 0'
 
 # --- refusals
 

@@ -353,7 +353,7 @@ TEST(Lookup, NeverLeavesTheTableWhateverItIsAsked) {
 }
 
 TEST(Lookup, ReadsShortAxesAndNothingBeyondThem) {
-    // Samples equal to their scale: the weights of every window must sum to 1 and stay inside.
+    // Samples equal to their scale: the weights of every stencil must sum to 1 and stay inside.
     const std::vector<Point> points = random_points(12, 0.1, 30);
     for (int shape = 0; shape < 5 * 5 * 5 * 5 * 5; ++shape) {
         const Counts counts{1 + shape % 5, 1 + shape / 5 % 5, 1 + shape / 25 % 5,

@@ -75,8 +75,8 @@ TEST(Mixture, OfEachEndIsTheTableOfOneKindToTheBit) {
 
 TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     const TableView view = both().view().at_mixture(0.25);
-    const Slice slice = view.bind(0.9, 0.9);
-    const RgbSlice rgb = view.bind_rgb({0.9, 0.9, 8}, {0.9, 0.5, 0.9});
+    const Slice slice = bind(view, 0.9, 0.9);
+    const RgbSlice rgb = bind_rgb(view, {0.9, 0.9, 8}, {0.9, 0.5, 0.9});
     for (const Geometry& at : geometries) {
         const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out);
         const auto azimuth = static_cast<float>(at.azimuth);
@@ -86,19 +86,17 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
         EXPECT_NEAR(double{slice.reflection(in, out, azimuth)}, R, straight_lines * R);
         EXPECT_NEAR(double{rgb.transmission(in, out, azimuth).b}, T, straight_lines * T);
     }
-    EXPECT_NEAR(
-        slice.background(1),
-        transparency(0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1),
-                     0.9, 0.9, 1),
-        1e-6);
+    const double forward =
+        0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1);
+    EXPECT_NEAR(slice.source_behind(1), source_seen_through(forward, 0.9, 0.9, 1), 1e-6);
 }
 
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
     EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, geometries[0]).total()));
     EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, geometries[0]).total()));
-    expect_refusal<std::invalid_argument>([] { both().view().bind(1, 0.9); },
+    expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
                                           {"at_mixture", "mixture", "[0, 1]", "nan"});
-    expect_refusal<std::invalid_argument>([] { both().view().at_mixture(1.1).bind(1, 0.9); },
+    expect_refusal<std::invalid_argument>([] { bind(both().view().at_mixture(1.1), 1, 0.9); },
                                           {"at_mixture", "mixture", "[0, 1]", "1.1"});
 }
 

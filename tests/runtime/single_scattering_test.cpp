@@ -183,7 +183,7 @@ TEST(SingleScattering, NeverOverflowsNorTurnsIntoNothing) {
             for (const double mu : {1e-12, 1e-6, 0.5, 0.5000001, 1.0}) {
                 const double r = single_reflection(1, 1, tau, mu0, mu);
                 const double t = single_transmission(1, 1, tau, mu0, mu);
-                const double through = transparency(1, 1, tau, mu);
+                const double through = source_seen_through(1, 1, tau, mu);
                 EXPECT_TRUE(std::isfinite(r) && r >= 0) << tau << ' ' << mu0 << ' ' << mu;
                 EXPECT_TRUE(std::isfinite(t) && t >= 0) << tau << ' ' << mu0 << ' ' << mu;
                 EXPECT_TRUE(std::isfinite(through) && through >= 0) << tau << ' ' << mu;
@@ -220,13 +220,13 @@ TEST(Transparency, IsTheBeamAndBottomLitLightFromTheSameDirection) {
         for (const double mu : cosines) {
             const double beam = std::exp(-tau / mu);
             const double expected = beam + brightness_bottom_lit(4.2, 0.9, tau, mu, mu);
-            EXPECT_NEAR(transparency(4.2, 0.9, tau, mu), expected, 1e-14 * expected);
+            EXPECT_NEAR(source_seen_through(4.2, 0.9, tau, mu), expected, 1e-14 * expected);
         }
 }
 
 TEST(Transparency, IsWholeWithoutALayerAndNoneWithoutEnd) {
-    EXPECT_EQ(transparency(4.2, 0.9, 0, 0.5), 1);
-    EXPECT_EQ(transparency(4.2, 0.9, infinity, 0.5), 0);
+    EXPECT_EQ(source_seen_through(4.2, 0.9, 0, 0.5), 1);
+    EXPECT_EQ(source_seen_through(4.2, 0.9, infinity, 0.5), 0);
 }
 
 TEST(ScatteringAngle, IsBackwardForLightThatReturns) {

@@ -113,7 +113,7 @@ TEST(Slice, StaysFiniteAtGrazingAndAtNonsense) {
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
-    const Slice slice = table.view().bind(3, 0.9);
+    const Slice slice = bind(table.view(), 3, 0.9);
     for (const float mu : {0.0f, 1e-30f, 1e-7f, -1.0f, 1.0f, 2.0f, std::nanf("")})
         for (const float azimuth : {0.0f, -1.0f, 3.2f, 1e4f}) {
             EXPECT_TRUE(std::isfinite(slice.reflection(std::isnan(mu) ? 0.5f : mu, 0.5f, azimuth)))
@@ -138,7 +138,7 @@ TEST(Slice, GivesOnlyWhatIsAskedFor) {
         effects.multiple = multiple;
         effects.reflection = reflection;
         effects.transmission = transmission;
-        return table.view().bind(2, 0.9, effects);
+        return bind(table.view(), 2, 0.9, effects);
     };
     const Slice all = bound(true, true, true, true), single = bound(true, false, true, true),
                 multiple = bound(false, true, true, true), lit = bound(true, true, true, false),
@@ -172,7 +172,7 @@ TEST(Slice, WithDensityIsADeeperSlice) {
     prepare(table);
     Effects dense;
     dense.density = 0.2;
-    const Slice slice = table.view().bind(2, 0.9, dense), deeper = table.view().bind(2.5, 0.9);
+    const Slice slice = bind(table.view(), 2, 0.9, dense), deeper = bind(table.view(), 2.5, 0.9);
     for (const Direction& at : random_directions(100)) {  // every order, both sides, the beam
         EXPECT_EQ(slice.reflection(at.mu_in, at.mu_out, at.azimuth),
                   deeper.reflection(at.mu_in, at.mu_out, at.azimuth));
@@ -188,11 +188,11 @@ TEST(Slice, LetsOppositionActOnSingleReflectionAlone) {
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
     const double tau = 2, w = 0.9;
-    const Slice plain = table.view().bind(tau, w);
+    const Slice plain = bind(table.view(), tau, w);
     for (const Opposition& opposition : {Opposition::blinn(0.3), Opposition::hapke(0.8, 0.06)}) {
         Effects effects;
         effects.opposition = opposition;
-        const Slice bright = table.view().bind(tau, w, effects);
+        const Slice bright = bind(table.view(), tau, w, effects);
         for (const Direction& at : random_directions(500)) {
             const Geometry g = at.geometry();
             const double c = cos_scattering_angle_reflected(g);
@@ -221,18 +221,86 @@ TEST(Slice, MeetsOppositionExactlyBetweenVectors) {
     EXPECT_NEAR(bright.eval(v.wi, v.wi), 2 * plain.eval(v.wi, v.wi), 1e-4 * plain.eval(v.wi, v.wi));
 }
 
-TEST(Slice, ShowsABackgroundThroughItself) {
+TEST(Slice, SeesASmallSourceBehindAsBlinnStates) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
     const Slice slice(phase, {{0.7}, {0.8}});
     Effects beam_alone;
     beam_alone.single = false;
     const Slice beam(phase, {{0.7}, {0.8}}, beam_alone);
     for (const double mu : {0.1, 0.5, 1.0}) {
-        EXPECT_NEAR(slice.background(static_cast<float>(mu)), transparency(phase(1), 0.8, 0.7, mu),
-                    1e-6);
-        EXPECT_NEAR(slice.direct(static_cast<float>(mu)), std::exp(-0.7 / mu), 1e-7);
-        EXPECT_NEAR(beam.background(static_cast<float>(mu)), std::exp(-0.7 / mu), 1e-7);
+        const auto cosine = static_cast<float>(mu);
+        EXPECT_NEAR(slice.source_behind(cosine), source_seen_through(phase(1), 0.8, 0.7, mu), 1e-6);
+        EXPECT_NEAR(slice.direct(cosine), std::exp(-0.7 / mu), 1e-7);
+        EXPECT_NEAR(beam.source_behind(cosine), std::exp(-0.7 / mu), 1e-7);
+        EXPECT_NEAR(beam.background(cosine), std::exp(-0.7 / mu), 1e-7);
     }
+}
+
+/// The beam, and T of order 1 over the hemisphere: by the trapezoidal rule over azimuth and Gauss's
+/// midpoints over the cosine.
+double background_once(const PhaseFunction& phase, double w, double tau, double mu) {
+    constexpr int cosines = 2000, azimuths = 200;
+    double sum = 0;
+    for (int i = 0; i < cosines; ++i)
+        for (int k = 0; k < azimuths; ++k) {
+            const Geometry at{mu, (i + 0.5) / cosines, pi * (k + 0.5) / azimuths};
+            sum += at.mu_out * single_transmission(phase(cos_scattering_angle_transmitted(at)), w,
+                                                   tau, at.mu_in, at.mu_out);
+        }
+    return std::exp(-tau / mu) + 2 * sum / (cosines * azimuths);
+}
+
+TEST(Slice, SeesABackgroundByTheBeamAndWhatIsScatteredOnce) {
+    for (const double g : {0.0, 0.85, -0.5})
+        for (const double tau : {0.01, 1.0, 5.0}) {
+            const PhaseFunction phase = PhaseFunction::henyey_greenstein(g);
+            const Slice slice(phase, {{tau}, {0.9}});
+            for (const double mu : {0.05, 0.2, 0.5, 1.0})
+                EXPECT_NEAR(slice.background(static_cast<float>(mu)),
+                            background_once(phase, 0.9, tau, mu), 2e-4)
+                    << "g " << g << " tau " << tau << " mu " << mu;
+        }
+}
+
+TEST(Slice, SeesNoMoreThanABackground) {
+    for (const double g : {0.0, 0.85, 0.99})
+        for (const double tau : {1e-6, 0.01, 1.0, 30.0, infinity}) {
+            const Slice slice(PhaseFunction::henyey_greenstein(g), {{tau}, {1}});
+            for (float mu = 0.001f; mu < 1; mu += 0.01f) {
+                EXPECT_GE(slice.background(mu), 0);
+                EXPECT_LE(slice.background(mu), 1) << "g " << g << " tau " << tau << " mu " << mu;
+            }
+        }
+}
+
+TEST(Slice, SeesABackgroundByTheDiffuseTransmittanceOfItsTable) {
+    Table table = empty_table({4, 8, 8, 8, 5}, {0.1, 8, false});
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    const auto diffuse = [](double w, double tau, double mu) {
+        return w * intercepted_share(tau, mu) * 0.5 *
+               transmission_scale(tau, small_table_exponent(w), small_table_length);
+    };
+    for (const double w : table.albedo.values)
+        for (const double tau : table.optical_depth.values)
+            for (const double mu : table.mu_in.values)
+                table.diffuse_transmittance.push_back(static_cast<float>(diffuse(w, tau, mu)));
+    prepare(table);
+    for (const double w : {0.3, 0.9, 1.0})
+        for (const double tau : {0.01, 0.7, 8.0}) {
+            const Slice slice = bind(table.view(), tau, w);
+            Effects multiple_alone;
+            multiple_alone.single = false;
+            const Slice without_single = bind(table.view(), tau, w, multiple_alone);
+            for (const double mu : {0.02, 0.3, 1.0}) {
+                const auto cosine = static_cast<float>(mu);
+                const double beam = std::exp(-tau / mu);
+                EXPECT_NEAR(slice.background(cosine), beam + diffuse(w, tau, mu), 1e-3);
+                const double once = background_once(table.phase_function, w, tau, mu) - beam;
+                EXPECT_NEAR(without_single.background(cosine),
+                            beam + std::max(0.0, diffuse(w, tau, mu) - once), 2e-3);  // 8 cosines
+            }
+        }
 }
 
 TEST(Slice, SeesTheGroundThroughTheLayer) {
@@ -245,7 +313,7 @@ TEST(Slice, SeesTheGroundThroughTheLayer) {
         table.lower_boundary = boundary;
         prepare(table);
         for (const double tau : {0.5, 2.0}) {
-            const Slice slice = table.view().bind(tau, 0.9);
+            const Slice slice = bind(table.view(), tau, 0.9);
             for (const Direction& at : random_directions(300, 0.02f)) {
                 const double expected = reflection(table.view(), 0.9, tau, at.geometry()).total();
                 EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), expected,
@@ -287,7 +355,7 @@ TEST_P(BoundSlice, MeetsTheToleranceOfItsTable) {
     const Table table = smooth_table(GetParam());
     for (const double tau : {0.02, 0.3, 5.0, 100.0, infinity})
         for (const double w : {0.2, 0.9, 1.0}) {
-            const Slice slice = table.view().bind(tau, w);
+            const Slice slice = bind(table.view(), tau, w);
             for (const Direction& at : random_directions(500, 0.02f)) {
                 const double R = reflection(table.view(), w, tau, at.geometry()).total();
                 const double T = transmission(table.view(), w, tau, at.geometry()).total();
@@ -305,15 +373,15 @@ INSTANTIATE_TEST_SUITE_P(Of, BoundSlice, testing::Bool(), [](const auto& info) {
 
 TEST(Slice, GrowsWithTheToleranceItHasToMeet) {
     Table table = smooth_table(true);
-    const std::size_t usual = table.view().bind(1, 0.9).bytes();
+    const std::size_t usual = bind(table.view(), 1, 0.9).bytes();
     table.tolerance = 1e-2;
-    EXPECT_LT(table.view().bind(1, 0.9).bytes(), usual / 3);
+    EXPECT_LT(bind(table.view(), 1, 0.9).bytes(), usual / 3);
 }
 
 TEST(Slice, OutlivesItsTable) {
     Slice slice = [] {
         const Table table = smooth_table(true);
-        return table.view().bind(1, 0.9);
+        return bind(table.view(), 1, 0.9);
     }();
     const float before = slice.reflection(0.4f, 0.6f, 1);
     const Slice moved = std::move(slice);
@@ -323,7 +391,7 @@ TEST(Slice, OutlivesItsTable) {
 
 TEST(Slice, IsSymmetricToTheLastBit) {
     const Table table = smooth_table(true);
-    const Slice slice = table.view().bind(1, 0.9);
+    const Slice slice = bind(table.view(), 1, 0.9);
     for (const Direction& at : random_directions(500)) {
         for (const bool same_side : {true, false}) {
             const Vectors v = vectors_of(at, same_side);
@@ -334,7 +402,7 @@ TEST(Slice, IsSymmetricToTheLastBit) {
 
 TEST(Slice, EvaluatesVectorsAsItDoesAngles) {
     const Table table = smooth_table(true);
-    const Slice slice = table.view().bind(1, 0.9);
+    const Slice slice = bind(table.view(), 1, 0.9);
     for (const Direction& at : random_directions(500, 0.02f)) {
         const Vectors above = vectors_of(at, true), through = vectors_of(at, false);
         const double R = double{slice.reflection(at.mu_in, at.mu_out, at.azimuth)} / pi;
@@ -350,9 +418,9 @@ TEST(Slice, EvaluatesVectorsAsItDoesAngles) {
 
 TEST(RgbSlice, IsThreeSlicesAtOnce) {
     const Table table = smooth_table(true);
-    const RgbSlice rgb = table.view().bind_rgb({0.5, 2, 5}, {0.6, 0.9, 1});
-    const Slice channel[3] = {table.view().bind(0.5, 0.6), table.view().bind(2, 0.9),
-                              table.view().bind(5, 1)};
+    const RgbSlice rgb = bind_rgb(table.view(), {0.5, 2, 5}, {0.6, 0.9, 1});
+    const Slice channel[3] = {bind(table.view(), 0.5, 0.6), bind(table.view(), 2, 0.9),
+                              bind(table.view(), 5, 1)};
     for (const Direction& at : random_directions(300, 0.02f)) {
         const Rgb R = rgb.reflection(at.mu_in, at.mu_out, at.azimuth);
         const Rgb T = rgb.transmission(at.mu_in, at.mu_out, at.azimuth);
@@ -405,32 +473,110 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
 
 TEST(Slice, GivesManyTheSameAsOneByOne) {
     const Table table = smooth_table(true), isotropic = smooth_table(false);
-    expect_batches_to_agree(table.view().bind(1, 0.9));
-    expect_batches_to_agree(isotropic.view().bind(1, 0.9));
-    expect_batches_to_agree(table.view().bind_rgb({0.5, 2, 5}, {0.6, 0.9, 1}));
+    expect_batches_to_agree(bind(table.view(), 1, 0.9));
+    expect_batches_to_agree(bind(isotropic.view(), 1, 0.9));
+    expect_batches_to_agree(bind_rgb(table.view(), {0.5, 2, 5}, {0.6, 0.9, 1}));
     expect_batches_to_agree(Slice(any_phase(), {{2}, {0.9}}));
     Effects effects;
     effects.opposition = Opposition::blinn(0.2);
-    expect_batches_to_agree(table.view().bind(1, 0.9, effects));
+    expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
     effects.reflection = false;
-    expect_batches_to_agree(table.view().bind(1, 0.9, effects));
+    expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
+}
+
+TEST(Binding, RefusesLayersThatTheTableDoesNotKnow) {
+    using Error = std::invalid_argument;
+    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    const TableView view = table.view();
+    expect_refusal<Error>([&] { bind(view, 1, 0.1); }, {"bind", "albedo", "[0.19, 1]", "0.1"});
+    expect_refusal<Error>([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0.5, 8]", "9"});
+    expect_refusal<Error>([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
+    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});
+    Effects effects;
+    effects.density = 0.5;
+    expect_refusal<Error>([&] { bind(view, 5, 1, effects); }, {"optical_depth", "10"});
+    effects.multiple = false;
+    EXPECT_NO_THROW(bind(view, 5, 1, effects));
+    const Table both = mixed(table, table);
+    Table part = both;
+    part.mixture = make_axis(part.mixture.scale, 0.25, 0.75, 2);
+    prepare(part);
+    expect_refusal<Error>([&] { bind(part.view().at_mixture(0.1), 1, 1); },
+                          {"bind", "mixture", "[0.25, 0.75]", "0.1"});
+    Table endless = table;
+    endless.optical_depth.values = {infinity};
+    endless.reflection_multiple.resize(endless.sample_count());
+    endless.transmission_multiple.clear();
+    prepare(endless);
+    expect_refusal<Error>([&] { bind(endless.view(), 1, 1); }, {"optical_depth", "inf", "1"});
+}
+
+TEST(Binding, ClampsToTheNearestLayerOnRequest) {
+    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    Effects multiple;
+    multiple.single = false;
+    const Slice edge = bind(table.view(), 8, 1, multiple);
+    EXPECT_FALSE(edge.clamped());
+    for (const double tau : {100.0, infinity}) {
+        const Slice slice = bind(table.view(), tau, 1, multiple, OutsideTable::clamp);
+        EXPECT_TRUE(slice.clamped());
+        constexpr double refinement = 1e-4;  // is relative to totals, which differ
+        EXPECT_NEAR(slice.reflection(0.5f, 0.7f, 1), edge.reflection(0.5f, 0.7f, 1), refinement);
+        // A semi-infinite layer transmits nothing.
+        EXPECT_NEAR(slice.transmission(0.5f, 0.7f, 1),
+                    tau == infinity ? 0 : edge.transmission(0.5f, 0.7f, 1), refinement);
+    }
+    EXPECT_TRUE(bind(table.view(), 1, 0.1, {}, OutsideTable::clamp).clamped());
+    EXPECT_FALSE(bind(table.view(), 1, 0.2, {}, OutsideTable::clamp).clamped());
+}
+
+TEST(Binding, ExtendsATableByTheLawsItHas) {
+    const Table table = filled({4, 6, 6, 6, 5}, {0.5, 32, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    const TableView view = table.view();
+    for (const Direction& at : random_directions(100, 0.02f)) {
+        const Geometry g = at.geometry();
+        // Nothing in the layer scatters.
+        const Slice black = bind(view, 1, 0);
+        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_FALSE(black.clamped());
+        // Thinner than its thinnest.
+        const double thin = reflection(view, 0.9, 0.01, g).total();
+        EXPECT_NEAR(bind(view, 0.01, 0.9).reflection(at.mu_in, at.mu_out, at.azimuth), thin,
+                    1e-3 * thin);
+        // Deeper than its deepest, where the law of diffusion is spent.
+        const Slice endless = bind(view, infinity, 0.5);
+        EXPECT_FALSE(endless.clamped());
+        EXPECT_EQ(endless.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        const double deep = reflection(view, 0.5, 32, g).total();
+        EXPECT_NEAR(endless.reflection(at.mu_in, at.mu_out, at.azimuth), deep, 1e-3 * deep);
+        const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
+        EXPECT_NEAR(bind(view, 40, 0.5).transmission(at.mu_in, at.mu_out, at.azimuth), T,
+                    1e-2 * T + 1e-12);
+    }
+    Effects transmission_alone;
+    transmission_alone.reflection = false;
+    EXPECT_EQ(bind(view, infinity, 1, transmission_alone).transmission(1, 1, 0), 0);
 }
 
 TEST(Binding, RefusesWhatIsOutOfRange) {
     using Error = std::invalid_argument;
     Table table = smooth_table(true);
     const TableView view = table.view();
-    expect_refusal<Error>([&] { view.bind(-1, 0.5); }, {"bind", "optical_depth", "[0, inf]", "-1"});
-    expect_refusal<Error>([&] { view.bind(std::nan(""), 0.5); }, {"optical_depth", "nan"});
-    expect_refusal<Error>([&] { view.bind(1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
-    expect_refusal<Error>([&] { view.bind_rgb({1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
+    expect_refusal<Error>([&] { bind(view, -1, 0.5); }, {"bind", "optical_depth", "[0, inf]", "-1"});
+    expect_refusal<Error>([&] { bind(view, std::nan(""), 0.5); }, {"optical_depth", "nan"});
+    expect_refusal<Error>([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
+    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
     Effects effects;
     effects.density = 1;
-    expect_refusal<Error>([&] { view.bind(1, 0.5, effects); }, {"density", "[0, 1)"});
+    expect_refusal<Error>([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
     Table lopsided = empty_table({3, 3, 6, 5, 5}, {0.5, 8, false});
     lopsided.reflection_multiple = samples_of(lopsided, small_table_reflection_scale);
     prepare(lopsided);
-    expect_refusal<Error>([&] { lopsided.view().bind(1, 0.5); }, {"mu_out", "mu_in"});
+    expect_refusal<Error>([&] { bind(lopsided.view(), 1, 0.5); }, {"mu_out", "mu_in"});
 }
 
 }  // namespace

@@ -249,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(
                     t.transmission_multiple.clear();
                     t.lower_boundary = LowerBoundary::surface(1.01);
                 },
-                {"beneath", "[0, 1]", "1.01"}},
+                {"lower boundary", "[0, 1]", "1.01"}},
         Refusal{"TransmissionThroughGround",
                 [](Table& t) { t.lower_boundary = LowerBoundary::surface(0.5); },
                 {"transmission_multiple", "absent", "given"}},

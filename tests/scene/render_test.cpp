@@ -79,6 +79,16 @@ TEST(RenderedSlab, ShowsItsBackgroundThroughTheBeamThatPasses) {
     EXPECT_EQ(along(scene, eye, {0, 0, 0})[2], 0);
 }
 
+TEST(RenderedSlab, ShowsItsBackgroundByTheBeamAndWhatIsScatteredTowardsTheEye) {
+    Scene scene = once(small_slab(0.7, 0.5));
+    const Vector3 eye = scene.camera.position;
+    const Rgb3 light = along(scene, eye, {0, 0, 0});
+    const Slice slice(scene.layer.components[0], {{0.7}, {0.5}});
+    const double share = double{slice.background(0.5f)};
+    EXPECT_GT(share, std::exp(-0.7 / 0.5) + 0.05);
+    EXPECT_NEAR(light[2] - light[0], 0.75 * share, 2e-4);
+}
+
 TEST(RenderedSlab, OfNoDepthIsItsBackgroundExactly) {
     const Scene scene = small_slab(0, 1);
     const Rgb3 light = along(scene, scene.camera.position, {0, 0, 0});

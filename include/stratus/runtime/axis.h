@@ -2,10 +2,9 @@
 //
 // Each quantity is sampled uniformly in the coordinate in which scattered light varies evenly:
 // optical depth in log2(tau), albedo in sqrt(1 - w), azimuth and mixture in themselves, cosines in
-// asin(mu^(1/4)):
-// thin layers hold fine structure at grazing angles, and odd azimuthal modes carry a factor sqrt(1
-// - mu^2) that has infinite slope at mu = 1 in any power of mu. Interpolation is by the cubic
-// through the four nearest samples (Lagrange), fewer where the axis has fewer.
+// asin(mu^(1/4)): thin layers vary fast at grazing angles, and odd azimuthal modes carry a factor
+// sqrt(1 - mu^2), which has infinite slope at mu = 1 in any power of mu. Interpolation is by the
+// cubic through the four nearest samples (Lagrange), fewer where the axis has fewer.
 #pragma once
 
 #include <vector>
@@ -24,14 +23,14 @@ enum class AxisScale {
 /// "square_root_of_complement", "identity".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
-/// Samples of a cubic.
-constexpr int window = 4;
+/// Samples that a cubic interpolates between.
+constexpr int stencil_size = 4;
 
 /// Up to four neighbouring samples and their weights; unused weights are 0. On an axis of fewer
 /// than four samples `first` is 0 and the weights past its end, all 0, belong to no sample.
 struct Stencil {
     int first;
-    float weight[window];
+    float weight[stencil_size];
 };
 
 /// The numbers of an axis that a lookup needs; trivially copyable.

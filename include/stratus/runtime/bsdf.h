@@ -113,7 +113,7 @@ class BsdfOf {
 
     /// Takes the slice over: a BSDF is all that a material needs to keep.
     ///
-    ///     const Bsdf bsdf(table.view().bind(optical_depth, albedo));
+    ///     const Bsdf bsdf(bind(table.view(), optical_depth, albedo));
     explicit BsdfOf(SliceOf<channels> slice);
 
     /// BRDF or BTDF, R / pi or T / pi; symmetric.

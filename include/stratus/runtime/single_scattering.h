@@ -63,13 +63,14 @@ double brightness_bottom_lit(double phase_value, double albedo, double optical_d
 double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
                                 double mu_out) noexcept;
 
-/// Share of a background seen straight through the layer: the beam exp(-tau/mu) and, from the same
-/// direction, the light scattered forward once, w phi(Theta = 0) (tau/mu) exp(-tau/mu).
-/// [Blinn82] 2.5
+/// A small bright source straight behind the layer, as [Blinn82] 2.5 has it: the beam exp(-tau/mu)
+/// and the light scattered forward once, w phi(Theta = 0) (tau/mu) exp(-tau/mu). The latter is
+/// radiance for each steradian of the source, so the sum is no share and may exceed 1; a uniform
+/// background is SliceOf::background.
 ///
 /// The paper adds the constant w phi, which would not vanish for an empty layer; this is the limit
 /// of its own bottom-lit formula at mu = mu0 (B with F0 = 1).
-double transparency(double forward_phase_value, double albedo, double optical_depth,
+double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
                     double mu) noexcept;
 
 }  // namespace stratus

@@ -1,10 +1,16 @@
 // A slice: a layer of one optical depth and albedo, bound once so that every lookup is short.
 //
-// Binding does what is expensive: it interpolates a table along optical depth and albedo, refines
+// Binding does the expensive work: it interpolates a table along optical depth and albedo, refines
 // its cosines and azimuths until straight lines between samples meet the table's tolerance, and
 // picks the code for the effects asked for. A slice owns all that it reads; the table may go.
 // Single scattering needs no table at all. Colours share everything but depth and albedo: one
 // lookup of an RgbSlice gives three.
+//
+// A table knows the layers between its samples, and by law some beyond them: thinner ones (orders
+// n >= 2 fall with the shares intercepted, lookup.h), albedo 0 (nothing is scattered twice),
+// infinite depth (nothing is transmitted), and layers deeper than the deepest sample where
+// reflection is within the table's tolerance of its limit (diffusion.h). Any other is refused, or
+// clamped on request.
 //
 // Numbers are single precision. R and T are normalised as everywhere (single_scattering.h): a white
 // Lambert surface has R = 1, BRDF = R / pi. No lookup allocates, throws or takes a lock; any number
@@ -19,6 +25,7 @@
 #include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
 namespace stratus {
 
@@ -34,6 +41,12 @@ struct Medium {
     double albedo[channels];         // [0, 1]
 };
 
+/// What binding does with a layer that the table does not know.
+enum class OutsideTable {
+    refuse,
+    clamp,  // orders n >= 2 of the nearest layer that it knows; see `clamped`
+};
+
 template <int channels>
 class SliceOf {
   public:
@@ -42,11 +55,12 @@ class SliceOf {
 
     /// Binds a table.
     ///
-    /// Range    its medium in the table: albedo and upper end of depth are clamped to its axes for
-    ///          the orders n >= 2, as lookups are (lookup.h).
-    /// Errors   std::invalid_argument for a medium or effects out of range, a table whose mu_in and
-    ///          mu_out differ, or one with a mixture axis seen at none (TableView::at_mixture).
-    SliceOf(const TableView& table, const Medium<channels>& medium, const Effects& effects = {});
+    /// Range    layers that the table knows, see above.
+    /// Errors   std::invalid_argument for a medium or effects out of range, for a layer that the
+    ///          table does not know, a table whose mu_in and mu_out differ, or one with a mixture
+    ///          axis of which none was chosen (TableView::at_mixture).
+    SliceOf(const TableView& table, const Medium<channels>& medium, const Effects& effects = {},
+            OutsideTable outside = OutsideTable::refuse);
 
     /// Single scattering of a layer, with no table.
     SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
@@ -63,7 +77,8 @@ class SliceOf {
     Value transmission(float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// BRDF or BTDF, R / pi or T / pi, by the hemispheres of the two directions; light may come
-    /// from either side of the layer. Symmetric in wi and wo. Over ground, from above alone.
+    /// from either side of the layer, over a lower boundary from above alone. Symmetric in wi and
+    /// wo.
     Value eval(const Vector& wi, const Vector& wo) const noexcept;
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
@@ -76,20 +91,30 @@ class SliceOf {
     void eval(std::size_t count, const float* const wi[3], const float* const wo[3],
               float* value) const noexcept;
 
-    /// The beam that passes straight through, exp(-tau / mu).
+    /// The beam that is transmitted unscattered, exp(-tau / mu). Over a lower boundary 0 like all
+    /// that follows: nothing is seen through it.
     Value direct(float mu) const noexcept;
 
-    /// Share of a background seen through the layer: the beam, and with single scattering the light
-    /// that left it straight on. [Blinn82] 2.5
+    /// Share of a uniform background that is seen through the layer: the beam, and the diffuse
+    /// transmittance of the orders asked for. Of a table without diffuse_transmittance order 1
+    /// alone. At most 1.
     Value background(float mu) const noexcept;
+
+    /// Of a small bright source straight behind the layer: the beam, and the radiance scattered
+    /// once towards the viewer for each steradian of the source. No share: it may exceed 1.
+    /// [Blinn82] 2.5
+    Value source_behind(float mu) const noexcept;
 
     /// Memory that lookups read.
     std::size_t bytes() const noexcept;
 
     const Medium<channels>& medium() const noexcept { return medium_; }
 
-    /// True where something lies beneath: light from below meets nothing then.
+    /// True over a lower boundary: light may come from above alone.
     bool is_one_sided() const noexcept { return one_sided_; }
+
+    /// True where OutsideTable::clamp took the nearest layer that the table knows instead.
+    bool clamped() const noexcept { return clamped_; }
 
   private:
     struct BoundSide;
@@ -97,13 +122,23 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
+    void check_coverage(const TableView& table, Side which, OutsideTable outside);
+    void bind_orders(const TableView& table, Side which, BoundSide& side);
+    void bind_background(const TableView* table, const PhaseFunction& phase_function,
+                         const Effects& effects);
     Value at(const BoundSide& side, float mu_in, float mu_out, float azimuth) const noexcept;
     void many(const BoundSide& side, std::size_t count, const float* mu_in, const float* mu_out,
               const float* azimuth, float* value) const noexcept;
 
     Medium<channels> medium_;  // optical depth with the effect of density
-    bool one_sided_ = false;   // something lies beneath
+    bool one_sided_ = false;   // over a lower boundary
+    bool clamped_ = false;
     float forward_phase_ = 0;  // phi(Theta = 0), 0 without single scattering
+
+    // Diffuse transmittance divided by the share intercepted, over cosines; empty where it is 0.
+    AxisView background_mu_{};
+    std::vector<float> background_[channels];
+
     std::unique_ptr<BoundSide> reflection_, transmission_;
 };
 
@@ -112,5 +147,12 @@ using RgbSlice = SliceOf<3>;
 
 extern template class SliceOf<1>;
 extern template class SliceOf<3>;
+
+/// The layer of one optical depth and albedo: two milliseconds where it takes less than a megabyte.
+Slice bind(const TableView& table, double optical_depth, double albedo, const Effects& effects = {},
+           OutsideTable outside = OutsideTable::refuse);
+RgbSlice bind_rgb(const TableView& table, const double (&optical_depth)[3],
+                  const double (&albedo)[3], const Effects& effects = {},
+                  OutsideTable outside = OutsideTable::refuse);
 
 }  // namespace stratus

@@ -10,7 +10,6 @@
 #pragma once
 
 #include <stratus/runtime/axis.h>
-#include <stratus/runtime/effects.h>
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
@@ -23,15 +22,12 @@
 
 namespace stratus {
 
-template <int channels>
-class SliceOf;
-
 /// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
 /// or a renderer's own).
 struct TableView {
     const PhaseFunction* phase_function;
     const PhaseCurve* phase_curve;        // the same, for slices
-    const LowerBoundary* lower_boundary;  // null: nothing
+    const LowerBoundary* lower_boundary;  // null: none
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
     // Of tables with a mixture axis; that has no samples in others.
@@ -50,8 +46,12 @@ struct TableView {
     const float* mu_in_weight;
     const float* mu_out_weight;
     const double* diffusion_exponent;  // over (mixture, albedo)
-    double extrapolation_length;       // optical depth; of the first phase function
-    double tolerance;                  // that the samples were baked for; 0: unknown
+
+    // Over (mixture, albedo, optical_depth, mu_in); null where the table does not have it.
+    const float* diffuse_transmittance = nullptr;
+
+    double extrapolation_length;  // optical depth; of the first phase function
+    double tolerance;             // that the samples were baked for; 0: unknown
 
     bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
     bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
@@ -80,20 +80,13 @@ struct TableView {
     ///
     /// Errors   std::invalid_argument when the table's mixture was not chosen, or not in [0, 1].
     PhaseFunction mixed_phase_function() const;
-
-    /// The layer of one optical depth and albedo, ready for fast lookups: see slice.h, which is to
-    /// be included. Two milliseconds where it takes less than a megabyte.
-    SliceOf<1> bind(double optical_depth, double albedo, const Effects& effects = {}) const;
-    SliceOf<3> bind_rgb(const double (&optical_depth)[3], const double (&albedo)[3],
-                        const Effects& effects = {}) const;
 };
 
 /// A whole table, as files hold it.
 struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of tables with a mixture axis
-    LowerBoundary
-        lower_boundary;  // where it is something, reflection is that of both and there is no transmission
+    LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
     Axis mixture{AxisScale::identity, {}};  // share of the first; empty where nothing is mixed
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/diffuse_transmittance.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 
 #include <array>
 #include <optional>
+#include <vector>
 
 namespace stratus {
 
@@ -45,6 +47,10 @@ class LayerLight {
     /// exp(-tau / mu).
     double beam(const Matter& matter, double mu) const noexcept;
 
+    /// Share of the scene's background that is seen through the layer: the beam, and of a background
+    /// of one colour the diffuse transmittance. What patterns and images give scattered is left out.
+    Rgb3 background(const Matter& matter, double mu) const noexcept;
+
     /// What ground of Lambert's law beneath the layer adds to R, with all light between the two:
     /// A t(mu_in) t(mu_out) / (1 - A s), t the beam and what is transmitted diffusely, s the
     /// layer's spherical albedo. The ground is lit through `lit`, seen through `seen`; where both
@@ -62,14 +68,18 @@ class LayerLight {
                        bool reflected) const noexcept;
     double transmittance(double albedo, double optical_depth, double mu) const noexcept;
     double spherical_albedo(double albedo, double optical_depth) const noexcept;
-    /// A flux of the first table; `flux` over (albedo, optical_depth) times `mus`.
-    double flux(const std::vector<float>& flux, double albedo, double optical_depth,
-                const Stencil* mu) const noexcept;
+    double diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
+                                 double mu) const noexcept;
+    /// A flux of a table; `flux` over (albedo, optical_depth) times `mus`.
+    double flux(const Table& table, const std::vector<float>& flux, double albedo,
+                double optical_depth, const Stencil* mu) const noexcept;
 
     const Scene& scene_;
     const LayerTables* tables_;
     std::optional<RgbSlice> slice_;
     Opposition opposition_;
+    std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
+    bool background_scatters_ = false;
     AskedRange* asked_ = nullptr;
 };
 

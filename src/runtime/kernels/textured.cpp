@@ -15,19 +15,19 @@ namespace {
 /// LookupLanes made ready: what to read and how to weigh it.
 template <int width>
 struct Plan {
-    alignas(64) float albedo_weight[window][width];
-    alignas(64) float depth_weight[window][width];
+    alignas(64) float albedo_weight[stencil_size][width];
+    alignas(64) float depth_weight[stencil_size][width];
     alignas(64) float corner_weight[4][width];
-    alignas(64) float azimuth_weight[window][width];
+    alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], factor[width];
-    CoefficientRow mixed[width][window];       // of lookups beyond the deepest sample
-    const CoefficientRow* coefficient[width];  // first of the window
+    CoefficientRow mixed[width][stencil_size];       // of lookups beyond the deepest sample
+    const CoefficientRow* coefficient[width];  // first of the stencil_size
     int coefficient_stride[width];             // from one albedo to the next
     const FunctionRow* function[width];        // (mu, mu') of both places, first azimuth
     int next_mu[width];                        // rows to the next mu
 };
 
-/// Where a coordinate is on an axis: the sample before it, the first of its window.
+/// Where a coordinate is on an axis: the sample before it, the first of its stencil_size.
 template <class F>
 struct CubicPlace {
     F cell, first;
@@ -55,7 +55,7 @@ STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
 /// Which coefficients speak for an albedo and optical depth, and by how much but for their scale.
 template <class F>
 struct LayerWindow {
-    F of_albedo[window], of_depth[window];
+    F of_albedo[stencil_size], of_depth[stencil_size];
     F first_albedo, first_depth;
     F cell;    // over (albedo, optical depth)
     F within;  // optical depth clamped to the table
@@ -74,7 +74,7 @@ STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo
     at.first_depth = in_depth.first;
     at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
     F exponent(0.0f);
-    for (int l = 0; l < window; ++l)
+    for (int l = 0; l < stencil_size; ++l)
         exponent = exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l,
                                                              truncated(at.first_albedo));
     at.diffusion_exponent = maximum(exponent, min_exponent);
@@ -148,9 +148,9 @@ void follow_diffusion(const TexturedSide& side, const TexturedBlock& block,
                                  attenuation(exponent * at.within * 2.0f))
             .deficit();
     float handed_on = 0;
-    CoefficientRow(&mixed)[window] = plan.mixed[n];
+    CoefficientRow(&mixed)[stencil_size] = plan.mixed[n];
     for (CoefficientRow& row : mixed) row = {};
-    for (int l = 0; l < window; ++l) {
+    for (int l = 0; l < stencil_size; ++l) {
         const float own = at.of_albedo[l], inverse = side.inverse_deficit[first + l];
         const float share = (own + handed_on) * deficit * inverse;
         handed_on = inverse == 0 ? own + handed_on : 0;
@@ -161,7 +161,7 @@ void follow_diffusion(const TexturedSide& side, const TexturedBlock& block,
                                  (own - share) * infinite->value[f];
     }
     // The first row alone counts, and the scale of the finite samples does not.
-    for (int s = 0; s < window; ++s)
+    for (int s = 0; s < stencil_size; ++s)
         plan.albedo_weight[s][n] = plan.depth_weight[s][n] = s == 0 ? 1.0f : 0.0f;
     plan.coefficient[n] = mixed;
     plan.coefficient_stride[n] = 0;
@@ -175,7 +175,7 @@ template <class F, class Index>
 struct DirectionWindow {
     Index mu, other_mu, first_azimuth;  // samples
     CornerWeights<F> corner;
-    F azimuth[window];
+    F azimuth[stencil_size];
 };
 
 template <bool azimuthal, class F, class Index>
@@ -217,7 +217,7 @@ STRATUS_INLINE void prefetch(const Plan<width>& plan, int n, int rows) {
     const int next = plan.next_mu[n];
     for (const int corner : {0, rows, next, next + rows}) {
         const auto* const from = reinterpret_cast<const char*>(plan.function[n] + corner);
-        constexpr int bytes = (azimuthal ? window : 1) * int{sizeof(FunctionRow)};
+        constexpr int bytes = (azimuthal ? stencil_size : 1) * int{sizeof(FunctionRow)};
         for (int line = 0; line < bytes; line += 64) __builtin_prefetch(from + line);
         __builtin_prefetch(from + bytes - 1);
     }
@@ -343,9 +343,9 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
     LookupLanes::Floats sum{};
     for (int word = 0; word < functions / lane_width; ++word) {
         LookupLanes::Floats of_layers{};
-        for (int l = 0; l < window; ++l) {
+        for (int l = 0; l < stencil_size; ++l) {
             LookupLanes::Floats of_albedo{};
-            for (int t = 0; t < window; ++t)
+            for (int t = 0; t < stencil_size; ++t)
                 of_albedo += plan.depth_weight[t][n] * words(coefficient[l * stride + t], word);
             of_layers += plan.albedo_weight[l][n] * of_albedo;
         }
@@ -354,7 +354,7 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
             const FunctionRow* const at = function + corner[c];
             if constexpr (azimuthal) {
                 LookupLanes::Floats around{};
-                for (int a = 0; a < window; ++a)
+                for (int a = 0; a < stencil_size; ++a)
                     around += plan.azimuth_weight[a][n] * words(at[a], word);
                 of_directions += plan.corner_weight[c][n] * around;
             } else {

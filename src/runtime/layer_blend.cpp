@@ -1,4 +1,4 @@
-#include "layers.h"
+#include "layer_blend.h"
 
 #include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/single_scattering.h>
@@ -11,7 +11,7 @@ namespace stratus {
 namespace {
 
 /// What is asked of the multiply scattered part.
-struct Query {
+struct LayerQuery {
     Stencil albedo_stencil;
     double albedo;  // clamped to the axis; 1 where samples are not divided by anything
     double optical_depth;
@@ -21,10 +21,11 @@ struct Query {
     double mixed_diffusion_exponent = 0;  // at the chosen mixture, not at the sample
 };
 
-int used(const AxisView& axis) noexcept { return std::min(axis.count, window); }
+int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
 
-Query query_of(const TableView& table, double albedo, double optical_depth, int mixture) noexcept {
-    Query query{table.albedo.stencil(albedo),
+LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int mixture,
+                    BeyondDeepest beyond) noexcept {
+    LayerQuery query{table.albedo.stencil(albedo),
                 std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
                 optical_depth,
                 mixture,
@@ -40,15 +41,16 @@ Query query_of(const TableView& table, double albedo, double optical_depth, int 
         query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
-    if (!depth.ends_at_infinity) query.optical_depth = std::min(optical_depth, depth.highest);
+    if (!depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped)
+        query.optical_depth = std::min(optical_depth, depth.highest);
     if (table.has_lower_boundary()) query.albedo = 1;
     return query;
 }
 
-/// What light that passes a layer is to be multiplied by from a sample of the mixture to the chosen
+/// What transmitted light is to be multiplied by to get from a sample of the mixture to the chosen
 /// one. Light of n orders is a polynomial of degree n in the mixture and divided by nothing; but in
 /// deep layers many orders make it exponential.
-double fall_with_mixture(const TableView& table, const Query& query) noexcept {
+double fall_with_mixture(const TableView& table, const LayerQuery& query) noexcept {
     if (!table.has_mixture()) return 1;
     const auto fall = [&](double exponent) {
         return transmission_scale(query.optical_depth, exponent, table.extrapolation_length);
@@ -57,27 +59,28 @@ double fall_with_mixture(const TableView& table, const Query& query) noexcept {
     return sampled > 0 ? fall(query.mixed_diffusion_exponent) / sampled : 0;
 }
 
-/// One side of a table, and the layers of it that a query needs.
-class TableSide {
+/// Adds up the terms of one side of a table.
+class BlendBuilder {
   public:
-    TableSide(const TableView& table, const float* samples, const float* weight) noexcept
+    BlendBuilder(const TableView& table, const float* samples, const float* weight) noexcept
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),
-          layer_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
+          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
                       table.azimuth.count) {
-        layers_.samples = samples;
+        blend_.samples = samples;
     }
 
-    /// The layers that add(query) adds for each mixture around the chosen one, by its share.
+    /// The terms that add(query) adds for each mixture around the chosen one, by its share.
     template <class Add>
-    Layers mixed(double albedo, double optical_depth, const Add& add) noexcept {
+    LayerBlend mixed(double albedo, double optical_depth, BeyondDeepest beyond,
+                     const Add& add) noexcept {
         const Stencil mixture = table_.mixture.stencil(table_.chosen_mixture);
         const int count = std::max(1, used(table_.mixture));
-        Query queries[window];
+        LayerQuery queries[stencil_size];
         double exponent = 0;
         for (int m = 0; m < count; ++m) {
-            queries[m] = query_of(table_, albedo, optical_depth, mixture.first + m);
+            queries[m] = query_of(table_, albedo, optical_depth, mixture.first + m, beyond);
             exponent += double{mixture.weight[m]} * queries[m].diffusion_exponent;
         }
         for (int m = 0; m < count; ++m) {
@@ -85,18 +88,18 @@ class TableSide {
             mixture_share_ = double{mixture.weight[m]};
             add(queries[m]);
         }
-        layers_.optical_depth = queries[0].optical_depth;
-        layers_.fades = table_.has_lower_boundary() &&
+        blend_.optical_depth = queries[0].optical_depth;
+        blend_.fades = table_.has_lower_boundary() &&
                         table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
                         table_.optical_depth.count > 0 &&
-                        layers_.optical_depth < table_.optical_depth.lowest;
-        return layers_;
+                        blend_.optical_depth < table_.optical_depth.lowest;
+        return blend_;
     }
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
     /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
     /// none to take it.
-    bool add_depth(const Query& query, int depth, double share) noexcept {
+    bool add_depth(const LayerQuery& query, int depth, double share) noexcept {
         double handed_on = 0;
         for (int l = 0; l < used(table_.albedo); ++l) {
             const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
@@ -105,9 +108,9 @@ class TableSide {
         return handed_on == 0;
     }
 
-    /// Cubic along optical depth within the finite samples. A depth that no sample can speak for
-    /// hands its share to the one above it.
-    void add_depths(const Query& query, double scale) noexcept {
+    /// Cubic along optical depth within the finite samples. A depth without a usable sample hands
+    /// its share to the one above it.
+    void add_depths(const LayerQuery& query, double scale) noexcept {
         const Stencil depth = table_.optical_depth.stencil(query.optical_depth);
         double handed_on = 0;
         for (int t = used(table_.optical_depth) - 1; t >= 0; --t) {
@@ -119,7 +122,7 @@ class TableSide {
     /// Between the deepest finite sample and the one at infinity the distance from the limit dies
     /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
     /// deficit is spent hand their share of it on, as above.
-    void add_between_last_and_infinity(const Query& query) noexcept {
+    void add_between_last_and_infinity(const LayerQuery& query) noexcept {
         const double length = query.extrapolation_length, highest = table_.optical_depth.highest;
         const bool over_boundary = table_.has_lower_boundary();
         const double deficit =
@@ -145,31 +148,32 @@ class TableSide {
 
   private:
     /// False when the sample is too small to be scaled back up.
-    bool add(const Query& query, int albedo, int depth, double share_of_mixture) noexcept {
+    bool add(const LayerQuery& query, int albedo, int depth, double share_of_mixture) noexcept {
         const std::ptrdiff_t at =
             (std::ptrdiff_t{query.mixture} * table_.albedo.count + albedo) * depths_ + depth;
         if (weight_[at] == 0) return false;
         const double share = mixture_share_ * share_of_mixture;
         if (share != 0)
-            layers_.layer[layers_.count++] = {
-                at * layer_size_, static_cast<float>(share * double{weight_[at]}), depth};
+            blend_.term[blend_.count++] = {
+                at * term_size_, static_cast<float>(share * double{weight_[at]}), depth};
         return true;
     }
 
     const TableView& table_;
     const float* weight_;
     int depths_;
-    std::ptrdiff_t layer_size_;
+    std::ptrdiff_t term_size_;
     double mixture_share_ = 1;
-    Layers layers_;
+    LayerBlend blend_;
 };
 
 }  // namespace
 
-Layers reflection_layers(const TableView& table, double albedo, double optical_depth) noexcept {
+LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
+                            BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
-    TableSide side(table, table.reflection_multiple, table.reflection_weight);
-    return side.mixed(albedo, optical_depth, [&](const Query& query) {
+    BlendBuilder side(table, table.reflection_multiple, table.reflection_weight);
+    return side.mixed(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
         if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
             side.add_between_last_and_infinity(query);
         else if (table.has_lower_boundary())
@@ -181,11 +185,12 @@ Layers reflection_layers(const TableView& table, double albedo, double optical_d
     });
 }
 
-Layers transmission_layers(const TableView& table, double albedo, double optical_depth) noexcept {
+LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
+                              BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
-    TableSide side(table, table.transmission_multiple, table.transmission_weight);
-    return side.mixed(albedo, optical_depth, [&](const Query& query) {
-        if (depth.count == 0) return;  // nothing passes a layer without end
+    BlendBuilder side(table, table.transmission_multiple, table.transmission_weight);
+    return side.mixed(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+        if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
         const double scale = query.albedo * fall_with_mixture(table, query) *
                              transmission_scale(query.optical_depth, query.diffusion_exponent,
                                                 query.extrapolation_length);
@@ -196,19 +201,27 @@ Layers transmission_layers(const TableView& table, double albedo, double optical
     });
 }
 
-double directional_factor(const TableView& table, const Layers& layers, double mu_in,
+double deficit_of_deepest(const TableView& table, double albedo) noexcept {
+    const LayerQuery query =
+        query_of(table, albedo, 0, table.mixture.stencil(table.chosen_mixture).first,
+                 BeyondDeepest::is_clamped);
+    return reflection_deficit(table.optical_depth.highest, query.diffusion_exponent,
+                              query.extrapolation_length);
+}
+
+double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
                           double mu_out) noexcept {
     const double in = std::clamp(mu_in, table.mu_in.lowest, table.mu_in.highest);
     const double out = std::clamp(mu_out, table.mu_out.lowest, table.mu_out.highest);
     if (!table.has_lower_boundary())
-        return intercepted_share(layers.optical_depth, in) *
-               intercepted_share(layers.optical_depth, out);
-    if (!layers.fades) return 1;
-    // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
-    const auto taken_out = [&](double depth) {
+        return intercepted_share(blend.optical_depth, in) *
+               intercepted_share(blend.optical_depth, out);
+    if (!blend.fades) return 1;
+    // A surface alone scatters once; a thin layer adds in proportion to what it extinguishes.
+    const auto extinguished = [&](double depth) {
         return intercepted_share(depth, in) + intercepted_share(depth, out);
     };
-    return taken_out(layers.optical_depth) / taken_out(table.optical_depth.lowest);
+    return extinguished(blend.optical_depth) / extinguished(table.optical_depth.lowest);
 }
 
 }  // namespace stratus

@@ -1,0 +1,103 @@
+#include <stratus/runtime/diffuse_transmittance.h>
+
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
+
+#include "layer_blend.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+constexpr int moments = 64, nodes = 48;
+
+/// P_0 .. P_moments-1, by upward recurrence.
+using Legendre = std::array<double, moments>;
+
+Legendre legendre(double x) noexcept {
+    Legendre p{1, x};
+    for (std::size_t l = 2; l < p.size(); ++l) {
+        const auto n = static_cast<double>(l);
+        p[l] = ((2 * n - 1) * x * p[l - 1] - (n - 1) * p[l - 2]) / n;
+    }
+    return p;
+}
+
+/// Gauss-Legendre on (0, 1).
+struct Node {
+    double mu, weight;
+    Legendre legendre;
+};
+
+std::array<Node, nodes> gauss_nodes() {
+    std::array<Node, nodes> rule;
+    for (std::size_t i = 0; i < rule.size(); ++i) {
+        double x = std::cos(pi * (static_cast<double>(i) + 0.75) / (nodes + 0.5)), slope = 1;
+        for (int iteration = 0; iteration < 8; ++iteration) {  // Newton's, to the last bits
+            const Legendre p = legendre(x);
+            slope = nodes * (x * p[nodes] - p[nodes - 1]) / (x * x - 1);
+            x -= p[nodes] / slope;
+        }
+        const double mu = (1 + x) / 2;
+        rule[i] = {mu, 1 / ((1 - x * x) * slope * slope), legendre(mu)};
+    }
+    return rule;
+}
+
+}  // namespace
+
+SingleDiffuseTransmittance::SingleDiffuseTransmittance(const PhaseFunction& phase_function)
+    : moment_(phase_function.moments(moments + 1)) {
+    forward_peak_ = moment_.back();  // [W77]
+    moment_.pop_back();
+    for (std::size_t l = 0; l < moment_.size(); ++l)
+        moment_[l] = static_cast<double>(2 * l + 1) * (moment_[l] - forward_peak_);
+}
+
+double SingleDiffuseTransmittance::operator()(double optical_depth, double mu) const noexcept {
+    static const std::array<Node, nodes> rule = gauss_nodes();
+    Legendre series = legendre(mu);
+    for (std::size_t l = 0; l < series.size(); ++l) series[l] *= moment_[l];
+    double sum = 0;
+    for (const Node& node : rule) {
+        double phase = 0;  // its mean over azimuth
+        for (std::size_t l = 0; l < series.size(); ++l) phase += series[l] * node.legendre[l];
+        sum += node.weight * node.mu * single_transmission(phase, 1, optical_depth, mu, node.mu);
+    }
+    const double path = optical_depth / mu, beam = direct_transmittance(optical_depth, mu);
+    return 2 * sum + (beam > 0 ? forward_peak_ * path * beam : 0);
+}
+
+std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
+                                          double optical_depth) {
+    if (table.diffuse_transmittance == nullptr) return {};
+    const int cosines = table.mu_in.count;
+    std::vector<double> sum(static_cast<std::size_t>(cosines));
+    const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
+    if (clamped_albedo == 0) return sum;
+    const LayerBlend blend =
+        transmission_blend(table, albedo, optical_depth, BeyondDeepest::follows_diffusion);
+    const std::ptrdiff_t term_size =
+        std::ptrdiff_t{cosines} * table.mu_out.count * table.azimuth.count;
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        const std::ptrdiff_t layer = term.first / term_size;
+        // A blend is of samples divided by the albedo, which order 1 does not allow at albedo 0.
+        const auto sampled_albedo = table.albedo.value(
+            static_cast<int>(layer / table.optical_depth.size() % table.albedo.count));
+        const double share = double{term.share} * sampled_albedo / clamped_albedo;
+        for (int i = 0; i < cosines; ++i)
+            sum[static_cast<std::size_t>(i)] +=
+                share * double{table.mu_in_weight[term.depth * cosines + i]} *
+                double{table.diffuse_transmittance[layer * cosines + i]};
+    }
+    for (int i = 0; i < cosines; ++i)
+        sum[static_cast<std::size_t>(i)] *=
+            intercepted_share(blend.optical_depth, table.mu_in.value(i));
+    return sum;
+}
+
+}  // namespace stratus

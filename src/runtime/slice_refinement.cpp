@@ -1,0 +1,295 @@
+#include "slice_refinement.h"
+
+#include <stratus/runtime/constants.h>
+
+#include "kept_tolerance.h"
+#include "mu_places.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+/// Share of the tolerance that straight lines along each of the three axes may use.
+constexpr double share_of_tolerance = 0.2;
+
+// Intervals along an axis: while the error of straight lines is measured, and of the slice.
+constexpr int probed = 32, min_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
+
+std::size_t size(int n) { return static_cast<std::size_t>(n); }
+
+/// Values over three axes, the last contiguous.
+struct Sheet {
+    int count[3];
+    std::vector<float> value;
+
+    Sheet(int a, int b, int c) : count{a, b, c}, value(size(a) * size(b) * size(c)) {}
+
+    float* row(int i, int j) {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+    const float* row(int i, int j) const {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+};
+
+/// Samples of an axis and their weights, for each place of a finer one.
+using Stencils = std::vector<Stencil>;
+
+/// Cosines of a slice, from the table's largest to its smallest.
+struct MuPlaces {
+    double first, step;
+    int intervals;
+
+    MuPlaces(const AxisView& axis, int intervals_)
+        : first(v_at(axis.highest)),
+          step((v_at(axis.lowest) - first) / intervals_),
+          intervals(intervals_) {}
+
+    double mu(int i) const { return mu_at(first + step * i); }
+
+    Stencils stencils(const AxisView& axis) const {
+        Stencils all;
+        for (int i = 0; i <= intervals; ++i) all.push_back(axis.stencil(mu(i)));
+        return all;
+    }
+};
+
+double azimuth_at(int k, int intervals) {
+    return 2 * std::asin(std::min(1.0, static_cast<double>(k) / intervals));
+}
+
+Stencils azimuth_stencils(const AxisView& axis, int intervals) {
+    Stencils all;
+    for (int k = 0; k <= intervals; ++k) all.push_back(axis.stencil(azimuth_at(k, intervals)));
+    return all;
+}
+
+/// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
+/// the directional factor.
+Sheet summed(const TableView& table, const LayerBlend& blend) {
+    Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
+    const int columns = table.azimuth.count;
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        const float* const in = table.mu_in_weight + term.depth * table.mu_in.count;
+        const float* const out = table.mu_out_weight + term.depth * table.mu_out.count;
+        const float* from = blend.samples + term.first;
+        float* to = sum.value.data();
+        for (int i = 0; i < table.mu_in.count; ++i)
+            for (int j = 0; j < table.mu_out.count; ++j) {
+                const float share = term.share * in[i] * out[j];
+                for (int k = 0; k < columns; ++k) *to++ += share * *from++;
+            }
+    }
+    return sum;
+}
+
+/// Cubic along one axis of a sheet.
+Sheet refined_azimuth(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(sheet.count[0], sheet.count[1], static_cast<int>(stencils.size()));
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j) {
+            const float* const from = sheet.row(i, j);
+            float* const to = finer.row(i, j);
+            for (std::size_t k = 0; k < stencils.size(); ++k) {
+                float value = 0;
+                for (int s = 0; s < std::min(stencil_size, sheet.count[2]); ++s)
+                    value += stencils[k].weight[s] * from[stencils[k].first + s];
+                to[k] = value;
+            }
+        }
+    return finer;
+}
+
+/// A row of values from up to four others.
+void add_rows(const Stencil& stencil, int available, int columns,
+              const float* const (&from)[stencil_size], float* to) {
+    if (available < stencil_size) {
+        for (int s = 0; s < available; ++s)
+            for (int k = 0; k < columns; ++k) to[k] += stencil.weight[s] * from[s][k];
+        return;
+    }
+    const float a = stencil.weight[0], b = stencil.weight[1], c = stencil.weight[2],
+                d = stencil.weight[3];
+    for (int k = 0; k < columns; ++k)
+        to[k] = a * from[0][k] + b * from[1][k] + c * from[2][k] + d * from[3][k];
+}
+
+/// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
+void add_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
+    const int available = std::min(stencil_size, sheet.count[0]);
+    const float* from[stencil_size] = {};
+    for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
+    add_rows(stencil, available, columns, from, to);
+}
+
+Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
+    for (int i = 0; i < finer.count[0]; ++i)
+        add_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
+    return finer;
+}
+
+/// Intervals with which straight lines are exact enough, from what `probed` of them are off by.
+int intervals_for(double error, double allowed, int max) {
+    const double needed = std::ceil(probed * std::sqrt(error / allowed));
+    return static_cast<int>(std::clamp(needed, double{min_intervals}, static_cast<double>(max)));
+}
+
+/// Errors relative to the totals at the same places, which are spread evenly over the axes.
+class RelativeErrors {
+  public:
+    void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
+
+    /// What 99.9 % of them stay below; totals below `floor` count as that.
+    double quantile(double floor) const {
+        constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
+        constexpr double highest = 16, rare = 1e-3;
+        std::size_t count[bins] = {};
+        for (const Error& at : errors_) {
+            const double ratio = at.error / std::max(at.total, floor);
+            if (!(ratio > 0)) continue;
+            const double down = bins_an_octave * std::log2(highest / ratio);
+            ++count[static_cast<int>(std::clamp(down, 0.0, bins - 1.0))];
+        }
+        const double exceptions = rare * static_cast<double>(errors_.size());
+        int bin = 0;
+        for (std::size_t above = count[0]; static_cast<double>(above) <= exceptions && bin + 1 < bins;
+             above += count[bin])
+            ++bin;
+        return highest * std::exp2(-static_cast<double>(bin) / bins_an_octave);
+    }
+
+  private:
+    struct Error {
+        double error, total;
+    };
+    std::vector<Error> errors_;
+};
+
+/// Orders n >= 2 of one channel while they are refined.
+class Refinement {
+  public:
+    Refinement(const TableView& table, const LayerBlend& blend, int channel,
+               const SingleScattering& single)
+        : table_(table), blend_(blend), channel_(channel), single_(single), sheet_(summed(table, blend)) {
+        if (!blend_.fades) return;
+        for (int i = 0; i < sheet_.count[0]; ++i)
+            for (int j = 0; j < sheet_.count[1]; ++j)
+                for (int k = 0; k < sheet_.count[2]; ++k)
+                    sheet_.row(i, j)[k] *= static_cast<float>(directional_factor(
+                        table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
+    }
+
+    /// What straight lines between `probed` + 1 samples are off by along mu and along azimuth,
+    /// relative to R or T: an eighth of the second differences.
+    std::array<double, 2> errors_of_straight_lines() const {
+        const MuPlaces places(table_.mu_in, probed);
+        const int cosines = sheet_.count[1], columns = sheet_.count[2];
+        const Sheet along_mu = refined_in(sheet_, places.stencils(table_.mu_in));
+        const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few are enough
+        RelativeErrors of_mu, of_azimuth;
+        double largest = 0;
+        for (int i = 1; i < probed; ++i)
+            for (int j = 0; j < cosines; ++j) {
+                const double in = places.mu(i), out = table_.mu_out.value(j);
+                const double factor = divided_by(in, out);
+                for (int k = 0; k < columns; k += azimuth_step) {
+                    const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
+                    const double total = at(i) * factor + single_(channel_, in, out, table_.azimuth.value(k));
+                    of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
+                    if (in >= 0.1 && out >= 0.1) largest = std::max(largest, total);
+                }
+            }
+        if (columns > 1) {
+            const Sheet along_azimuth =
+                refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, probed));
+            constexpr int cosine_step = 3;
+            for (int i = 0; i < sheet_.count[0]; i += cosine_step)
+                for (int j = 0; j <= i; j += cosine_step) {
+                    const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                    const double factor = divided_by(in, out);
+                    const float* const row = along_azimuth.row(i, j);
+                    for (int k = 1; k < probed; ++k) {
+                        const double bend =
+                            double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
+                        const double total =
+                            double{row[k]} * factor + single_(channel_, in, out, azimuth_at(k, probed));
+                        of_azimuth.add(bend / 8 * factor, total);
+                    }
+                }
+        }
+        return {of_mu.quantile(darkest_share * largest), of_azimuth.quantile(darkest_share * largest)};
+    }
+
+    /// All samples: row i over mu holds mu' = 0 .. i + 1 by azimuth, `stride` apart.
+    void write(const MuPlaces& places, int azimuths, int stride, float* to) const {
+        const Stencils cosines = places.stencils(table_.mu_in);
+        const Sheet finer =
+            azimuths > 1 ? refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, azimuths - 1))
+                         : sheet_;
+        const int available = std::min(stencil_size, finer.count[1]);
+        Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
+        for (int i = 0; i <= places.intervals; ++i) {
+            std::fill(row.value.begin(), row.value.end(), 0.0f);
+            add_rows_of(finer, cosines[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            for (int j = 0; j <= i + 1; ++j) {  // one column beyond `intervals`, which is never read
+                const Stencil& stencil = cosines[size(std::min(j, places.intervals))];
+                const float* from[stencil_size] = {};
+                for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
+                float* const sums = stride == 1 ? to : cell.row(0, 0);
+                std::fill(sums, sums + azimuths, 0.0f);
+                add_rows(stencil, available, azimuths, from, sums);
+                if (stride > 1)
+                    for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
+                to += size(azimuths) * size(stride);
+            }
+        }
+    }
+
+  private:
+    double divided_by(double mu_in, double mu_out) const {
+        return table_.has_lower_boundary() ? 1 : directional_factor(table_, blend_, mu_in, mu_out);
+    }
+
+    const TableView& table_;
+    const LayerBlend& blend_;
+    int channel_;
+    const SingleScattering& single_;
+    Sheet sheet_;
+};
+
+}  // namespace
+
+RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& blends,
+                      const SingleScattering& single) {
+    std::vector<Refinement> refinements;
+    double mu_error = 0, azimuth_error = 0;
+    for (const LayerBlend& blend : blends) {
+        refinements.emplace_back(table, blend, static_cast<int>(refinements.size()), single);
+        const auto [along_mu, along_azimuth] = refinements.back().errors_of_straight_lines();
+        mu_error = std::max(mu_error, along_mu);
+        azimuth_error = std::max(azimuth_error, along_azimuth);
+    }
+    const double allowed = share_of_tolerance * kept_tolerance(table);
+    const int channels = static_cast<int>(blends.size());
+    RefinedSamples refined;
+    refined.azimuths =
+        table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, max_along_azimuth);
+    const MuPlaces places(
+        table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, max_along_mu));
+    // Rows 0 to `intervals`, the last one column short.
+    const std::size_t rows = size(places.intervals + 1);
+    refined.sample.resize(rows * (rows + 3) / 2 * size(refined.azimuths) * size(channels) + 1);
+    for (std::size_t c = 0; c < refinements.size(); ++c)
+        refinements[c].write(places, refined.azimuths, channels, refined.sample.data() + c);
+    refined.last_mu = places.intervals;
+    refined.mu_first = static_cast<float>(places.first);
+    refined.mu_step_inverse = places.step > 0 ? static_cast<float>(1 / places.step) : 0;
+    return refined;
+}
+
+}  // namespace stratus

@@ -1,0 +1,30 @@
+// The samples of a slice: a table's cosines and azimuths refined until straight lines between them
+// meet its tolerance.
+#pragma once
+
+#include <stratus/runtime/table.h>
+
+#include "layer_blend.h"
+
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// Single scattering of a channel at (channel, mu_in, mu_out, azimuth): errors are relative to R or
+/// T of all orders.
+using SingleScattering = std::function<double(int, double, double, double)>;
+
+/// Orders n >= 2 over (mu_in >= mu_out, azimuth, channel), cosines evenly spaced over the
+/// coordinate of mu_places.h.
+struct RefinedSamples {
+    std::vector<float> sample;
+    int azimuths, last_mu;
+    float mu_first, mu_step_inverse;
+};
+
+/// One blend a channel; all are refined alike.
+RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& blends,
+                      const SingleScattering& single);
+
+}  // namespace stratus

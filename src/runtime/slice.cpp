@@ -123,7 +123,7 @@ struct SliceOf<channels>::BoundSide {
     SliceSide<channels> view{};
     PhaseForm form = PhaseForm::none;
     Orders orders = Orders::none;
-    const SideKernel<channels>* kernel = nullptr;  // null: nothing comes this way
+    SideKernel<channels> kernel{};  // null functions: nothing comes this way
     std::vector<float> sample;
     PhaseCurve phase;
 };
@@ -247,9 +247,9 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
     for (int c = 0; c < channels; ++c)
         blends.push_back(blend_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
     const auto single = [&](int c, double mu_in, double mu_out, double azimuth) {
-        if (side.kernel == nullptr) return 0.0;
+        if (side.kernel.at_angles == nullptr) return 0.0;
         float value[channels];
-        side.kernel->at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
+        side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
                                static_cast<float>(azimuth), value);
         return double{value[c]};
     };
@@ -289,12 +289,8 @@ void SliceOf<channels>::bind_background(const TableView* table,
 
 template <int channels>
 void SliceOf<channels>::set_kernels() {
-    const auto kernel = [](const BoundSide& side, Side which) -> const SideKernel<channels>* {
-        const SideKernel<channels>& found = kernel_of<channels>(which, side.form, side.orders);
-        return found.at_angles == nullptr ? nullptr : &found;
-    };
-    reflection_->kernel = kernel(*reflection_, Side::reflection);
-    transmission_->kernel = kernel(*transmission_, Side::transmission);
+    reflection_->kernel = kernel_of<channels>(Side::reflection, reflection_->form, reflection_->orders);
+    transmission_->kernel = kernel_of<channels>(Side::transmission, transmission_->form, transmission_->orders);
 }
 
 template <int channels>
@@ -302,7 +298,8 @@ typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, f
                                                         float mu_out,
                                                         float azimuth) const noexcept {
     float value[channels] = {};
-    if (side.kernel != nullptr) side.kernel->at_angles(side.view, mu_in, mu_out, azimuth, value);
+    if (side.kernel.at_angles != nullptr)
+        side.kernel.at_angles(side.view, mu_in, mu_out, azimuth, value);
     return value_of(value, 1);
 }
 
@@ -325,7 +322,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
     if (!(sides != 0) || (one_sided_ && !(wi.z > 0 && wo.z > 0))) return Value{};
     const BoundSide& side = *(sides > 0 ? reflection_ : transmission_);
     float value[channels] = {};
-    if (side.kernel != nullptr) side.kernel->at_vectors(side.view, wi, wo, value);
+    if (side.kernel.at_angles != nullptr) side.kernel.at_vectors(side.view, wi, wo, value);
     return value_of(value, static_cast<float>(1 / pi));
 }
 
@@ -359,7 +356,7 @@ template <int channels>
 void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const float* mu_in,
                              const float* mu_out, const float* azimuth,
                              float* value) const noexcept {
-    if (side.kernel == nullptr) {
+    if (side.kernel.at_angles == nullptr) {
         std::fill(value, value + channels * count, 0.0f);
         return;
     }
@@ -371,7 +368,7 @@ void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const flo
         all.paths_of_angles[&side == transmission_.get()](in.of(mu_in + first, here),
                                                           out.of(mu_out + first, here),
                                                           around.of(azimuth + first, here), paths);
-        side.kernel->many(side.view, paths, found);
+        side.kernel.many(side.view, paths, found);
         for (int c = 0; c < channels; ++c)
             std::copy(found + c * paths_at_once, found + c * paths_at_once + here,
                       value + static_cast<std::size_t>(c) * count + first);
@@ -407,10 +404,10 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
         all.paths_of_vectors(in, out, paths);
         bool any[2] = {false, false};
         for (std::size_t i = 0; i < here; ++i) any[in[2][i] * out[2][i] > 0 ? 0 : 1] = true;
-        if (any[0] && reflection_->kernel != nullptr)
-            reflection_->kernel->many(reflection_->view, paths, reflected);
-        if (any[1] && transmission_->kernel != nullptr)
-            transmission_->kernel->many(transmission_->view, paths, transmitted);
+        if (any[0] && reflection_->kernel.at_angles != nullptr)
+            reflection_->kernel.many(reflection_->view, paths, reflected);
+        if (any[1] && transmission_->kernel.at_angles != nullptr)
+            transmission_->kernel.many(transmission_->view, paths, transmitted);
         for (std::size_t i = 0; i < here; ++i) {
             const float sides = in[2][i] * out[2][i];
             const bool seen = sides != 0 && (!one_sided_ || (in[2][i] > 0 && out[2][i] > 0));

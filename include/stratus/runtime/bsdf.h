@@ -3,92 +3,28 @@
 // Vectors are in the local frame of the surface, z along its normal, unit length, both pointing
 // away from the layer; light may come from either side (over ground, from above alone). Angles are
 // (mu_in, mu_out, azimuth) as in slices, light then comes from above. Densities are per steradian
-// of outgoing directions. The beam that passes straight through is no part of a BSDF: see
-// SliceOf::direct and SliceOf::background.
+// of outgoing directions. The directly transmitted beam is no part of a BSDF: see SliceOf::direct.
 //
 // Directions follow single scattering and all higher orders together, both sides at once, the mean
-// over channels. Their density is linear between samples over incident cosine, outgoing cosine and
-// azimuth, in coordinates that widen the slice's forward and backward peaks; what is drawn and what
-// `pdf` says are one and the same function.
+// over channels (direction_density.h).
 //
 // Accuracy  eval * cos / pdf varies by 1 to 9 % of its mean, up to 15 % within a few degrees of the
 //           normal and the horizon for Henyey-Greenstein's g = 0.85, up to 25 % for g = 0.95.
-// Cost      to build: 3 to 8 ms, a hundred and fifty thousand lookups of the slice; 126 kB.
+// Cost      to build: 3 to 8 ms, 150,000 lookups of the slice; 126 kB.
 // Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 
 #include <stratus/runtime/direction.h>
+#include <stratus/runtime/direction_density.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/runtime/slice.h>
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 namespace stratus {
 
-/// Density of directions over (incident cosine, side, outgoing cosine, azimuth), to be read and
-/// drawn from.
-class DirectionDensity {
-  public:
-    /// What `count` pairs of directions scatter, on any scale; arrays of x, y and z.
-    using Light = std::function<void(std::size_t count, const float* const wi[3],
-                                     const float* const wo[3], float* value)>;
-
-    /// A direction's angle to the normal; both, for either alone loses one end to rounding.
-    struct Inclination {
-        float cosine, sine_squared;
-    };
-
-    struct Direction {
-        Side side;
-        float mu, sine;
-        float cos_azimuth, sin_azimuth;
-        float pdf;  // per steradian; 0: nothing is scattered
-    };
-
-    explicit DirectionDensity(const Light& light);
-
-    /// Cosine and sine of half the azimuth, neither negative, on any scale.
-    struct HalfAzimuth {
-        float cosine, sine;
-        float square;  // the sum of their squares
-    };
-
-    float pdf(Side side, const Inclination& in, const Inclination& out,
-              const HalfAzimuth& half) const noexcept;
-
-    /// u1 draws the outgoing cosine and its side, u2 the azimuth, u3 which of the two nearest
-    /// samples of the incident cosine speaks.
-    Direction sample(const Inclination& in, float u1, float u2, float u3) const noexcept;
-
-    std::size_t bytes() const noexcept;
-
-    /// How wide the peaks of one side are, in the coordinate of cosines, and how that of mu_out is
-    /// widened around them.
-    struct Peaks {
-        float at_same_cosine;  // straight on through the layer, or straight back
-        float at_horizon;      // the other one, met where both cosines are small
-        float slope;           // of the coordinate where mu_out equals mu_in
-        float half_over_bend;  // 1 / (2 (1 - slope))
-    };
-
-    const Peaks& peaks(Side side) const noexcept { return peaks_[static_cast<int>(side)]; }
-
-  private:
-    struct Place;
-    struct Draw;
-    float at(const Place& place) const noexcept;
-    template <Side side>
-    Direction draw(const Draw& given) const noexcept;
-
-    Peaks peaks_[2];                    // over Leaves
-    std::vector<float> density_;        // over (mu_in, line, azimuth); a line is a place of mu_out
-    std::vector<float> along_azimuth_;  // cumulative, 0 to 1, in each line
-    std::vector<float> over_lines_;     // cumulative, 0 to 1, for each mu_in
-};
-
-/// What a layer makes of a beam, as shares of it; the rest passes straight through or is absorbed.
+/// Shares of a beam that a layer scatters; the rest is transmitted directly or absorbed.
 template <class Value>
 struct ScatteredShares {
     Value reflected, transmitted;  // without the beam itself
@@ -145,7 +81,7 @@ class BsdfOf {
 
     SliceOf<channels> slice_;
     DirectionDensity density_;
-    std::vector<float> albedo_;  // over (mu_in, Leaves, channel), per share of light intercepted
+    std::vector<float> albedo_;  // over (mu_in, Side, channel), per share of light intercepted
 };
 
 using Bsdf = BsdfOf<1>;

@@ -100,10 +100,11 @@ struct TransmittedPath {
     STRATUS_INLINE F depth(N optical_depth) const {
         return steep * optical_depth;
     }
-    /// By how much tau / mu is larger along the other; never quite 0, for something divides by it.
+    /// By how much tau / mu is larger along the other. Never 0, for it is divided by; its square
+    /// does not underflow, for that takes processors fifty cycles.
     template <class N>
     STRATUS_INLINE F excess(N optical_depth) const {
-        return maximum((shallow - steep) * optical_depth, 1e-30f);
+        return maximum((shallow - steep) * optical_depth, 1e-18f);
     }
 };
 

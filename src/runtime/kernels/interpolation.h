@@ -55,15 +55,16 @@ struct SortedPlaces {
 
 template <class F>
 STRATUS_INLINE auto sorted_places(F a, F b) {
-    if constexpr (std::is_same_v<F, float>) {
-        const QuantityLanes place = quantities(maximum(a, b), minimum(a, b));
-        const auto [sample, fraction] = axis_place(place);
-        return SortedPlaces<float, std::int32_t>{{sample.v[0], fraction.v[0]},
-                                                 {sample.v[1], fraction.v[1]}};
-    } else {
-        const auto high = axis_place(maximum(a, b)), low = axis_place(minimum(a, b));
-        return SortedPlaces<F, decltype(high.sample + 0)>{high, low};
-    }
+    const auto high = axis_place(maximum(a, b)), low = axis_place(minimum(a, b));
+    return SortedPlaces<F, decltype(high.sample + 0)>{high, low};
+}
+
+/// Of the first two quantities.
+STRATUS_INLINE SortedPlaces<float, std::int32_t> sorted_places(QuantityLanes both) {
+    const QuantityLanes swapped = quantities(both.v[1], both.v[0], both.v[2], both.v[3]);
+    const QuantityLanes high = maximum(both, swapped), low = minimum(both, swapped);
+    const auto [sample, fraction] = axis_place(quantities(high.v[0], low.v[0]));
+    return {{sample.v[0], fraction.v[0]}, {sample.v[1], fraction.v[1]}};
 }
 
 /// Bilinear weights of the four samples around a place: over (high, low).

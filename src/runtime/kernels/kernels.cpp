@@ -24,8 +24,7 @@ STRATUS_INLINE auto mu_places(const SliceSide<channels>& side, F mu_in, F mu_out
         return SortedPlaces<F, std::int32_t>{{high.sample, F(high.fraction)},
                                              {low.sample, F(low.fraction)}};
     } else if constexpr (std::is_same_v<F, float>) {
-        const QuantityLanes place = mu_place(side, quantities(mu_in, mu_out));
-        return sorted_places(place.v[0], place.v[1]);
+        return sorted_places(mu_place(side, quantities(mu_in, mu_out)));
     } else {
         return sorted_places(mu_place(side, mu_in), mu_place(side, mu_out));
     }

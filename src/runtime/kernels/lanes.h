@@ -96,6 +96,16 @@ struct SimdRegister {
     typedef std::int32_t Ints __attribute__((vector_size(4 * width)));
 };
 
+// Of two registers. Compilers make a comparison and a blend of a ternary operator.
+template <class Floats>
+STRATUS_INLINE Floats maximum_of(Floats a, Floats b) {
+    return a > b ? a : b;
+}
+template <class Floats>
+STRATUS_INLINE Floats minimum_of(Floats a, Floats b) {
+    return a < b ? a : b;
+}
+
 /// To 12 bits or more; exact where the processor has nothing faster.
 template <class Floats>
 STRATUS_INLINE Floats estimated_reciprocal(Floats x) {
@@ -107,6 +117,14 @@ STRATUS_INLINE Floats estimated_reciprocal_root(Floats x) {
     return x;
 }
 #if defined(__SSE2__)
+STRATUS_INLINE SimdRegister<4>::Floats maximum_of(SimdRegister<4>::Floats a,
+                                                  SimdRegister<4>::Floats b) {
+    return _mm_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<4>::Floats minimum_of(SimdRegister<4>::Floats a,
+                                                  SimdRegister<4>::Floats b) {
+    return _mm_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal(SimdRegister<4>::Floats x) {
     return _mm_rcp_ps(x);
 }
@@ -115,6 +133,14 @@ STRATUS_INLINE SimdRegister<4>::Floats estimated_reciprocal_root(SimdRegister<4>
 }
 #endif
 #if defined(__AVX2__)
+STRATUS_INLINE SimdRegister<8>::Floats maximum_of(SimdRegister<8>::Floats a,
+                                                  SimdRegister<8>::Floats b) {
+    return _mm256_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<8>::Floats minimum_of(SimdRegister<8>::Floats a,
+                                                  SimdRegister<8>::Floats b) {
+    return _mm256_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal(SimdRegister<8>::Floats x) {
     return _mm256_rcp_ps(x);
 }
@@ -123,6 +149,14 @@ STRATUS_INLINE SimdRegister<8>::Floats estimated_reciprocal_root(SimdRegister<8>
 }
 #endif
 #if defined(__AVX512F__)
+STRATUS_INLINE SimdRegister<16>::Floats maximum_of(SimdRegister<16>::Floats a,
+                                                   SimdRegister<16>::Floats b) {
+    return _mm512_max_ps(a, b);
+}
+STRATUS_INLINE SimdRegister<16>::Floats minimum_of(SimdRegister<16>::Floats a,
+                                                   SimdRegister<16>::Floats b) {
+    return _mm512_min_ps(a, b);
+}
 STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal(SimdRegister<16>::Floats x) {
     return _mm512_maskz_rcp14_ps(0xffff, x);
 }
@@ -178,10 +212,10 @@ struct FloatLanes {
     STRATUS_FRIEND FloatLanes operator*(FloatLanes a, float b) { return FloatLanes(a.v * b); }
     STRATUS_FRIEND FloatLanes operator-(float a, FloatLanes b) { return FloatLanes(a - b.v); }
     STRATUS_FRIEND FloatLanes maximum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(a.v > b.v ? a.v : b.v);
+        return FloatLanes(maximum_of(a.v, b.v));
     }
     STRATUS_FRIEND FloatLanes minimum(FloatLanes a, FloatLanes b) {
-        return FloatLanes(a.v < b.v ? a.v : b.v);
+        return FloatLanes(minimum_of(a.v, b.v));
     }
     STRATUS_FRIEND FloatLanes maximum(FloatLanes a, float b) { return maximum(a, FloatLanes(b)); }
     STRATUS_FRIEND FloatLanes minimum(FloatLanes a, float b) { return minimum(a, FloatLanes(b)); }

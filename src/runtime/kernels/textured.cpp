@@ -21,13 +21,13 @@ struct Plan {
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], factor[width];
     CoefficientRow mixed[width][stencil_size];       // of lookups beyond the deepest sample
-    const CoefficientRow* coefficient[width];  // first of the stencil_size
+    const CoefficientRow* coefficient[width];  // first of the stencil
     int coefficient_stride[width];             // from one albedo to the next
     const FunctionRow* function[width];        // (mu, mu') of both places, first azimuth
     int next_mu[width];                        // rows to the next mu
 };
 
-/// Where a coordinate is on an axis: the sample before it, the first of its stencil_size.
+/// Where a coordinate is on an axis: the sample before it, the first of its stencil.
 template <class F>
 struct CubicPlace {
     F cell, first;

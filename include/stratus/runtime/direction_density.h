@@ -1,0 +1,77 @@
+// The density that a BSDF draws directions from (bsdf.h): linear between samples over incident
+// cosine, outgoing cosine and azimuth, in coordinates that widen forward and backward peaks. What
+// is drawn and what `pdf` says are one and the same function.
+//
+// No call allocates, throws or takes a lock, but the constructor.
+#pragma once
+
+#include <stratus/runtime/single_scattering.h>
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// Density of directions over (incident cosine, side, outgoing cosine, azimuth), to be read and
+/// drawn from.
+class DirectionDensity {
+  public:
+    /// Light scattered between `count` pairs of directions, on any scale; arrays of x, y and z.
+    using Light = std::function<void(std::size_t count, const float* const wi[3],
+                                     const float* const wo[3], float* value)>;
+
+    /// A direction's angle to the normal. Both numbers, for either alone loses one end to rounding.
+    struct Inclination {
+        float cosine, sine_squared;
+    };
+
+    struct Direction {
+        Side side;
+        float mu, sine;
+        float cos_azimuth, sin_azimuth;
+        float pdf;  // per steradian; 0: nothing is scattered
+    };
+
+    explicit DirectionDensity(const Light& light);
+
+    /// Cosine and sine of half the azimuth, neither negative, on any scale.
+    struct HalfAzimuth {
+        float cosine, sine;
+        float square;  // the sum of their squares
+    };
+
+    float pdf(Side side, const Inclination& in, const Inclination& out,
+              const HalfAzimuth& half) const noexcept;
+
+    /// u1 draws the outgoing cosine and its side, u2 the azimuth, u3 which of the two nearest
+    /// samples of the incident cosine is used.
+    Direction sample(const Inclination& in, float u1, float u2, float u3) const noexcept;
+
+    std::size_t bytes() const noexcept;
+
+    /// Widths of the peaks of one side in the coordinate of cosines, and how that of mu_out is
+    /// stretched around them.
+    struct Peaks {
+        float at_same_cosine;  // straight on through the layer, or straight back
+        float at_horizon;      // the other one, met where both cosines are small
+        float slope;           // of the coordinate where mu_out equals mu_in
+        float half_over_bend;  // 1 / (2 (1 - slope))
+    };
+
+    const Peaks& peaks(Side side) const noexcept { return peaks_[static_cast<int>(side)]; }
+
+  private:
+    struct SamplePlace;
+    struct DrawnLine;
+    float at(const SamplePlace& place) const noexcept;
+    template <Side side>
+    Direction draw(const DrawnLine& given) const noexcept;
+
+    Peaks peaks_[2];                    // over Side
+    std::vector<float> density_;        // over (mu_in, line, azimuth); a line has one mu_out
+    std::vector<float> along_azimuth_;  // cumulative, 0 to 1, in each line
+    std::vector<float> over_lines_;     // cumulative, 0 to 1, for each mu_in
+};
+
+}  // namespace stratus

@@ -1,0 +1,116 @@
+#include "layer_shapes.h"
+
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/diffusion.h>
+
+#include "kept_tolerance.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace stratus {
+namespace {
+
+constexpr float faintest = 1e-8f;  // below which errors count less
+
+std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+}  // namespace
+
+LayerShapes::LayerShapes(const TableView& table, Side side)
+    : table_(table),
+      samples_(side == Side::reflection ? table.reflection_multiple : table.transmission_multiple),
+      weight_(side == Side::reflection ? table.reflection_weight : table.transmission_weight),
+      side_(side) {
+    for (int i = 0; i < table.mu_in.count; ++i)
+        for (int j = 0; j <= i; ++j)
+            for (int k = 0; k < table.azimuth.count; ++k) {
+                const Geometry at = geometry(i, j, k);
+                phase_.push_back((*table.phase_function)(
+                    side == Side::reflection ? cos_scattering_angle_reflected(at)
+                                             : cos_scattering_angle_transmitted(at)));
+            }
+}
+
+std::vector<float> LayerShapes::layer(int albedo, int depth, int step) const {
+    // For a sample too small to be scaled back up, its neighbour is used as in lookup.h.
+    const std::ptrdiff_t depths = table_.optical_depth.size();
+    int used = albedo;
+    while (used < table_.albedo.count && weight_[used * depths + depth] == 0) ++used;
+    if (used == table_.albedo.count)
+        return depth > 0 ? layer(albedo, depth - 1, step)
+                         : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
+    const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
+    const std::ptrdiff_t at = used * depths + depth;
+    std::vector<float> from(size(cosines * cosines * columns));
+    samples_.copy(at * cosines * cosines * columns, cosines * cosines * columns, from.data());
+    const float* const in = table_.mu_in_weight + depth * cosines;
+    const float* const out = table_.mu_out_weight + depth * cosines;
+    std::vector<float> values;
+    values.reserve(size(pairs()) * size((columns - 1) / step + 1));
+    for (std::ptrdiff_t i = 0; i < cosines; ++i)
+        for (std::ptrdiff_t j = 0; j <= i; ++j) {
+            const float share = 0.5f * weight_[at] * in[i] * out[j];
+            const float* const there = from.data() + (i * cosines + j) * columns;
+            const float* const back = from.data() + (j * cosines + i) * columns;
+            for (std::ptrdiff_t k = 0; k < columns; k += step)
+                values.push_back(share * (there[k] + back[k]));
+        }
+    return values;
+}
+
+std::vector<float> LayerShapes::importance(int albedo, int depth, int step) const {
+    const std::ptrdiff_t at = std::ptrdiff_t{albedo} * table_.optical_depth.size() + depth;
+    std::vector<float> found = layer(albedo, depth, step);
+    const double w = table_.albedo.value(albedo), tau = depth_of(depth);
+    if (weight_[at] == 0 || w == 0) {  // below what float resolves
+        std::fill(found.begin(), found.end(), 0.0f);
+        return found;
+    }
+    const double exponent = table_.diffusion_exponent[albedo];
+    const double scale = side_ == Side::reflection
+                             ? reflection_scale(tau, exponent, table_.extrapolation_length)
+                             : transmission_scale(tau, exponent, table_.extrapolation_length);
+    std::vector<float> share;
+    for (int i = 0; i < table_.mu_in.count; ++i)
+        share.push_back(static_cast<float>(intercepted_share(tau, table_.mu_in.value(i))));
+    const auto factor = [&](int i, int j) {  // by which samples were divided
+        if (table_.has_lower_boundary()) return 1.0f;
+        return static_cast<float>(w * scale) * share[size(i)] * share[size(j)];
+    };
+    float largest = 0;
+    std::size_t n = 0;
+    for (int i = 0; i < table_.mu_in.count; ++i)
+        for (int j = 0; j <= i; ++j) {
+            const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
+            const double order = side_ == Side::reflection
+                                     ? single_reflection(1, w, tau, mu, other)
+                                     : single_transmission(1, w, tau, mu, other);
+            for (int k = 0; k < azimuths(); k += step, ++n) {
+                double single = order * phase_[size(pair(i, j) * azimuths() + k)];
+                if (table_.has_lower_boundary())
+                    single += single_reflection_of_boundary(*table_.lower_boundary, tau,
+                                                            geometry(i, j, k));
+                found[n] = factor(i, j) * found[n] + static_cast<float>(single);
+                if (other >= 0.1) largest = std::max(largest, found[n]);
+            }
+        }
+    const float least = std::max(static_cast<float>(darkest_share) * largest, faintest);
+    n = 0;
+    for (int i = 0; i < table_.mu_in.count; ++i)
+        for (int j = 0; j <= i; ++j)
+            for (int k = 0; k < azimuths(); k += step, ++n)
+                found[n] = factor(i, j) / std::max(found[n], least);
+    return found;
+}
+
+/// Infinity for the last of an axis that ends there.
+double LayerShapes::depth_of(int depth) const {
+    return depth < table_.optical_depth.count ? table_.optical_depth.value(depth) : infinity;
+}
+
+Geometry LayerShapes::geometry(int i, int j, int k) const {
+    return {table_.mu_in.value(i), table_.mu_in.value(j), table_.azimuth.value(k)};
+}
+
+}  // namespace stratus

@@ -1,0 +1,35 @@
+// A block of a textured table as its lookups read it (kernels/textured.h): functions of the
+// directions as halves, finer along the cosines, and their coefficients.
+#pragma once
+
+#include "kernels/textured.h"
+#include "layer_basis.h"
+#include "layer_shapes.h"
+
+#include <vector>
+
+namespace stratus {
+
+/// Samples of an axis of coefficients, never fewer than a cubic needs: short axes are sampled again
+/// on the polynomial through all they have.
+struct Resampling {
+    int from, to;
+
+    explicit Resampling(int count) : from(count), to(std::max(stencil_size, count)) {}
+
+    double weight(int old_sample, int new_sample) const;
+    TexturedAxis axis(const AxisView& view) const;
+};
+
+struct PackedBlock {
+    std::vector<FunctionRow> function;
+    std::vector<CoefficientRow> coefficient;
+    int first_place[segments + 1];  // of the segments of the cosines (kernels/textured.h)
+    int depths;                     // of the coefficients, infinity included
+};
+
+/// Range    tolerance: that of the table.
+PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
+                         const LayerBasis& basis, double tolerance);
+
+}  // namespace stratus

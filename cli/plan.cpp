@@ -64,9 +64,10 @@ void print_range(const Scene& scene) {
     std::cout << "layer: " << short_text(scene.layer.components[0].text());
     for (std::size_t k = 1; k < scene.layer.components.size(); ++k)
         std::cout << " mixed with " << short_text(scene.layer.components[k].text());
-    const char* const sides = range.reflection ? (range.transmission ? "lit and unlit" : "lit")
-                                               : (range.transmission ? "unlit" : "none");
-    std::cout << "\nseen: sides " << sides << "; optical depth " << range_text(range.optical_depth)
+    const char* const sides = range.reflection
+                                  ? (range.transmission ? "both sides" : "the lit side")
+                                  : (range.transmission ? "the unlit side" : "no side");
+    std::cout << "\nseen: " << sides << "; optical depth " << range_text(range.optical_depth)
               << ", albedo " << range_text(range.albedo) << "\n      mu_in "
               << range_text(range.mu_in) << ", mu_out " << range_text(range.mu_out) << ", azimuth "
               << range_text(range.azimuth, " deg") << "\n\n";

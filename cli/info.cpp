@@ -1,4 +1,4 @@
-// `stratus info`: what a table holds, how exact it is and how it was made, for a reader's eyes.
+// `stratus info`: prints what a table holds, how accurate it is and how it was made.
 #include <stratus/io/atomic_file.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/half.h>
@@ -38,13 +38,13 @@ std::string megabytes(double bytes) {
     return text;
 }
 
-/// What fits a reader's eye of a text that may list a thousand numbers; the file holds all of it.
+/// A text may list a thousand numbers; the file has all of them.
 std::string shortened(const std::string& text) {
-    constexpr std::size_t longest = 240;
-    return text.size() <= longest ? text : text.substr(0, longest) + " ...";
+    constexpr std::size_t max_length = 240;
+    return text.size() <= max_length ? text : text.substr(0, max_length) + " ...";
 }
 
-/// `label` and its text, which may have several lines.
+/// `label` and a text of any number of lines.
 void print(const std::string& label, const std::string& text) {
     std::string head = label;
     std::istringstream lines(text);
@@ -78,27 +78,27 @@ std::string sides_of(const Table& table) {
     return "reflection, transmission";
 }
 
-std::string below_of(const Table& table) {
+std::string lower_boundary_text(const Table& table) {
     const std::string albedo = "albedo " + short_number(table.lower_boundary.albedo, digits);
     switch (table.lower_boundary.kind) {
         case LowerBoundary::Kind::surface: return "Lambert surface, " + albedo;
         case LowerBoundary::Kind::layer:
             return "semi-infinite layer, " + albedo + ", " +
                    shortened(table.lower_boundary.phase_function.text());
-        default: return "nothing";
+        default: return "none";
     }
 }
 
 std::string orders_of(const Table& table) {
     const std::string multiple =
-        table.highest_order == 0 ? "2 and all above"
+        table.highest_order == 0 ? "2 and above"
         : table.highest_order == 2
-            ? "2, where the series stops"
-            : "2 to " + std::to_string(table.highest_order) + ", where the series stops";
-    return multiple + " (order 1 is closed form, added at the lookup)";
+            ? "2, where the series is truncated"
+            : "2 to " + std::to_string(table.highest_order) + ", where the series is truncated";
+    return multiple + " (lookups add order 1 in closed form)";
 }
 
-/// What a table takes for its samples, of `sample_size` bytes each, and its fluxes.
+/// Bytes of samples, of `sample_size` each, and of fluxes.
 double bytes_in_memory(const Table& table, std::size_t sample_size) {
     const std::size_t samples =
         table.reflection_multiple.size() + table.transmission_multiple.size();
@@ -112,11 +112,11 @@ void print_content(const Table& table) {
     print("phase function", shortened(table.phase_function.text()));
     print("asymmetry g", short_number(table.phase_function.asymmetry(), digits));
     if (table.has_mixture()) {
-        print("second", shortened(table.second_phase_function.text()));
+        print("second phase function", shortened(table.second_phase_function.text()));
         print("asymmetry g", short_number(table.second_phase_function.asymmetry(), digits));
-        print("mixture", described(table.mixture) + ", the share of the first");
+        print("mixture", described(table.mixture) + ", the share of the first phase function");
     }
-    print("below", below_of(table));
+    print("lower boundary", lower_boundary_text(table));
     print("albedo", described(table.albedo));
     print("optical depth", described(table.optical_depth));
     print("mu_in", described(table.mu_in));
@@ -127,19 +127,19 @@ void print_content(const Table& table) {
 }
 
 void print_size(const Table& table, const std::string& path) {
-    print("samples a side", std::to_string(table.sample_count()));
+    print("samples per side", std::to_string(table.sample_count()));
     print("in memory", megabytes(bytes_in_memory(table, sizeof(float))) + " as float, " +
                            megabytes(bytes_in_memory(table, sizeof(Half))) + " as half");
     print("file", megabytes(static_cast<double>(std::filesystem::file_size(path))));
 }
 
 void print_accuracy(const Table& table) {
-    print("tolerance asked", short_number(table.tolerance, digits));
-    print("largest error met",
-          short_number(table.measured_error, digits) + ", relative, at the bake");
+    print("tolerance", short_number(table.tolerance, digits));
+    print("largest error",
+          short_number(table.measured_error, digits) + ", relative, measured at the bake");
 }
 
-/// Every attribute but those already told: conventions, program version, recipes, how it was made.
+/// All attributes but the title: conventions, program version, recipes, how the table was made.
 void print_attributes(const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         if (name == "title" || text.empty()) continue;
@@ -178,9 +178,9 @@ void run_info(const InfoOptions& options) {
 
 void add_info(CLI::App& app) {
     auto options = std::make_shared<InfoOptions>();
-    CLI::App* command = app.add_subcommand("info", "Say what a table holds and how it was made");
+    CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
     command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
-    command->add_option("--picture", options->picture, "PNG to draw the table's portrait to");
+    command->add_option("--picture", options->picture, "PNG file for a portrait of the table");
     add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
     command->callback([options] { run_info(*options); });

@@ -1,5 +1,5 @@
-// `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe that
-// follows from it.
+// `stratus plan`: which effects a scene needs, what each contributes and costs, and the recipe of
+// its table.
 #include <stratus/scene/plan.h>
 
 #include <stratus/io/atomic_file.h>
@@ -40,8 +40,8 @@ std::string text(const char* format, Arguments... arguments) {
 }
 
 std::string short_text(const std::string& whole) {
-    constexpr std::size_t most = 60;
-    return whole.size() <= most ? whole : whole.substr(0, most - 3) + "...";
+    constexpr std::size_t max_length = 60;
+    return whole.size() <= max_length ? whole : whole.substr(0, max_length - 3) + "...";
 }
 
 std::string range_text(const Range& range, const char* unit = "") {
@@ -50,7 +50,7 @@ std::string range_text(const Range& range, const char* unit = "") {
                                   : text("%.3g to %.3g%s", range.min, range.max, unit);
 }
 
-/// Costs as columns.
+/// In columns.
 std::string cost_text(const SceneCost& cost) {
     return text("%9.2f %9.2f %9.0f", cost.bake_seconds, cost.bytes * 1e-6, cost.ray_ns);
 }
@@ -60,41 +60,42 @@ SceneCost operator-(const SceneCost& all, const SceneCost& some) {
 }
 
 void print_range(const Scene& scene) {
-    const AskedRange asked = measure_range(scene);
+    const LookupRange range = measure_range(scene);
     std::cout << "layer: " << short_text(scene.layer.components[0].text());
     for (std::size_t k = 1; k < scene.layer.components.size(); ++k)
         std::cout << " mixed with " << short_text(scene.layer.components[k].text());
-    const char* const sides = asked.lit_side ? (asked.far_side ? "both" : "the lit one")
-                                             : (asked.far_side ? "the far one" : "none");
-    std::cout << "\nseen: sides " << sides << "; optical depth " << range_text(asked.optical_depth)
-              << ", albedo " << range_text(asked.albedo) << "\n      mu_in "
-              << range_text(asked.mu_in) << ", mu_out " << range_text(asked.mu_out) << ", azimuth "
-              << range_text(asked.azimuth, " deg") << "\n\n";
+    const char* const sides = range.reflection
+                                  ? (range.transmission ? "both sides" : "the lit side")
+                                  : (range.transmission ? "the unlit side" : "no side");
+    std::cout << "\nseen: " << sides << "; optical depth " << range_text(range.optical_depth)
+              << ", albedo " << range_text(range.albedo) << "\n      mu_in "
+              << range_text(range.mu_in) << ", mu_out " << range_text(range.mu_out) << ", azimuth "
+              << range_text(range.azimuth, " deg") << "\n\n";
 }
 
 void print_plan(const Plan& plan) {
     const PlanCosts& costs = *plan.costs;
-    std::cout << "effect            mean   largest  needed    bake s        MB  ns a ray\n";
-    std::vector<std::string> traceless;
+    std::cout << "effect            mean       max  needed    bake s        MB    ns/ray\n";
+    std::vector<std::string> without_effect;
     for (std::size_t e = 0; e < plan.shares.size(); ++e) {
         const EffectShare& share = plan.shares[e];
-        if (share.largest == 0 && costs.without[e].bytes == costs.all.bytes) {
-            traceless.push_back(share.name);
+        if (share.max == 0 && costs.without[e].bytes == costs.all.bytes) {
+            without_effect.push_back(share.name);
             continue;
         }
-        std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean,
-                          share.largest, share.needed ? "yes" : "no")
+        std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean, share.max,
+                          share.needed ? "yes" : "no")
                   << cost_text(costs.all - costs.without[e]) << '\n';
     }
-    std::cout << "everything                               " << cost_text(costs.all)
+    std::cout << "all effects                              " << cost_text(costs.all)
               << "\nthe plan                                 " << cost_text(costs.planned)
-              << text("\nIt changes no pixel of %d by more than %.2g; asked for: %.2g.\n",
-                      plan.pixels, plan.change, plan.tolerance);
-    if (!traceless.empty())
-        std::cout << "Without a trace in this picture: " << joined(traceless) << ".\n";
+              << text("\nIt changes none of %d pixels by more than %.2g; tolerance: %.2g.\n",
+                      plan.pixels, plan.max_change, plan.tolerance);
+    if (!without_effect.empty())
+        std::cout << "No visible effect: " << joined(without_effect) << ".\n";
 }
 
-/// The one recipe that all panels can share.
+/// The recipe of one table for all panels.
 std::optional<Recipe> planned_recipe(const SceneFile& file, const std::vector<Plan>& plans) {
     std::optional<Recipe> all;
     for (std::size_t k = 0; k < plans.size(); ++k) {
@@ -104,9 +105,8 @@ std::optional<Recipe> planned_recipe(const SceneFile& file, const std::vector<Pl
         if (!one) continue;
         const std::optional<Recipe> both = all ? common_recipe(*all, *one) : one;
         if (!both)
-            throw std::invalid_argument(
-                "plan: SCENE must be one whose panels can share a recipe; '" + scene.title +
-                "' needs its own");
+            throw std::invalid_argument("plan: SCENE must have panels that can share a recipe; '" +
+                                        scene.title + "' needs its own");
         all = both;
     }
     return all;
@@ -132,7 +132,7 @@ void run_plan(const PlanCommand& command) {
     SceneFile file = read_scene(command.scene, &notes);
     for (const std::string& note : notes) progress.note("note: " + note);
     if (file.figure)
-        throw std::invalid_argument("plan: SCENE must be a picture's, got a figure's: " +
+        throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
     if (command.tolerance > 0)
         for (Scene& scene : file.panels) scene.tolerance = command.tolerance;
@@ -148,16 +148,17 @@ void run_plan(const PlanCommand& command) {
     }
     std::optional<Recipe> recipe = planned_recipe(file, plans);
     if (!recipe) {
-        std::cout << "\nNo table is needed: light scattered once is in closed form.\n";
+        std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())
             throw std::runtime_error("plan: --write has nothing to write, no table is needed");
         return;
     }
     recipe->title = file.title;
-    const std::string words = "# What " + std::filesystem::path(command.scene).filename().string() +
-                              " needs.\n" + resolved_text(*recipe);
-    std::cout << "\n" << words;
-    if (!command.recipe.empty()) write_recipe(words, command.recipe);
+    const std::string recipe_text = "# The table that " +
+                                    std::filesystem::path(command.scene).filename().string() +
+                                    " needs.\n" + resolved_text(*recipe);
+    std::cout << "\n" << recipe_text;
+    if (!command.recipe.empty()) write_recipe(recipe_text, command.recipe);
 }
 
 }  // namespace
@@ -167,17 +168,16 @@ void add_plan(CLI::App& app) {
     CLI::App* plan = app.add_subcommand("plan", "Which effects a scene needs, and what they cost");
     plan->add_option("SCENE", command->scene, "Scene, .toml")->required();
     plan->add_option("--tolerance", command->tolerance,
-                     "Relative change of a pixel that does not matter, instead of the scene's own")
+                     "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
     plan->add_option("--write", command->recipe, "Recipe to write, .toml")->check(file_name());
     add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");
     plan->footer(
-        "Every effect is left out once and the picture looked at, on some 16000 of its pixels: "
-        "the\n"
-        "mean and the largest relative change (to not less than 1 % of the brightest pixel). What\n"
-        "changes no pixel by more than half the tolerance is not needed. Costs are those that go\n"
-        "with an effect: seconds to bake, MB of tables, ns of a ray on one thread.\n"
+        "Each effect is left out in turn, and some 16000 pixels are compared: the mean and the\n"
+        "largest relative change (to at least 1 % of the brightest pixel). An effect that changes\n"
+        "no pixel by more than half the tolerance is not needed. Costs are what an effect adds:\n"
+        "seconds to bake, MB of tables, ns per ray on one thread.\n"
         "`stratus render` follows the plan unless --effects says otherwise.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
     plan->callback([command] { run_plan(*command); });

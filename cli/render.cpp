@@ -1,4 +1,4 @@
-// `stratus render`: a scene in, a picture out.
+// `stratus render`: renders a scene to a picture, or a figure.
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/clock.h>
@@ -75,7 +75,7 @@ std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& 
     return bake_for(scenes, options);
 }
 
-/// Titles of panels, each in its lower left corner.
+/// The title of each panel, in its lower left corner.
 std::vector<Label> labels_of(const SceneFile& file) {
     std::vector<Label> labels;
     if (file.panels.size() < 2) return labels;
@@ -89,7 +89,7 @@ std::vector<Label> labels_of(const SceneFile& file) {
     return labels;
 }
 
-/// What counts in the picture, as --effects has it; panel by panel where they differ.
+/// The effects as --effects takes them; panel by panel where they differ.
 std::string effects_text(const SceneFile& file) {
     std::vector<std::string> texts;
     for (const Scene& panel : file.panels)
@@ -115,7 +115,7 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
     });
 }
 
-/// Leaves out of every panel what its plan says that nobody will see.
+/// Switches off in every panel the effects that its plan does not need.
 void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progress) {
     PlanOptions options;
     options.bake.threads = command.threads;
@@ -123,7 +123,7 @@ void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progr
     for (std::size_t k = 0; k < plans.size(); ++k) {
         std::vector<std::string> left_out;
         for (const EffectShare& share : plans[k].shares)
-            if (!share.needed && share.largest > 0) left_out.push_back(share.name);
+            if (!share.needed && share.max > 0) left_out.push_back(share.name);
         file.panels[k].effects = plans[k].effects;
         if (!left_out.empty())
             progress.note("plan: " + file.panels[k].title + ": without " + joined(left_out));
@@ -167,7 +167,7 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
                                         std::pair("--width", command.width != 0)})
         if (given)
             throw std::invalid_argument(std::string("render: ") + option +
-                                        " must be left out for figures, got one");
+                                        " must not be given for figures, got one");
     const auto started = Clock::now();
     auto write = [&](const auto& draw) {
         for (const std::string& output : command.outputs) {
@@ -182,7 +182,8 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
         const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
         write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
-            "largest deviation from Lambert's law, cosines from 0.2 on: %.3g at mu_in = %.3g, mu = "
+            "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
+            "%.3g, mu = "
             "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
             made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
     }
@@ -214,7 +215,7 @@ void add_render(CLI::App& app) {
     render->add_option("SCENE", command->scene, "Scene, .toml")->required();
     render
         ->add_option("-o,--output", command->outputs,
-                     "Picture to write, .png or .exr, or one of each; of figures, .svg")
+                     "Picture to write, .png or .exr; may be repeated; for figures, .svg")
         ->required()
         ->allow_extra_args(false)
         ->check(file_name());
@@ -226,7 +227,7 @@ void add_render(CLI::App& app) {
     render
         ->add_option(
             "--effects", command->effects,
-            "What counts instead of the scene's own: all" + names + "; -NAME takes one away")
+            "Effects, instead of the scene's own: all" + names + "; -NAME switches one off")
         ->check(file_name());
     render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
         ->capture_default_str()

@@ -52,8 +52,8 @@ double srgb_encoded(double light) noexcept {
     return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
-double srgb_decoded(double number) noexcept {
-    return number <= 0.04045 ? number / 12.92 : std::pow((number + 0.055) / 1.055, 2.4);
+double srgb_decoded(double encoded) noexcept {
+    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
 void write_png(const Image& image, double white, const std::vector<Label>& labels,

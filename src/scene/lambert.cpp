@@ -10,9 +10,9 @@ namespace stratus {
 namespace {
 
 constexpr int solver_nodes = 48;
-constexpr int cosine_count = 101;        // 0.01 to 1, closer together below
+constexpr int cosine_count = 101;        // 0.01 to 1, denser towards 0.01
 constexpr int azimuth_count = 64;        // of a mean
-constexpr double min_compared_mu = 0.2;  // nearer to the horizon no cloud is plane
+constexpr double min_compared_mu = 0.2;  // below it, no cloud is plane-parallel
 
 double mean_reflection(const LayerSolution& layer, int in, int out) {
     std::vector<double> azimuths(azimuth_count);

@@ -12,12 +12,12 @@ namespace {
 
 Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, double{value.b}}; }
 
-/// `of(c)` for each channel; worked out once where all have the same albedo.
-template <class Of>
-Rgb3 each_channel(const std::array<double, 3>& albedo, const Of& of) {
+/// `value_of(c)` for each channel, evaluated once where neighbours have the same albedo.
+template <class Function>
+Rgb3 each_channel(const std::array<double, 3>& albedo, const Function& value_of) {
     Rgb3 value;
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] = c > 0 && albedo[c] == albedo[c - 1] ? value[c - 1] : of(c);
+        value[c] = c > 0 && albedo[c] == albedo[c - 1] ? value[c - 1] : value_of(c);
     return value;
 }
 
@@ -28,13 +28,13 @@ Opposition opposition_of(const Scene& scene) {
 
 }  // namespace
 
-void AskedRange::add(const Matter& matter, const Geometry& geometry, bool reflected) noexcept {
+void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side) noexcept {
     widen(mu_in, geometry.mu_in);
     widen(mu_out, geometry.mu_out);
     widen(azimuth, std::abs(std::remainder(geometry.azimuth, 2 * pi)) * 180 / pi);
     widen(optical_depth, matter.optical_depth);
     for (const double each : matter.albedo) widen(albedo, each);
-    (reflected ? lit_side : far_side) = true;
+    (side == Side::reflection ? reflection : transmission) = true;
 }
 
 LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
@@ -78,27 +78,28 @@ void LayerLight::bind(const TableView* table, bool multiple) {
         slice_.emplace(scene_.layer.components[0], medium, effects);
 }
 
-Rgb3 LayerLight::textured_side(const Matter& matter, const Geometry& geometry,
-                               bool reflected) const noexcept {
+Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
+                                Side side) const noexcept {
+    const bool reflected = side == Side::reflection;
     const double depth = seen_depth(scene_, matter.optical_depth);
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                     : cos_scattering_angle_transmitted(geometry);
     const auto& components = scene_.layer.components;
-    double once = 0;  // of albedo 1
+    double single = 0;  // of albedo 1
     if (scene_.effects.single) {
         double phase = components[0](cosine);
         if (components.size() > 1)
             phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
-        once = reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                               opposition_factor(opposition_, cosine, depth, geometry.mu_in,
-                                                 geometry.mu_out)
-                         : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
+        single = reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                                 opposition_factor(opposition_, cosine, depth, geometry.mu_in,
+                                                   geometry.mu_out)
+                           : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     }
     Stencil mixture{0, {1, 0, 0, 0}};
     if (tables_ && !tables_->mixture.values.empty())
         mixture = tables_->mixture.view().stencil(matter.mixture);
     return each_channel(matter.albedo, [&](std::size_t c) {
-        double value = matter.albedo[c] * once;
+        double value = matter.albedo[c] * single;
         for (int k = 0; tables_ && k < stencil_size; ++k) {
             const double share = double{mixture.weight[k]};
             if (share == 0) continue;
@@ -112,12 +113,12 @@ Rgb3 LayerLight::textured_side(const Matter& matter, const Geometry& geometry,
     });
 }
 
-Rgb3 LayerLight::side(const Matter& matter, const Geometry& geometry,
-                      bool reflected) const noexcept {
+Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const noexcept {
+    const bool reflected = side == Side::reflection;
     const bool wanted = reflected ? scene_.effects.reflection : scene_.effects.transmission;
     if (!wanted || matter.optical_depth == 0) return {};
-    if (asked_) asked_->add(matter, geometry, reflected);
-    if (!slice_) return textured_side(matter, geometry, reflected);
+    if (recorded_) recorded_->add(matter, geometry, side);
+    if (!slice_) return textured_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
@@ -164,7 +165,7 @@ double LayerLight::flux(const Table& table, const std::vector<float>& flux, doub
                 sum += share * double{in_depth.weight[d]} *
                        at(in_albedo.first + a, in_depth.first + d);
     }
-    // Thinner than the table: in proportion to the depth.
+    // Thinner than the table: proportional to the depth.
     if (depths.count > 0 && optical_depth < depths.lowest) sum *= optical_depth / depths.lowest;
     return sum;
 }
@@ -225,26 +226,27 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, dou
     if (!scene_.effects.background) return {};
     const double lit_depth = seen_depth(scene_, lit.optical_depth),
                  seen_through = seen_depth(scene_, seen.optical_depth);
-    struct Between {
-        double share, spherical;
+    struct Channel {
+        double transmittance, spherical_albedo;  // on the way in and out; of the layer
     };
-    std::array<Between, 3> between;
+    std::array<Channel, 3> channel;
     for (std::size_t c = 0; c < 3; ++c) {
         if (c > 0 && lit.albedo[c] == lit.albedo[c - 1]) {
-            between[c] = between[c - 1];
+            channel[c] = channel[c - 1];
             continue;
         }
-        auto passing = [&](double depth, double mu) {
+        auto transmitted = [&](double depth, double mu) {
             return depth == 0 ? 1 : transmittance(lit.albedo[c], depth, mu);
         };
-        between[c] = {passing(lit_depth, mu_in) * passing(seen_through, mu_out),
+        channel[c] = {transmitted(lit_depth, mu_in) * transmitted(seen_through, mu_out),
                       lit_depth == 0 ? 0 : spherical_albedo(lit.albedo[c], lit_depth)};
     }
     const double albedo[] = {double{ground_albedo.r}, double{ground_albedo.g},
                              double{ground_albedo.b}};
     Rgb3 value;
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] = albedo[c] * between[c].share / (1 - albedo[c] * between[c].spherical);
+        value[c] =
+            albedo[c] * channel[c].transmittance / (1 - albedo[c] * channel[c].spherical_albedo);
     return value;
 }
 

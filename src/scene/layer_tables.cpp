@@ -13,20 +13,20 @@ namespace {
 
 constexpr const char* caller = "scene";
 
-/// Of maps that go down to nothing: what is thinner follows the law of thin layers (lookup.h).
-constexpr double thinnest = 0.02;
+/// For maps that go down to 0: below it, lookups follow the law of thin layers (lookup.h).
+constexpr double min_mapped_depth = 0.02;
 
-/// What recipes allow.
-constexpr double thinnest_of_tables = 1e-6, deepest_of_tables = 1e9;
+/// Limits of recipes.
+constexpr double min_table_depth = 1e-6, max_table_depth = 1e9;
 
-/// One value where two differ by rounding alone.
+/// A single value where two differ by rounding alone.
 Range merged(const Range& range) {
     return range.max - range.min < 1e-9 ? Range{range.max, range.max} : range;
 }
 
 constexpr double min_mixture_range = 1e-6;  // below, one mixture is enough
 
-/// Ranges of what the layer is made of, with the effect of density.
+/// Ranges of the layer's matter, with the effect of density.
 struct MatterRange {
     Range optical_depth{infinity, 0}, albedo{1, 0}, mixture{1, 0};
 };
@@ -46,7 +46,7 @@ MatterRange matter_range(const Scene& scene) {
     }
     add({scene.layer.optical_depth.max, scene.layer.albedo, 1});
     if (!scene.layer.optical_depth.is_plain() && range.optical_depth.max > 0)
-        widen(range.optical_depth, std::min(thinnest, range.optical_depth.max));
+        widen(range.optical_depth, std::min(min_mapped_depth, range.optical_depth.max));
     return range;
 }
 
@@ -58,9 +58,9 @@ bool has_ground(const Scene& scene) {
     return slab && slab->surface;
 }
 
-/// Refuses a table that a scene cannot do with.
+/// Refuses a table that does not serve a scene.
 void check_table(const Scene& scene, const Table& table) {
-    require(!table.lower_boundary.is_present(), caller, "table.below", "nothing", "something");
+    require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
     const auto same = [](const char* name, const PhaseFunction& own, const PhaseFunction& met) {
@@ -122,13 +122,14 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     }
     recipe.phase_text = recipe.phase_function.text();
     recipe.tolerance = scene.tolerance;
-    // Thinner or deeper than a table may be, lookups follow their laws beyond its ends (lookup.h).
+    // Beyond the limits of tables, lookups follow the laws of thin and deep layers (lookup.h).
     auto tabulated = [](double depth) {
-        return std::isinf(depth) ? depth : std::clamp(depth, thinnest_of_tables, deepest_of_tables);
+        return std::isinf(depth) ? depth : std::clamp(depth, min_table_depth, max_table_depth);
     };
-    recipe.optical_depth = merged({std::max(tabulated(range.optical_depth.min),
-                                            std::min(thinnest, tabulated(range.optical_depth.max))),
-                                   tabulated(range.optical_depth.max)});
+    recipe.optical_depth =
+        merged({std::max(tabulated(range.optical_depth.min),
+                         std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
+                tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
     const bool through = !std::holds_alternative<Planet>(scene.subject) || has_ground(scene);
     recipe.transmission =
@@ -140,9 +141,9 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
 }
 
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
-    const bool one_is_endless = std::isinf(one.optical_depth.min),
-               other_is_endless = std::isinf(other.optical_depth.min);
-    if (one.phase_text != other.phase_text || one_is_endless != other_is_endless ||
+    const bool one_is_infinite = std::isinf(one.optical_depth.min),
+               other_is_infinite = std::isinf(other.optical_depth.min);
+    if (one.phase_text != other.phase_text || one_is_infinite != other_is_infinite ||
         one.discretisation.modes != other.discretisation.modes ||
         one.mixture.has_value() != other.mixture.has_value() ||
         (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))

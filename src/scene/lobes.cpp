@@ -11,7 +11,7 @@ namespace {
 constexpr int solver_nodes = 48;
 constexpr int angles = 61;  // three degrees each, horizon to horizon
 
-/// One cosine for each angle within the horizons, then those of the incident rays.
+/// A cosine for each angle between the horizons, then those of the incident rays.
 std::vector<double> cosines(const LobeFigure& figure) {
     std::vector<double> mu;
     for (int k = 1; k < angles - 1; ++k) mu.push_back(std::cos(radians(3 * k - 90.0)));
@@ -19,19 +19,19 @@ std::vector<double> cosines(const LobeFigure& figure) {
     return mu;
 }
 
-LobeCurve lobe_of(const LayerSolution& layer, int incident_place, bool from_above, bool once) {
+LobeCurve lobe_of(const LayerSolution& layer, int incident_node, bool from_above, bool single) {
     LobeCurve curve{std::vector<double>(angles), std::vector<double>(angles)};
     for (int k = 1; k < angles - 1; ++k) {
         const int out = k - 1;
         const double azimuth = k < angles / 2 ? pi : 0;
-        const SolvedValue reflected = layer.reflection(incident_place, out, azimuth),
-                          transmitted = layer.transmission(incident_place, out, azimuth);
-        const double factor = 4 * layer.mu(incident_place) * layer.mu(out);
+        const SolvedValue reflected = layer.reflection(incident_node, out, azimuth),
+                          transmitted = layer.transmission(incident_node, out, azimuth);
+        const double factor = 4 * layer.mu(incident_node) * layer.mu(out);
         const auto at = static_cast<std::size_t>(k);
         (from_above ? curve.above : curve.below)[at] =
-            factor * (once ? reflected.single : reflected.total);
+            factor * (single ? reflected.single : reflected.total);
         (from_above ? curve.below : curve.above)[at] =
-            factor * (once ? transmitted.single : transmitted.total);
+            factor * (single ? transmitted.single : transmitted.total);
     }
     return curve;
 }
@@ -52,15 +52,15 @@ LobePlot plot_lobes(const LobeFigure& figure) {
         std::vector<LayerSolution> layers;
         for (const double albedo : figure.albedos)
             layers.push_back(solve_layer(figure.phase_function, albedo, depth, mu, options));
-        for (const bool once : {true, false}) {
+        for (const bool single : {true, false}) {
             std::vector<LobePanel> row;
             for (std::size_t i = 0; i < figure.incident.size(); ++i) {
                 row.push_back({figure.incident[i], {}});
                 for (const LayerSolution& layer : layers)
                     row.back().curves.push_back(lobe_of(layer, angles - 2 + static_cast<int>(i),
-                                                        figure.incident[i] < pi / 2, once));
+                                                        figure.incident[i] < pi / 2, single));
             }
-            plot.blocks[once ? 0 : 1].rows.push_back(std::move(row));
+            plot.blocks[single ? 0 : 1].rows.push_back(std::move(row));
         }
     }
     return plot;

@@ -14,14 +14,13 @@
 namespace stratus {
 namespace {
 
-constexpr double coarse_tolerance = 1e-2;  // of tables that contributions are looked up in
-constexpr double max_pixels = 16384;       // looked at
-constexpr double darkest_share =
-    0.01;  // of the brightest pixel, least that changes are relative to
-constexpr double sparse_share =
-    0.5;  // of the tolerance, for what sparse pixels may change by; the rest is for others
+constexpr double coarse_tolerance = 1e-2;  // of the tables for measurements
+constexpr double max_pixels = 16384;       // measured
+constexpr double min_reference =
+    0.01;  // changes are relative to at least this share of the brightest pixel
+constexpr double sparse_share = 0.5;  // of the tolerance; the rest is for pixels not measured
 
-/// What saves most comes first: a table, a side of one, its azimuths, fifteen suns of sixteen.
+/// The most expensive first: a table, a side of one, its azimuths, fifteen suns of sixteen.
 constexpr bool SceneEffects::*dearest_first[] = {
     &SceneEffects::multiple, &SceneEffects::transmission, &SceneEffects::reflection,
     &SceneEffects::azimuth,  &SceneEffects::sun_size,     &SceneEffects::opposition,
@@ -42,8 +41,7 @@ Scene without(const Scene& scene, bool SceneEffects::*effect) {
     return with_effects(scene, without(scene.effects, effect));
 }
 
-/// The same picture of at most so many pixels, one ray each through the middle of what they stand
-/// for.
+/// The same picture with at most so many pixels, one ray each.
 Scene sparse(Scene scene, double max_pixels) {
     const double pixels = static_cast<double>(scene.width) * scene.height;
     const double step = std::max(1.0, std::sqrt(pixels / max_pixels));
@@ -58,7 +56,7 @@ double brightest_channel(const float* pixel) {
 }
 
 struct Change {
-    double mean = 0, largest = 0;
+    double mean = 0, max = 0;
 };
 
 Change change_between(const Image& all, const Image& some) {
@@ -77,22 +75,21 @@ Change change_between(const Image& all, const Image& some) {
             for (int c = 0; c < 3; ++c)
                 difference = std::max(difference, std::abs(double{one[c]} - double{other[c]}));
             sum += difference;
-            change.largest =
-                std::max(change.largest,
-                         difference / std::max(brightest_channel(one), darkest_share * brightest));
+            change.max = std::max(change.max, difference / std::max(brightest_channel(one),
+                                                                    min_reference * brightest));
         }
     change.mean = sum / light;
     return change;
 }
 
-/// What tells recipes apart, whatever their titles.
+/// Identifies a recipe, whatever its title.
 std::string text_of(Recipe recipe) {
     recipe.title.clear();
     return resolved_text(recipe);
 }
 
-/// What a scene bakes, in seconds and bytes. Choices made for it serve for all that differ from it
-/// in effects.
+/// Seconds and bytes of a scene's bake. One resolution serves all scenes that differ in effects
+/// alone.
 class BakeCosts {
   public:
     explicit BakeCosts(const BakeOptions& options) : options_(options) {}
@@ -137,17 +134,17 @@ double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
     const LayerLight light(scene, tables);
     RenderOptions options;
     options.threads = 1;
-    double least = 0;
+    double fastest = 0;
     for (int round = 0; round < 5; ++round) {
         const auto started = Clock::now();
         render(few, light, options);
         const double now = seconds_since(started) / (few.width * few.height);
-        if (round == 0 || now < least) least = now;
+        if (round == 0 || now < fastest) fastest = now;
     }
-    return 1e9 * least;
+    return 1e9 * fastest;
 }
 
-/// The mean of a table over azimuth.
+/// A table's mean over azimuth.
 Table azimuth_mean(const Table& table) {
     Table mean = table;
     mean.azimuth.values = {0};
@@ -175,21 +172,21 @@ std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
     return mean;
 }
 
-/// One scene with some of its effects, looked up in coarse tables.
-class Coarse {
+/// Pictures of one scene with some of its effects, looked up in coarse tables.
+class CoarseScene {
   public:
-    Coarse(const Scene& scene, const BakeOptions& options) : all_(scene), options_(options) {
+    CoarseScene(const Scene& scene, const BakeOptions& options) : all_(scene), options_(options) {
         all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
     }
 
-    /// The scenes that one table is to be baked for.
+    /// The scenes that one table has to serve.
     std::vector<Scene> to_bake() const {
         std::vector<Scene> scenes{all_};
         if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
         return scenes;
     }
-    void take(std::shared_ptr<const LayerTables> tables,
-              std::shared_ptr<const LayerTables> without_azimuth) {
+    void set_tables(std::shared_ptr<const LayerTables> tables,
+                    std::shared_ptr<const LayerTables> without_azimuth) {
         with_azimuth_ = std::move(tables);
         without_azimuth_ = std::move(without_azimuth);
     }
@@ -216,11 +213,11 @@ class Coarse {
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
 };
 
-/// The size of the sun is looked at by itself, and all else under a sun that is a point: the rays
-/// are then so many fewer.
-Plan plan_scene(const Scene& scene, const Coarse& coarse) {
+/// The size of the sun is measured by itself and all else under a point sun, which needs far fewer
+/// rays.
+Plan plan_scene(const Scene& scene, const CoarseScene& coarse) {
     const auto sun_size = &SceneEffects::sun_size;
-    SceneEffects now = without(scene.effects, sun_size);  // what is still there
+    SceneEffects now = without(scene.effects, sun_size);  // still needed
     const Image all = coarse.picture(now);
     Plan plan;
     plan.tolerance = scene.tolerance;
@@ -232,7 +229,7 @@ Plan plan_scene(const Scene& scene, const Coarse& coarse) {
             change = change_between(all, coarse.picture(without(now, effect)));
         else if (scene.sun_diameter > 0)
             change = change_between(coarse.picture(scene.effects), all);
-        plan.shares.push_back({name, effect, change.mean, change.largest, true});
+        plan.shares.push_back({name, effect, change.mean, change.max, true});
     }
     const double limit = sparse_share * plan.tolerance;
     double sun_change = 0;
@@ -241,26 +238,26 @@ Plan plan_scene(const Scene& scene, const Coarse& coarse) {
         const auto share = std::ranges::find(plan.shares, effect, &EffectShare::effect);
         if (share == plan.shares.end()) continue;
         if (effect == sun_size) {
-            keeps_sun_size = share->largest > limit / 2;
-            if (!keeps_sun_size) sun_change = share->largest;
+            keeps_sun_size = share->max > limit / 2;
+            if (!keeps_sun_size) sun_change = share->max;
             share->needed = keeps_sun_size;
             continue;
         }
-        if (share->largest > limit) continue;
+        if (share->max > limit) continue;
         const SceneEffects less = without(now, effect);
         const Change change = change_between(all, coarse.picture(less));
-        if (change.largest > limit) continue;
+        if (change.max > limit) continue;
         share->needed = false;
         now = less;
-        plan.change = change.largest;
+        plan.max_change = change.max;
     }
     plan.effects = now;
     plan.effects.sun_size = keeps_sun_size;
-    plan.change += sun_change;
+    plan.max_change += sun_change;
     return plan;
 }
 
-PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
+PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const Plan& plan,
                    BakeCosts& bake_costs) {
     const auto cost = [&](const SceneEffects& effects) {
         SceneCost all = bake_costs.of(with_effects(scene, effects));
@@ -276,7 +273,7 @@ PlanCosts costs_of(const Scene& scene, const Coarse& coarse, const Plan& plan,
 }  // namespace
 
 std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options) {
-    std::vector<Coarse> coarse;
+    std::vector<CoarseScene> coarse;
     std::vector<Scene> to_bake;
     std::vector<std::size_t> first;  // of each scene's
     for (const Scene& scene : scenes) {
@@ -285,7 +282,7 @@ std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOption
         for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
     }
     const auto tables = bake_for(to_bake, options.bake);
-    // What scenes share is worked out once.
+    // Tables that scenes share are averaged over azimuth once.
     std::map<std::shared_ptr<const LayerTables>, std::shared_ptr<const LayerTables>> means;
     std::map<std::string, BakeCosts> bake_costs;  // by recipe
     std::vector<Plan> plans;
@@ -293,7 +290,7 @@ std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOption
         const auto& shared = tables[first[s]];
         auto& mean = means[shared];
         if (shared && !mean) mean = azimuth_mean(*shared);
-        coarse[s].take(shared, mean);
+        coarse[s].set_tables(shared, mean);
         plans.push_back(plan_scene(scenes[s], coarse[s]));
         if (!options.costs) continue;
         const std::optional<Recipe> recipe = needed_recipe(scenes[s]);
@@ -303,16 +300,16 @@ std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOption
     return plans;
 }
 
-AskedRange measure_range(const Scene& scene) {
+LookupRange measure_range(const Scene& scene) {
     Scene once = scene;
     once.effects.multiple = false;
     LayerLight light(once, nullptr);
-    AskedRange asked;
-    light.watch(&asked);
+    LookupRange range;
+    light.record(&range);
     RenderOptions options;
     options.threads = 1;
     render(sparse(once, max_pixels), light, options);
-    return asked;
+    return range;
 }
 
 }  // namespace stratus

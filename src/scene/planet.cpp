@@ -10,7 +10,7 @@ double distance_to_globe(const Ray& ray, double flattening) noexcept {
     const Vector3 o{ray.origin.x, ray.origin.y, ray.origin.z * stretch};
     const Vector3 d{ray.direction.x, ray.direction.y, ray.direction.z * stretch};
     const double a = dot(d, d), b = dot(o, d);
-    // The nearest point of the ray, rather than b^2 - a c, which cancels far from the globe.
+    // By the ray's nearest point: b^2 - a c would cancel far from the globe.
     const Vector3 nearest = o - (b / a) * d;
     const double under = (1 - dot(nearest, nearest)) / a;
     if (!(under > 0)) return -1;

@@ -12,15 +12,15 @@
 namespace stratus {
 namespace {
 
-constexpr int min_suns = 9;  // of a sun that is a disk, in each pixel
+constexpr int min_suns = 9;  // directions to the sun's disk in each pixel
 
 Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
              const std::vector<Vector3>& suns, int x, int y) {
     Rgb3 sum{};
     const int n = scene.samples, count = n * n;
     for (int k = 0; k < count; ++k) {
-        // A grid turned a little: no two samples in one row, column or diagonal, so that an edge
-        // along any of these moves through them one by one.
+        // A sheared grid: no two samples share a row, column or diagonal, so that an edge along one
+        // of these crosses them one by one.
         const int i = k % n, j = k / n;
         const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
         const Ray ray = rays.through(x + across, y + down);
@@ -48,7 +48,7 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
     const Vector3 across =
         normalised(cross(scene.to_sun, upright ? Vector3{1, 0, 0} : Vector3{0, 0, 1}));
     const Vector3 along = cross(scene.to_sun, across);
-    // Vogel's spiral: as many points in any part of the disk as belong there.
+    // Vogel's spiral: uniform over the disk.
     const double golden_angle = pi * (3 - std::sqrt(5.0));
     std::vector<Vector3> directions;
     for (int k = 0; k < count; ++k) {

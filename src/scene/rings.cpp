@@ -8,7 +8,7 @@
 namespace stratus {
 namespace {
 
-/// A ray's way to the plane of the rings, and the radius at which it gets there; infinity: never.
+/// Where a ray meets the plane of the rings; infinity: nowhere.
 struct Crossing {
     double distance = infinity, radius = infinity;
 };
@@ -24,8 +24,8 @@ bool is_ring(const Rings& rings, double radius) noexcept {
     return radius >= rings.profile.inner() && radius <= rings.profile.outer();
 }
 
-/// Lambert's law in the light that comes through the rings; what they scatter onto the planet is
-/// left out.
+/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the planet
+/// is neglected.
 Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
     const Vector3 point = view.ray.at(distance);
     const Vector3 normal = globe_normal(point, rings.flattening);

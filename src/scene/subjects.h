@@ -1,4 +1,4 @@
-// What a ray meets in scenes of each kind: one file a kind.
+// The radiance along a ray in scenes of each kind: one file a kind.
 #pragma once
 
 #include <stratus/scene/layer_light.h>
@@ -6,7 +6,7 @@
 
 namespace stratus {
 
-/// One ray, the sun in one direction.
+/// One ray, and the sun in one direction.
 struct View {
     const Scene& scene;
     const LayerLight& light;
@@ -18,13 +18,13 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;
 Rgb3 radiance_of(const Planet& planet, const View& view) noexcept;
 Rgb3 radiance_of(const Slab& slab, const View& view) noexcept;
 
-/// What lies behind everything in a direction.
+/// The background's radiance in a direction.
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept;
 
-/// Distance at which a ray first enters the unit sphere, flattened along z; negative: never.
+/// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening) noexcept;
 
-/// Upright on that globe at one of its points.
+/// The normal of that globe at one of its points.
 Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
 
 inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {

@@ -70,7 +70,7 @@ rm back.*
 
 # info: the recipe as given and as resolved, which bakes the same samples wherever it lies
 expect_ok info narrow.h5
-expect_says "$out" "Narrow and coarse" "0.5 to 2" "0.8 to 0.9" "reflection, transmission" "tolerance asked" 0.01 \
+expect_says "$out" "Narrow and coarse" "0.5 to 2" "0.8 to 0.9" "reflection, transmission" "tolerance             0.01" \
     "3*tabulated:file=curve.csv + 1*isotropic" "# beside the recipe" "resolved recipe" mu_samples 'scheme = "harmonic"'
 expect_ok verify narrow.h5 --samples 200
 expect_says "$out" "200 random points" median "tolerance 0.01: 100.00 %"
@@ -98,7 +98,7 @@ done
 cmp -s ground.h5.csv ground.exr.csv || fail "both files must give the same values"
 expect_ok verify ground.h5 --samples 200
 expect_ok info narrow.h5
-expect_says "$out" "below                 nothing"
+expect_says "$out" "lower boundary        none"
 printf 'sides = ["transmission"]\n' | cat - recipes/ground.toml >recipes/bad.toml
 expect_refused 2 sides "[below]" "got transmission" -- bake recipes/bad.toml -o new.h5
 
@@ -116,7 +116,7 @@ expect_says "$err" "mixture 0.5:" "mixture_samples"
 expect_ok convert mixed.exr back.h5
 expect_same mixed.h5 back.h5
 expect_ok info mixed.h5
-expect_says "$out" "second                isotropic" "the share of the first" 'second_phase_function = "isotropic"'
+expect_says "$out" "second phase function isotropic" "the share of the first" 'second_phase_function = "isotropic"'
 for flag in --seed=2 --bound; do
     expect_ok verify mixed.h5 --samples 200 $flag
     expect_says "$out" "mixture" "tolerance 0.05: 100.00 %"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# stratus info: what it says, its picture, its refusals.
+# stratus info: its output, its picture, its refusals.
 # shellcheck source=tests/cli/expect.sh
 source "$(dirname "$0")/expect.sh"
 
@@ -16,7 +16,7 @@ expect_ok info endless.h5
 expect_says "$out" isotropic "1 sample at 0.9" "1 sample at inf"
 
 expect_ok info mixed.h5
-expect_says "$out" "second                isotropic" "2 samples at 0 to 1, identity, the share of the first"
+expect_says "$out" "second phase function isotropic" "2 samples at 0 to 1, identity, the share of the first phase function"
 
 is_png() { [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ]; }
 for table in full endless mixed; do

@@ -1,5 +1,5 @@
-// What is asked for is drawn: every mark is a path of the SVG and every letter a glyph's use. How
-// good it looks is for eyes.
+// Everything is drawn: each mark is a path of the SVG and each letter a use of a glyph. Its looks are
+// checked visually.
 #include <stratus/picture/cost_plot.h>
 
 #include <stratus/runtime/constants.h>
@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-/// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
-/// ours.
+/// Fontconfig never frees its cache.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
@@ -34,7 +33,7 @@ class CostPlot : public ::testing::Test {
     test::TemporaryFolder folder;
 };
 
-/// Decades of both axes stay the same whatever a test adds between the first and the last point.
+/// Points that a test adds between the first and the last leave the axes as they are.
 PlotPanel panel() {
     PlotPanel one{"Panel", "time (s)", "error", {}};
     one.series.push_back({"first", Role::measured, {{1e-3, 0.5, ""}, {1e-2, 1e-4, ""}}});
@@ -87,7 +86,7 @@ TEST_F(CostPlot, IsAWellFormedSvgSixteenCentimetresWide) {
     EXPECT_EQ(svg.substr(svg.find_first_not_of("0123456789.", width + 7), 3), "pt\"");
 }
 
-TEST_F(CostPlot, HoldsEveryTitleAndName) {
+TEST_F(CostPlot, ShowsEveryTitleAndName) {
     const std::size_t before = letters(drawn({panel()}));
     for (std::string PlotPanel::*title :
          {&PlotPanel::title, &PlotPanel::x_title, &PlotPanel::y_title}) {
@@ -115,7 +114,7 @@ TEST_F(CostPlot, DrawsEveryPointOfEverySeries) {
     const std::vector<PlotPoint> three{{2e-3, 0.01, ""}, {3e-3, 0.02, ""}, {4e-3, 0.01, ""}};
     for (int n = 0; n < 7; ++n)  // more than there are shapes
         second.series.push_back({"more", Role::measured, three});
-    EXPECT_EQ(paths(drawn({second})), before + 7 * (3 + 1)) << "with a mark each in the legend";
+    EXPECT_EQ(paths(drawn({second})), before + 7 * (3 + 1)) << "one mark each in the legend";
 }
 
 TEST_F(CostPlot, DrawsAFrontierAsOneLineOfSteps) {
@@ -125,7 +124,7 @@ TEST_F(CostPlot, DrawsAFrontierAsOneLineOfSteps) {
     EXPECT_EQ(paths(drawn({stepped})), paths(drawn({panel()})) + 2) << "and one in the legend";
 }
 
-TEST_F(CostPlot, LabelsAllThatIsChosenAndOfTheRestWhatHasRoom) {
+TEST_F(CostPlot, LabelsAllChosenPointsAndOthersWhereThereIsRoom) {
     const auto labelled = [&](Role role) {
         PlotPanel crowded = panel();
         crowded.series.push_back({"", role, {}});
@@ -144,7 +143,7 @@ TEST_F(CostPlot, LabelsAllThatIsChosenAndOfTheRestWhatHasRoom) {
     EXPECT_LT(labelled(Role::measured), 30 * 5u);
 }
 
-TEST_F(CostPlot, NamesNoSeriesWithoutPoints) {
+TEST_F(CostPlot, OmitsEmptySeriesFromTheLegend) {
     PlotPanel with_empty = panel();
     with_empty.series.push_back({"nothing", Role::measured, {}});
     EXPECT_EQ(letters(drawn({with_empty})), letters(drawn({panel()})));
@@ -155,7 +154,7 @@ TEST_F(CostPlot, DrawsASinglePoint) {
     EXPECT_TRUE(is_well_formed(drawn({single})));
 }
 
-TEST_F(CostPlot, RefusesToDrawNothing) {
+TEST_F(CostPlot, RefusesPanelsWithoutPoints) {
     expect_refusal<std::invalid_argument>([&] { drawn({}); },
                                           {"draw_cost_plot", "panels", "at least one", "got none"});
     PlotPanel empty = panel();
@@ -168,7 +167,7 @@ TEST_F(CostPlot, RefusesToDrawNothing) {
     EXPECT_FALSE(std::filesystem::exists(folder / "cost.svg"));
 }
 
-TEST_F(CostPlot, RefusesWhatALogarithmCannotShow) {
+TEST_F(CostPlot, RefusesValuesThatAreNotPositiveAndFinite) {
     for (double PlotPoint::*value : {&PlotPoint::x, &PlotPoint::y})
         for (const double bad : {0.0, -1.0, infinity, std::nan("")}) {
             PlotPanel wrong = panel();

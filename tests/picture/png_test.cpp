@@ -10,25 +10,25 @@
 #include <stdexcept>
 #include <string>
 
-/// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
-/// ours.
+/// Fontconfig never frees its cache.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
 namespace stratus {
 namespace {
 
-TEST(Png, ShowsLightThroughTheCurveOfSrgb) {
+TEST(Srgb, EncodesAndDecodes) {
     // [IEC 61966-2-1]: a number of 188 of 255 is half the light.
     EXPECT_NEAR(255 * srgb_encoded(0.5), 187.5, 0.1);
     EXPECT_EQ(srgb_encoded(-1), 0);
     EXPECT_EQ(srgb_encoded(std::numeric_limits<double>::quiet_NaN()), 0);
     EXPECT_DOUBLE_EQ(srgb_encoded(3), 1);
     for (const double light : {0.0, 0.001, 0.0031308, 0.02, 0.7, 1.0})
-        EXPECT_NEAR(srgb_decoded(srgb_encoded(light)), light, 1e-8);  // its two parts meet so well
+        EXPECT_NEAR(srgb_decoded(srgb_encoded(light)), light,
+                    1e-8);  // the mismatch of its two parts
 }
 
-TEST(Png, ReadsBackAsWhatWasShown) {
+TEST(Png, RoundTripsToEightBits) {
     const test::TemporaryFolder folder;
     Image image(3, 2);
     const float light[] = {0, 0.01f, 0.2f, 0.5f, 1, 2};
@@ -41,13 +41,13 @@ TEST(Png, ReadsBackAsWhatWasShown) {
     for (int k = 0; k < 6; ++k)
         for (int c = 0; c < 3; ++c) {
             const double shown = std::min(1.0, 2 * double{light[(k + c) % 6]});
-            // half a step of 255, which is least where the curve is steepest
+            // half a step of 255
             EXPECT_NEAR(srgb_encoded(double{read.pixel(k % 3, k / 3)[c]}), srgb_encoded(shown),
                         0.5 / 255 + 1e-6);
         }
 }
 
-TEST(Png, WordsAreDrawnIntoIt) {
+TEST(Png, ShowsLabels) {
     const test::TemporaryFolder folder;
     const Image image(60, 30);
     write_png(image, 1, {{5, 20, "words"}}, folder / "a.png");
@@ -56,7 +56,7 @@ TEST(Png, WordsAreDrawnIntoIt) {
     EXPECT_GT(sum, 10);
 }
 
-TEST(Png, NamesTheFileThatIsNone) {
+TEST(Png, NamesAFileThatIsNotOne) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "a.png", "no picture");
     for (const char* const name : {"a.png", "b.png"})
@@ -64,7 +64,7 @@ TEST(Png, NamesTheFileThatIsNone) {
                   std::string::npos);
 }
 
-TEST(Png, TakesNoMoreMemoryThanAllowed) {
+TEST(Png, RespectsTheMemoryLimit) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(30, 20), 1, {}, path);
@@ -75,7 +75,7 @@ TEST(Png, TakesNoMoreMemoryThanAllowed) {
     EXPECT_EQ(read_png(path, needed).width, 30);
 }
 
-TEST(Png, HasNoSideBeyondTheLongest) {
+TEST(Png, RefusesSidesAboveTheMaximum) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder / "a.png";
     write_png(Image(3, 2), 1, {}, path);

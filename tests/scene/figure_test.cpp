@@ -11,13 +11,13 @@
 namespace stratus {
 namespace {
 
-class Lobes : public ::testing::Test {
+class PlottedLobes : public ::testing::Test {
   protected:
     const LobePlot plot = plot_lobes(
         {PhaseFunction::henyey_greenstein(0.4), {radians(36), radians(144)}, {2, 0.1}, {0.5, 1}});
 };
 
-TEST_F(Lobes, AreThePapersBrightnessTimesTheEmissionCosine) {
+TEST_F(PlottedLobes, SingleScatteringIsBlinnsBrightnessTimesMu) {
     const LobeCurve& curve = plot.blocks[0].rows[0][0].curves[0];  // tau = 2, 36 degrees, w = 0.5
     const double mu_in = std::cos(radians(36));
     const auto steps = curve.above.size() - 1;
@@ -36,7 +36,7 @@ TEST_F(Lobes, AreThePapersBrightnessTimesTheEmissionCosine) {
     EXPECT_EQ(curve.above.back(), 0);
 }
 
-TEST_F(Lobes, LitFromBelowAreThoseFromAboveUpsideDown) {
+TEST_F(PlottedLobes, LightFromBelowMirrorsLightFromAbove) {
     for (const LobeBlock& block : plot.blocks)
         for (const auto& row : block.rows)
             for (std::size_t w = 0; w < 2; ++w)
@@ -46,13 +46,13 @@ TEST_F(Lobes, LitFromBelowAreThoseFromAboveUpsideDown) {
                 }
 }
 
-TEST_F(Lobes, OfAllOrdersReachFurtherThanOfOne) {
+TEST_F(PlottedLobes, AllOrdersExceedSingleScattering) {
     for (std::size_t w = 0; w < 2; ++w)
         EXPECT_GT(plot.blocks[1].rows[0][0].curves[w].above[20],
                   1.1 * plot.blocks[0].rows[0][0].curves[w].above[20]);
 }
 
-TEST(DeepCloud, ReflectsAsMuchAsLambertsLawWhereNothingIsAbsorbed) {
+TEST(LambertFigure, ConservativeCloudReflectsAllLight) {
     const LambertComparison made =
         compare_with_lambert({PhaseFunction::isotropic(), 1, infinity, {1, 0.5}});
     ASSERT_EQ(made.plot.lines.size(), 4u);

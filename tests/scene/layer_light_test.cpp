@@ -22,7 +22,7 @@ LayerSolution solved(const PhaseFunction& phase_function, double albedo, double 
                        boundary);
 }
 
-TEST(LayerLight, OfOneLayerIsWhatTheSolverSays) {
+TEST(LayerLight, MatchesTheSolver) {
     Scene scene = small_slab(1.5, 0.9);
     scene.tolerance = tolerance;
     const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
@@ -36,7 +36,7 @@ TEST(LayerLight, OfOneLayerIsWhatTheSolverSays) {
                 tolerance);
 }
 
-TEST(LayerLight, WithGroundOfLambertsLawIsThatOfBothTogether) {
+TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     Scene scene = small_planet(0, 3, 0.95);
     auto& ground = std::get<Planet>(scene.subject).surface.colour;
     ground = {0.2f, 0.6f, 1.0f};
@@ -63,7 +63,7 @@ TEST(LayerLight, WithGroundOfLambertsLawIsThatOfBothTogether) {
     }
 }
 
-TEST(LayerLight, ScatteredOnceIsTheClosedForm) {
+TEST(LayerLight, SingleScatteringIsTheClosedForm) {
     const Scene scene = once(small_rings(1));
     const LayerLight light(scene, nullptr);
     const Geometry geometry{0.6, 0.5, 2.5};
@@ -81,7 +81,7 @@ TEST(LayerLight, ScatteredOnceIsTheClosedForm) {
     EXPECT_NEAR(light.transmission(matter, geometry)[0], T, 1e-15);
 }
 
-TEST(LayerLight, OfAnEmptyLayerIsNothing) {
+TEST(LayerLight, IsZeroForAnEmptyLayer) {
     const Scene scene = small_slab(0, 1);
     const LayerLight light(scene, nullptr);
     const Matter nothing{0, {1, 1, 1}, 1};
@@ -90,7 +90,7 @@ TEST(LayerLight, OfAnEmptyLayerIsNothing) {
     EXPECT_EQ(light.beam(nothing, 0.1), 1);
 }
 
-TEST(LayerLight, FollowsEveryEffectThatIsSwitched) {
+TEST(LayerLight, AppliesEachEffect) {
     Scene scene = once(small_slab(1, 0.8));
     scene.layer.density = 0.5;
     scene.layer.opposition = Opposition::hapke(1, 0.1);

@@ -13,7 +13,7 @@
 namespace stratus {
 namespace {
 
-TEST(NeededRecipe, OfADustyMoonIsAnEndlessLayerSeenFromAbove) {
+TEST(NeededRecipe, HasOnlyReflectionForASemiInfiniteLayer) {
     const auto recipe = needed_recipe(small_planet(0, infinity, 0.4));
     ASSERT_TRUE(recipe);
     EXPECT_EQ(recipe->optical_depth.min, infinity);
@@ -24,13 +24,13 @@ TEST(NeededRecipe, OfADustyMoonIsAnEndlessLayerSeenFromAbove) {
     EXPECT_EQ(recipe->phase_function.text(), "rayleigh");
 }
 
-TEST(NeededRecipe, AsksForNoTableWhereNothingIsScatteredTwice) {
+TEST(NeededRecipe, IsEmptyWithoutMultipleScattering) {
     EXPECT_FALSE(needed_recipe(once(small_planet(0, 2, 0.4))));
     EXPECT_FALSE(needed_recipe(small_planet(0, 0, 0.4)));
     EXPECT_FALSE(needed_recipe(small_planet(0, 2, 0)));
 }
 
-TEST(NeededRecipe, HasTheSidesThatTheSceneSees) {
+TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     Scene planet = small_planet(0, 2, 0.4);
     EXPECT_FALSE(needed_recipe(planet)->transmission) << "what passes is lost";
     std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
@@ -44,7 +44,7 @@ TEST(NeededRecipe, HasTheSidesThatTheSceneSees) {
     EXPECT_FALSE(needed_recipe(slab)->reflection);
 }
 
-TEST(NeededRecipe, HoldsDepthsAndAlbedosOfAllThatIsThere) {
+TEST(NeededRecipe, CoversAllDepthsAndAlbedos) {
     Scene scene = small_rings(2);
     auto& rings = std::get<Rings>(scene.subject);
     rings.profile.optical_depth[1] = 0.5;
@@ -61,7 +61,7 @@ TEST(NeededRecipe, HoldsDepthsAndAlbedosOfAllThatIsThere) {
     EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 2);
 }
 
-TEST(CommonRecipe, IsTheWiderOneOfTwoThatOneTableCanServe) {
+TEST(CommonRecipe, CoversBothScenes) {
     const Recipe thin = *needed_recipe(small_slab(0.5, 0.9));
     Recipe deep = *needed_recipe(small_slab(4, 0.6));
     deep.transmission = false;
@@ -78,7 +78,7 @@ TEST(CommonRecipe, IsTheWiderOneOfTwoThatOneTableCanServe) {
     EXPECT_FALSE(common_recipe(thin, *needed_recipe(other)));
 }
 
-TEST(NeededRecipe, OfRingsMixesTheirTwoComponents) {
+TEST(NeededRecipe, HasAMixtureAxisForRings) {
     const Recipe recipe = *needed_recipe(small_rings(1));
     ASSERT_TRUE(recipe.mixture);
     EXPECT_NEAR(recipe.mixture->min, 0.5, 1e-15);
@@ -91,7 +91,7 @@ TEST(NeededRecipe, OfRingsMixesTheirTwoComponents) {
     EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
 }
 
-TEST(AdoptedTables, MustBeWhatTheSceneCallsFor) {
+TEST(AdoptTable, RefusesATableThatDoesNotCoverTheScene) {
     const Scene scene = small_slab(1, 0.8);
     Recipe recipe = *needed_recipe(scene);
     recipe.tolerance = 0.05;

@@ -9,7 +9,7 @@
 namespace stratus {
 namespace {
 
-TEST(LayerLight, OfAMixtureIsWhatTheSolverSaysOfTheMixedPhaseFunction) {
+TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     Scene scene = small_rings(1);
     std::get<Rings>(scene.subject).profile = {{1.5, 2.5}, {1, 1.5}, {0.9, 0}, {0.1, 0.9}};
     constexpr double tolerance = 5e-3;

@@ -1,4 +1,4 @@
-// The gallery's scenes: what their plans leave out nobody sees.
+// Plans of the gallery's scenes, checked on pixels that they did not measure.
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
@@ -11,24 +11,24 @@
 namespace stratus {
 namespace {
 
-/// Largest relative change of a pixel, as plan.h defines it.
-double largest_change(const Image& all, const Image& some) {
+/// Maximum relative change of a pixel, as plan.h defines it.
+double max_change(const Image& all, const Image& some) {
     const auto brightest = [](const float* pixel) {
         return std::max({pixel[0], pixel[1], pixel[2]});
     };
-    float most = 0;
+    float max_light = 0;
     for (std::size_t i = 0; i < all.rgb.size(); i += 3)
-        most = std::max(most, brightest(&all.rgb[i]));
-    double largest = 0;
+        max_light = std::max(max_light, brightest(&all.rgb[i]));
+    double max = 0;
     for (std::size_t i = 0; i < all.rgb.size(); ++i) {
         const float here = brightest(&all.rgb[i - i % 3]);
-        largest = std::max(largest, double{std::abs(all.rgb[i] - some.rgb[i])} /
-                                        double{std::max(here, 0.01f * most)});
+        max = std::max(max, double{std::abs(all.rgb[i] - some.rgb[i])} /
+                                double{std::max(here, 0.01f * max_light)});
     }
-    return largest;
+    return max;
 }
 
-/// Scenes of the gallery, at tolerances that leave something out.
+/// At tolerances at which some effect is not needed.
 class GalleryPlan : public testing::TestWithParam<const char*> {};
 
 TEST_P(GalleryPlan, ChangesNoPixelByMoreThanTheTolerance) {
@@ -49,7 +49,7 @@ TEST_P(GalleryPlan, ChangesNoPixelByMoreThanTheTolerance) {
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         planned[s].effects = plans[s].effects;
         for (const EffectShare& share : plans[s].shares) less = less || !share.needed;
-        // Pixels that the plan did not look at.
+        // Pixels that the plan did not measure.
         for (Scene* const scene : {&scenes[s], &planned[s]}) {
             scene->width = std::max(1, scene->width * 5 / 7);
             scene->height = std::max(1, scene->height * 5 / 7);
@@ -64,11 +64,11 @@ TEST_P(GalleryPlan, ChangesNoPixelByMoreThanTheTolerance) {
         const LayerLight all_light(scenes[s], tables[s].get()),
             some_light(planned[s], tables[scenes.size() + s].get());
         const Image all = render(scenes[s], all_light), some = render(planned[s], some_light);
-        EXPECT_LE(largest_change(all, some), plans[s].tolerance) << scenes[s].title;
+        EXPECT_LE(max_change(all, some), plans[s].tolerance) << scenes[s].title;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, GalleryPlan,
+INSTANTIATE_TEST_SUITE_P(Scenes, GalleryPlan,
                          testing::Values("saturn_lit.toml", "saturn_unlit.toml", "full_moon.toml",
                                          "cloudy_planet.toml", "broken_clouds.toml"),
                          [](const auto& scene) {

@@ -34,7 +34,7 @@ Scene wide_slab(double optical_depth, double albedo) {
     return scene;
 }
 
-TEST(Plan, OfDarkDustBakesNothing) {
+TEST(Plan, NeedsNoTableForDarkDust) {
     Scene scene = wide_slab(0.5, 0.02);
     scene.tolerance = 0.05;
     const Plan plan = plan_of(scene);
@@ -43,30 +43,30 @@ TEST(Plan, OfDarkDustBakesNothing) {
     const EffectShare* const multiple = share_of(plan, "multiple");
     ASSERT_NE(multiple, nullptr);
     // Every order is about w/2 of the one before or less, and there is some.
-    EXPECT_GT(multiple->largest, 0);
-    EXPECT_LT(multiple->largest, 0.02);
+    EXPECT_GT(multiple->max, 0);
+    EXPECT_LT(multiple->max, 0.02);
 }
 
-TEST(Plan, OfBrightDustNeedsATable) {
+TEST(Plan, NeedsATableForBrightDust) {
     const Scene scene = wide_slab(0.5, 0.9);
     const Plan plan = plan_of(scene);
     EXPECT_TRUE(plan.effects.multiple);
-    EXPECT_GT(share_of(plan, "multiple")->largest, 0.1);
+    EXPECT_GT(share_of(plan, "multiple")->max, 0.1);
 }
 
-TEST(Plan, OfAFaceWithoutSunBakesNoReflection) {
+TEST(Plan, NeedsNoReflectionOnTheUnlitSide) {
     Scene scene = wide_slab(1, 0.9);
     scene.to_sun = direction_at(radians(-50), 1);
     const Plan plan = plan_of(scene);
     EXPECT_FALSE(plan.effects.reflection);
-    EXPECT_EQ(share_of(plan, "reflection")->largest, 0);
+    EXPECT_EQ(share_of(plan, "reflection")->max, 0);
     const std::optional<Recipe> recipe = needed_recipe(with_effects(scene, plan.effects));
     ASSERT_TRUE(recipe);
     EXPECT_FALSE(recipe->reflection);
     EXPECT_TRUE(recipe->transmission);
 }
 
-TEST(Plan, OfALitFaceBakesNoTransmission) {
+TEST(Plan, NeedsNoTransmissionOnTheLitSide) {
     const Scene scene = wide_slab(1, 0.9);
     const std::optional<Recipe> recipe = needed_recipe(with_effects(scene, plan_of(scene).effects));
     ASSERT_TRUE(recipe);
@@ -74,7 +74,7 @@ TEST(Plan, OfALitFaceBakesNoTransmission) {
     EXPECT_FALSE(recipe->transmission);
 }
 
-TEST(Plan, LeavesAzimuthOutWhereLightIsIsotropic) {
+TEST(Plan, NeedsNoAzimuthForIsotropicScattering) {
     Scene scene = wide_slab(1, 0.9);
     scene.layer.components = {PhaseFunction::isotropic()};
     EXPECT_FALSE(plan_of(scene).effects.azimuth);
@@ -82,7 +82,7 @@ TEST(Plan, LeavesAzimuthOutWhereLightIsIsotropic) {
     EXPECT_TRUE(plan_of(scene).effects.azimuth);
 }
 
-TEST(Plan, KeepsAllThatTheSceneWasAskedToLeaveOutLeftOut) {
+TEST(Plan, KeepsEffectsOffThatTheSceneSwitchesOff) {
     Scene scene = wide_slab(1, 0.9);
     scene.effects.single = false;
     const Plan plan = plan_of(scene);
@@ -90,7 +90,7 @@ TEST(Plan, KeepsAllThatTheSceneWasAskedToLeaveOutLeftOut) {
     EXPECT_EQ(share_of(plan, "single"), nullptr);
 }
 
-TEST(Plan, OfOneOfManyScenesIsThatOfTheSceneAlone) {
+TEST(Plan, IsIndependentOfOtherScenes) {
     const Scene one = wide_slab(1, 0.9), other = wide_slab(0.5, 0.02);
     const std::vector<Plan> both = plan_scenes({one, other});
     ASSERT_EQ(both.size(), 2u);
@@ -101,7 +101,7 @@ TEST(Plan, OfOneOfManyScenesIsThatOfTheSceneAlone) {
                 0.001);
 }
 
-TEST(Plan, CostsAreThoseOfTheTablesThatEffectsNeed) {
+TEST(Plan, CostsAreThoseOfTheNeededTables) {
     Scene scene = wide_slab(1, 0.9);
     PlanOptions options;
     options.costs = true;
@@ -133,7 +133,7 @@ TEST(Plan, CostsAreThoseOfTheTablesThatEffectsNeed) {
     EXPECT_NEAR(costs.all.bytes / (2 * sizeof(float) * samples), 1, 0.5);
 }
 
-TEST(Plan, MeasuresTheBakeOfARecipeOnceForAllScenesThatNeedIt) {
+TEST(Plan, MeasuresTheBakeOfASharedRecipeOnce) {
     Scene one = wide_slab(1, 0.9), other = one;
     other.title = "The same table, the sun elsewhere";
     other.to_sun = direction_at(radians(50), 1);
@@ -142,16 +142,16 @@ TEST(Plan, MeasuresTheBakeOfARecipeOnceForAllScenesThatNeedIt) {
     EXPECT_EQ(plans[0].costs->all.bake_seconds, plans[1].costs->all.bake_seconds);
 }
 
-TEST(AskedRange, IsWhatThePixelsSee) {
+TEST(LookupRange, IsThatOfThePixels) {
     Scene scene = wide_slab(1, 0.9);
-    const AskedRange asked = measure_range(scene);
-    EXPECT_TRUE(asked.lit_side);
-    EXPECT_FALSE(asked.far_side);
-    EXPECT_NEAR(asked.mu_in.min, std::cos(radians(30)), 1e-12);  // one sun
-    EXPECT_EQ(asked.mu_in.min, asked.mu_in.max);
-    EXPECT_NEAR(asked.mu_out.max, std::cos(radians(60)), 1e-12);  // orthographic
-    EXPECT_EQ(asked.optical_depth.max, 1);
-    EXPECT_EQ(asked.albedo.min, 0.9);
+    const LookupRange range = measure_range(scene);
+    EXPECT_TRUE(range.reflection);
+    EXPECT_FALSE(range.transmission);
+    EXPECT_NEAR(range.mu_in.min, std::cos(radians(30)), 1e-12);  // one sun
+    EXPECT_EQ(range.mu_in.min, range.mu_in.max);
+    EXPECT_NEAR(range.mu_out.max, std::cos(radians(60)), 1e-12);  // orthographic
+    EXPECT_EQ(range.optical_depth.max, 1);
+    EXPECT_EQ(range.albedo.min, 0.9);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Pictures, pixel by pixel, against closed forms; what geometry hides and shadows.
+// Pictures pixel by pixel, against closed forms; occlusion and shadows.
 #include <stratus/scene/render.h>
 
 #include <stratus/runtime/constants.h>
@@ -17,7 +17,7 @@ Rgb3 along(const Scene& scene, const Vector3& origin, const Vector3& towards) {
     return radiance_along(scene, light, {origin, normalised(towards - origin)}, scene.to_sun);
 }
 
-TEST(RenderedPlanet, OfLambertsLawIsAsBrightAsItsCosine) {
+TEST(RenderedPlanet, FollowsLambertsLaw) {
     Scene scene = small_planet(50, 0, 1);
     std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.25f, 0.75f};
     const Vector3 normal = normalised({0.8, 0.5, -0.2});
@@ -26,7 +26,7 @@ TEST(RenderedPlanet, OfLambertsLawIsAsBrightAsItsCosine) {
     EXPECT_NEAR(light[1], 0.25 * dot(normal, scene.to_sun), 1e-7);
 }
 
-TEST(RenderedPlanet, ScattersOnceAsTheClosedFormSays) {
+TEST(RenderedPlanet, SingleScatteringIsTheClosedForm) {
     const Scene scene = once(small_planet(70, 0.8, 0.6));
     const Vector3 normal = normalised({0.8, 0.5, -0.2}), to_eye{1, 0, 0};
     const double mu_in = dot(normal, scene.to_sun), mu_out = dot(normal, to_eye);
@@ -36,7 +36,7 @@ TEST(RenderedPlanet, ScattersOnceAsTheClosedFormSays) {
         << "slices are of single precision";
 }
 
-TEST(RenderedPlanet, IsDarkBeyondItsTerminatorAndBackgroundBesideIt) {
+TEST(RenderedPlanet, IsDarkBeyondTheTerminatorAndShowsBackgroundBesideIt) {
     Scene scene = once(small_planet(90, infinity, 0.6));
     scene.background.colour = {0.125f, 0.25f, 0.5f};
     EXPECT_EQ(along(scene, {5, -0.01, 0.3}, {0, -0.01, 0.3})[0], 0);
@@ -45,7 +45,7 @@ TEST(RenderedPlanet, IsDarkBeyondItsTerminatorAndBackgroundBesideIt) {
 }
 
 // [Blinn82] 2.7: w phi / 2 in his units, which are four times these.
-TEST(FullMoon, ScatteredOnceIsFlatFromCentreToEdge) {
+TEST(FullMoon, SingleScatteringIsUniformOverTheDisk) {
     Scene scene = once(small_planet(0, infinity, 0.4));
     scene.width = scene.height = 64;
     const LayerLight light(scene, nullptr);
@@ -62,19 +62,19 @@ TEST(FullMoon, ScatteredOnceIsFlatFromCentreToEdge) {
     EXPECT_GT(on_disk, 3000);
 }
 
-TEST(FullMoon, IsNotFlatAtAnotherPhaseAngle) {
+TEST(FullMoon, IsNotUniformAtOtherPhaseAngles) {
     const Scene scene = once(small_planet(45, infinity, 0.4));
     EXPECT_GT(along(scene, {5, 0.9, 0}, {0, 0.9, 0})[0],
               1.2 * along(scene, {5, -0.5, 0}, {0, -0.5, 0})[0]);
 }
 
-TEST(RenderedSlab, ShowsItsBackgroundThroughTheBeamThatPasses) {
+TEST(RenderedSlab, AttenuatesTheBackground) {
     Scene scene = once(small_slab(0.7, 0.5));
     scene.effects.single = false;
     const Vector3 eye = scene.camera.position;
-    const double passing = std::exp(-0.7 / 0.5);  // 60 degrees from the normal
-    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[0], 0.25 * passing, 1e-12);
-    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[2], passing, 1e-12);
+    const double transmitted = std::exp(-0.7 / 0.5);  // 60 degrees from the normal
+    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[0], 0.25 * transmitted, 1e-12);
+    EXPECT_NEAR(along(scene, eye, {0, 0, 0})[2], transmitted, 1e-12);
     scene.effects.background = false;
     EXPECT_EQ(along(scene, eye, {0, 0, 0})[2], 0);
 }
@@ -89,7 +89,7 @@ TEST(RenderedSlab, ShowsItsBackgroundByTheBeamAndWhatIsScatteredTowardsTheEye) {
     EXPECT_NEAR(light[2] - light[0], 0.75 * share, 2e-4);
 }
 
-TEST(RenderedSlab, OfNoDepthIsItsBackgroundExactly) {
+TEST(RenderedSlab, OfDepthZeroShowsTheBackground) {
     const Scene scene = small_slab(0, 1);
     const Rgb3 light = along(scene, scene.camera.position, {0, 0, 0});
     EXPECT_EQ(light[0], 0.25);
@@ -97,7 +97,7 @@ TEST(RenderedSlab, OfNoDepthIsItsBackgroundExactly) {
     EXPECT_EQ(light[2], 1.0);
 }
 
-TEST(RenderedSlab, WithoutEndHidesItsBackground) {
+TEST(RenderedSlab, OfInfiniteDepthHidesTheBackground) {
     Scene scene = once(small_slab(infinity, 0.5));
     const Vector3 eye = scene.camera.position;
     const Rgb3 before = along(scene, eye, {0, 0, 0});
@@ -106,7 +106,7 @@ TEST(RenderedSlab, WithoutEndHidesItsBackground) {
     EXPECT_EQ(along(scene, eye, {0, 0, 0}), before);
 }
 
-TEST(RenderedSlab, ShinesThroughWhereTheSunIsOnItsOtherSide) {
+TEST(RenderedSlab, TransmitsLightFromTheOtherSide) {
     Scene scene = once(small_slab(0.7, 0.5));
     scene.background.colour = {0, 0, 0};
     scene.to_sun = -scene.to_sun;
@@ -119,7 +119,7 @@ TEST(RenderedSlab, ShinesThroughWhereTheSunIsOnItsOtherSide) {
     EXPECT_EQ(along(scene, scene.camera.position, {0, 0, 0})[0], 0);
 }
 
-TEST(RenderedSlab, CastsItsShadowWhereTheSunPutsIt) {
+TEST(RenderedSlab, CastsAShadowOnTheGround) {
     Scene scene = once(small_slab(2, 0.5));
     scene.effects.single = false;
     Slab& slab = std::get<Slab>(scene.subject);
@@ -137,7 +137,7 @@ TEST(RenderedSlab, CastsItsShadowWhereTheSunPutsIt) {
     EXPECT_NEAR(ground(shift - 1.01), mu, 1e-12);
 }
 
-TEST(RenderedRings, LieInThePlanetsShadowWhereGeometrySaysSo) {
+TEST(RenderedRings, AreDarkInThePlanetsShadow) {
     Scene scene = once(small_rings(1));
     scene.to_sun = direction_at(radians(30), 0);
     // Behind the planet, away from the sun, its shadow ends on the ring plane at 1 / sin 30 = 2.
@@ -149,7 +149,7 @@ TEST(RenderedRings, LieInThePlanetsShadowWhereGeometrySaysSo) {
     EXPECT_GT(ring(-1.99), 0);
 }
 
-TEST(RenderedRings, CastTheirShadowOnThePlanet) {
+TEST(RenderedRings, CastAShadowOnThePlanet) {
     Scene scene = once(small_rings(1.5));
     // Straight from above no ring stands before the planet; from 30 degrees the ring at radius r
     // shades what lies on the way.
@@ -165,7 +165,7 @@ TEST(RenderedRings, CastTheirShadowOnThePlanet) {
     EXPECT_NEAR(along(scene, eye, point)[0], lit, 1e-7);
 }
 
-TEST(RenderedRings, LetThePlanetBehindThemThrough) {
+TEST(RenderedRings, AttenuateThePlanetBehindThem) {
     Scene scene = once(small_rings(1));
     scene.effects.single = false;
     const Vector3 eye{4, 0, -0.6}, point = normalised({1, 0, 0.2});
@@ -177,7 +177,7 @@ TEST(RenderedRings, LetThePlanetBehindThemThrough) {
     EXPECT_EQ(along(scene, eye, point)[0], 0);
 }
 
-TEST(RenderedRings, BehindThePlanetAreNotSeen) {
+TEST(RenderedRings, AreHiddenBehindThePlanet) {
     const Scene scene = once(small_rings(1));
     const Vector3 point = normalised({1, 0, 0.2});
     // The ray would go on to meet the ring at x = -2.
@@ -186,7 +186,7 @@ TEST(RenderedRings, BehindThePlanetAreNotSeen) {
     EXPECT_NEAR(along(scene, eye, point)[0], 0.5 * dot(point, scene.to_sun), 1e-7);
 }
 
-TEST(RenderedRings, AreLitOnOneFaceAndShineThroughOnTheOther) {
+TEST(RenderedRings, ReflectOnTheLitSideAndTransmitOnTheOther) {
     const Scene scene = once(small_rings(1));
     const Vector3 point{0, 2, 0}, offset{0.5, 0.3, 2};
     const double mu_in = 0.5, mu_out = std::abs(normalised(offset).z);
@@ -201,7 +201,7 @@ TEST(RenderedRings, AreLitOnOneFaceAndShineThroughOnTheOther) {
     }
 }
 
-TEST(RenderedRings, GoAroundAFlattenedPlanet) {
+TEST(RenderedRings, SurroundAFlattenedPlanet) {
     Scene scene = once(small_rings(1));
     std::get<Rings>(scene.subject).flattening = 0.5;
     EXPECT_EQ(along(scene, {0, 9, 0.51}, {0, 0, 0.51})[0], 0) << "above the pole";
@@ -212,7 +212,7 @@ TEST(RenderedRings, GoAroundAFlattenedPlanet) {
                 1e-7);
 }
 
-TEST(Render, GivesTheSameBitsOnAnyNumberOfThreadsAndForEveryPixelAlone) {
+TEST(Render, IsIndependentOfThreadsAndOfOtherPixels) {
     Scene scene = once(small_rings(1));
     scene.samples = 2;
     scene.sun_diameter = 0.05;
@@ -233,7 +233,7 @@ TEST(Render, GivesTheSameBitsOnAnyNumberOfThreadsAndForEveryPixelAlone) {
         }
 }
 
-TEST(Render, ShowsAnEdgeByTheShareOfAPixelItCovers) {
+TEST(Render, AntialiasesEdges) {
     Scene scene = small_planet(0, 0, 1);
     std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
     scene.background.colour = {0, 0, 0};
@@ -248,7 +248,7 @@ TEST(Render, ShowsAnEdgeByTheShareOfAPixelItCovers) {
     EXPECT_NEAR(sum / static_cast<double>(image.rgb.size()), 2.0 / 3 * pi / 4, 1e-3);
 }
 
-TEST(Sun, IsADiskOfDirectionsAroundItsCentre) {
+TEST(Sun, IsADiskOfDirections) {
     Scene scene = small_planet(30, 1, 1);
     EXPECT_EQ(sun_directions(scene).size(), 1u);
     scene.sun_diameter = 0.2;
@@ -268,7 +268,7 @@ TEST(Sun, IsADiskOfDirectionsAroundItsCentre) {
     EXPECT_EQ(sun_directions(scene).size(), 1u);
 }
 
-TEST(Sun, OfADiskBlursTheTerminator) {
+TEST(Sun, BlursTheTerminator) {
     Scene scene = small_planet(90, 0, 1);
     std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};
     scene.sun_diameter = 0.4;
@@ -278,7 +278,7 @@ TEST(Sun, OfADiskBlursTheTerminator) {
     EXPECT_EQ(image.pixel(2, 8)[0], 0);
 }
 
-TEST(SideBySide, PutsPicturesInRows) {
+TEST(SideBySide, ArrangesPicturesInRows) {
     std::vector<Image> pictures(3, Image(2, 1));
     for (int k = 0; k < 3; ++k)
         pictures[static_cast<std::size_t>(k)].pixel(1, 0)[0] = static_cast<float>(k + 1);

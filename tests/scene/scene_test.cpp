@@ -46,7 +46,7 @@ const std::string cloud =
     "height = 2.0\n"
     "size = 6.0\n";
 
-/// The scene above with the line that begins so in another form.
+/// The scene above with the line that begins so replaced.
 std::string cloud_but(const std::string& line, const std::string& instead) {
     std::string text = cloud;
     const std::size_t begin = text.find(line);
@@ -59,7 +59,7 @@ void expect_scene_refusal(const std::string& text, const std::vector<const char*
     expect_refusal<std::invalid_argument>([&] { parse_scene(text); }, fragments);
 }
 
-TEST(SceneFile, HoldsWhatItsTextSays) {
+TEST(SceneFile, HoldsTheValuesOfItsText) {
     const SceneFile file = parse_scene(cloud);
     EXPECT_EQ(file.title, "Clouds");
     EXPECT_EQ(file.text, cloud);
@@ -96,7 +96,7 @@ TEST(SceneFile, HoldsWhatItsTextSays) {
     EXPECT_EQ(slab.half_size, 3) << "half a side";
 }
 
-TEST(SceneFile, RefusesUnknownKeysWithTheNearestOnes) {
+TEST(SceneFile, RefusesUnknownKeysWithTheNearestKnown) {
     expect_scene_refusal(cloud_but("tolerance", "tolerence = 1"), {"tolerence", "'tolerance'"});
     expect_scene_refusal(cloud_but("width", "with = 1"), {"'picture.with'", "'picture.width'"});
     expect_scene_refusal(cloud_but("look_at", "lookat = 1"), {"'camera.look_at'"});
@@ -150,7 +150,7 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"absent.png"});
 }
 
-TEST(SceneFile, PanelsAreTheSceneWithSomeOfItsKeysChanged) {
+TEST(SceneFile, PanelsOverrideKeysOfTheScene) {
     const SceneFile file =
         parse_scene("columns = 2\n" + cloud +
                     "[[panels]]\ntitle = 'first'\nslab.height = 1.0\neffects = 'all'\n"
@@ -183,7 +183,7 @@ std::string line_of(const std::string& text, const std::string& start) {
                           1);
 }
 
-TEST(SceneFile, WithPanelsRefusesWithTheTrueLine) {
+TEST(SceneFile, NamesTheLineOfAnErrorInPanels) {
     const auto expect_line = [](const std::string& text, const std::string& start) {
         expect_scene_refusal(text, {line_of(text, start).c_str()});
     };
@@ -196,7 +196,7 @@ TEST(SceneFile, WithPanelsRefusesWithTheTrueLine) {
     expect_line(cloud_but("albedo", "albedos = 0.5") + panels + "layer.density = 0.1\n", "albedos");
 }
 
-TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {
+TEST(SceneCamera, IsPlacedByAnglesAndPlacesTheSunByPhaseAngle) {
     const std::string text =
         "[camera]\ndistance = 5.0\nelevation_deg = 30.0\nazimuth_deg = 60.0\n"
         "look_at = [1.0, 0.0, 0.0]\northographic_width = 3.0\n"
@@ -217,7 +217,7 @@ TEST(SceneCamera, StandsWhereItsAnglesSayAndPutsTheSunAtItsPhaseAngle) {
     EXPECT_GT(scene.camera.up().z, 0);
 }
 
-TEST(SceneCamera, SeesItsFieldOfViewFromEdgeToEdge) {
+TEST(SceneCamera, SpansItsFieldOfView) {
     Camera camera;
     camera.position = {0, 0, 4};
     camera.look_at = {0, 0, 0};  // along z, where another direction must be up
@@ -228,7 +228,7 @@ TEST(SceneCamera, SeesItsFieldOfViewFromEdgeToEdge) {
     EXPECT_NEAR(camera.up().y, 1, 1e-14);
 }
 
-TEST(SceneEffects, AreWhatAListNames) {
+TEST(SceneEffects, AreParsedFromNames) {
     const SceneEffects all = parse_scene_effects({"all"});
     for (const auto& [name, member] : scene_effects()) EXPECT_TRUE(all.*member) << name;
     const SceneEffects two = parse_scene_effects({"single", "shadows"});
@@ -242,7 +242,7 @@ TEST(SceneEffects, AreWhatAListNames) {
     EXPECT_EQ(scene_effect_names(all), std::vector<std::string>{"all"});
 }
 
-class RingFile : public ::testing::Test {
+class RingProfileFile : public ::testing::Test {
   protected:
     SceneFile read(const std::string& csv, const std::string& keys = "") const {
         test::set_content(folder / "profile.csv", csv);
@@ -257,7 +257,7 @@ class RingFile : public ::testing::Test {
     const std::string head = "radius,optical_depth,w1,w2\n";
 };
 
-TEST_F(RingFile, IsLinearBetweenRowsAndNothingOutside) {
+TEST_F(RingProfileFile, IsLinearBetweenRowsAndEmptyOutside) {
     const Scene scene = read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n").panels[0];
     const RingProfile& profile = std::get<Rings>(scene.subject).profile;
     EXPECT_EQ(profile.inner(), 1.2);
@@ -272,7 +272,7 @@ TEST_F(RingFile, IsLinearBetweenRowsAndNothingOutside) {
     EXPECT_EQ(profile.at(1.2, {1, 1, 1}).optical_depth, 1);
 }
 
-TEST_F(RingFile, IsCutAtItsInnerAndOuterRadius) {
+TEST_F(RingProfileFile, IsTrimmedToItsInnerAndOuterRadius) {
     const Scene scene =
         read(head + "120,1,0.6,0.2\n140,3,0.2,0.2\n200,0,0.1,0\n", "inner = 1.3\nouter = 1.7\n")
             .panels[0];
@@ -283,7 +283,7 @@ TEST_F(RingFile, IsCutAtItsInnerAndOuterRadius) {
     EXPECT_EQ(profile.at(1.71, {1, 1, 1}).optical_depth, 0);
 }
 
-TEST_F(RingFile, NamesTheLineOfABadRow) {
+TEST_F(RingProfileFile, NamesTheLineOfABadRow) {
     const auto refuse = [&](const std::string& rows, const std::vector<const char*>& fragments) {
         SCOPED_TRACE(rows);
         expect_refusal<std::invalid_argument>([&] { read(head + rows); }, fragments);
@@ -297,7 +297,7 @@ TEST_F(RingFile, NamesTheLineOfABadRow) {
                                           {"w2"});
 }
 
-TEST(SceneFiles, OfTheGalleryCanAllBeRead) {
+TEST(SceneFile, OfTheGalleryIsReadable) {
     int count = 0;
     for (const auto& entry :
          std::filesystem::directory_iterator(STRATUS_REFERENCE_FOLDER "/../../tables/scenes")) {
@@ -311,7 +311,7 @@ TEST(SceneFiles, OfTheGalleryCanAllBeRead) {
     EXPECT_GE(count, 6);
 }
 
-TEST(SceneFile, OfAFigureHoldsThatAlone) {
+TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
     const std::string text =
         "[lobes]\nphase_function = 'isotropic'\nincident_deg = [36.0, 144.0]\n"
         "optical_depths = [2.0, inf]\nalbedos = [1.0]\n";

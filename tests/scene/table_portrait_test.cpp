@@ -18,8 +18,7 @@
 #include <string>
 #include <vector>
 
-/// Fontconfig keeps its cache to the end; a leak sanitizer that asks is told that it is no leak of
-/// ours.
+/// Fontconfig never frees its cache.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
@@ -58,7 +57,7 @@ struct Kind {
 
 class EveryTable : public TablePortrait, public ::testing::WithParamInterface<Kind> {};
 
-TEST_P(EveryTable, IsDrawnAtTheStatedSizeAndWithinTheFrame) {
+TEST_P(EveryTable, IsDrawnAtTheStatedSizeWithinTheFrame) {
     const Table table = make_synthetic_table(GetParam().options);
     const Portrait portrait = make_portrait(table);
     draw_portrait(portrait, folder / "portrait.png");
@@ -100,7 +99,7 @@ const Kind kinds[] = {
 INSTANTIATE_TEST_SUITE_P(TablePortrait, EveryTable, ::testing::ValuesIn(kinds),
                          [](const auto& row) { return row.param.name; });
 
-TEST_F(TablePortrait, IsDrawnOfLayersOverGround) {
+TEST_F(TablePortrait, ShowsALowerBoundary) {
     Table bare = make_synthetic_table({.transmission = false});
     Table table = bare;
     table.lower_boundary = LowerBoundary::surface(0.3);
@@ -111,7 +110,7 @@ TEST_F(TablePortrait, IsDrawnOfLayersOverGround) {
 }
 
 /// The law for a layer that scatters once: I/F = w phi / 4 mu0 / (mu + mu0) where tau = inf.
-TEST_F(TablePortrait, SpheresAreTheClosedFormAtTheirCentre) {
+TEST_F(TablePortrait, SphereShowsSingleScatteringInClosedForm) {
     const Table table = make_synthetic_table(
         {.phase_function = "isotropic", .finite_depths = 0, .and_infinity = true});
     const PortraitColumn column = make_portrait(table).columns.at(0);
@@ -123,14 +122,14 @@ TEST_F(TablePortrait, SpheresAreTheClosedFormAtTheirCentre) {
               sphere.pixel(sphere.width / 2, sphere.height / 2)[0]);
 }
 
-TEST_F(TablePortrait, IsTheSameEveryTime) {
+TEST_F(TablePortrait, IsReproducible) {
     const Table table = make_synthetic_table();
     draw_portrait(make_portrait(table), folder / "first.png");
     draw_portrait(make_portrait(table), folder / "second.png");
     EXPECT_EQ(test::content(folder / "first.png"), test::content(folder / "second.png"));
 }
 
-TEST_F(TablePortrait, StaysInTheFrameWithLongWords) {
+TEST_F(TablePortrait, TruncatesLongText) {
     SyntheticOptions options;
     options.phase_function = "rayleigh";
     for (int k = 1; k < 20; ++k)
@@ -155,7 +154,7 @@ TEST_F(TablePortrait, RefusesAPathThatCannotBeWritten) {
     EXPECT_EQ(refusal, png.string() + ": No such file or directory");
 }
 
-TEST_F(TablePortrait, SaysWhenTheDiskIsFull) {
+TEST_F(TablePortrait, ReportsAFullDisk) {
     if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
     EXPECT_THROW(draw_portrait(make_portrait(make_synthetic_table()), "/dev/full"),
                  std::runtime_error);

@@ -21,13 +21,13 @@ std::vector<Vector3> sphere(int count) {
     return points;
 }
 
-TEST(Texture, CloudsCoverAboutTheShareAskedFor) {
+TEST(DepthMap, CloudsHaveTheRequestedCoverage) {
     const auto points = sphere(20000);
     for (const double coverage : {0.0, 0.25, 0.5, 0.75, 1.0}) {
         DepthMap map;
         map.pattern = DepthMap::Pattern::clouds;
         map.max = 10;
-        map.scale = 6;  // many spots, so that one sky is like another
+        map.scale = 6;  // many clouds, so that their share varies little
         map.coverage = coverage;
         int covered = 0;
         for (const Vector3& point : points) {
@@ -36,31 +36,31 @@ TEST(Texture, CloudsCoverAboutTheShareAskedFor) {
             ASSERT_LE(depth, 10);
             covered += depth > 0;
         }
-        EXPECT_NEAR(covered / 20000.0, coverage, 0.08);  // noise is no normal distribution
+        EXPECT_NEAR(covered / 20000.0, coverage, 0.08);  // noise is not quite normally distributed
     }
 }
 
-TEST(Texture, NoiseHasNoSteps) {
-    // The finest of eight octaves turns by its own size within 2^-7, by no more than twice as much.
+TEST(Noise, IsContinuous) {
+    // The finest of eight octaves changes by its own size within 2^-7, or by no more than twice that.
     for (int k = 0; k < 3000; ++k) {
         const Vector3 point{0.0137 * k, 1 - 0.0071 * k, 0.5 + 0.003 * k};
         EXPECT_NEAR(noise(point, 1), noise(point + Vector3{1e-7, 1e-7, 1e-7}, 1), 1e-5);
     }
 }
 
-TEST(Texture, NoiseIsAnotherForAnotherSeed) {
+TEST(Noise, DependsOnTheSeed) {
     EXPECT_NE(noise({0.3, 0.4, 0.5}, 1), noise({0.3, 0.4, 0.5}, 2));
     EXPECT_EQ(noise({0.3, 0.4, 0.5}, 2), noise({0.3, 0.4, 0.5}, 2));
 }
 
-TEST(Texture, PlacesOnASphereAreLongitudeAndLatitude) {
+TEST(SurfacePoint, OnASphereIsLongitudeAndLatitude) {
     EXPECT_NEAR(sphere_point({1, 0, 0}).u, 0.5, 1e-15);
     EXPECT_NEAR(sphere_point({0, 1, 0}).u, 0.75, 1e-15);
     EXPECT_NEAR(sphere_point({0, 0, 1}).v, 0, 1e-15);
     EXPECT_NEAR(sphere_point({0, 0, -1}).v, 1, 1e-15);
 }
 
-TEST(Texture, ImagesAreMetAtTheirPixelsAndLinearBetweenThem) {
+TEST(Texture, InterpolatesImages) {
     auto image = std::make_shared<Image>(2, 2);
     const float values[] = {0.1f, 0.2f, 0.4f, 0.8f};
     for (int k = 0; k < 4; ++k)
@@ -85,7 +85,7 @@ TEST(Texture, ImagesAreMetAtTheirPixelsAndLinearBetweenThem) {
     EXPECT_NEAR(map.at({{0, 0, 0}, 0.75, 0.75}), 4, 1e-6);
 }
 
-TEST(Texture, SquaresAreOfOneColourEachBetweenTheTwo) {
+TEST(Texture, SquaresHaveOneColourEach) {
     Texture texture;
     texture.pattern = Texture::Pattern::squares;
     texture.colour = {0.1f, 0.2f, 0.3f};

@@ -1,9 +1,8 @@
-// Cost against error as a figure for print: panels of points over logarithmic axes, one below the
-// other, 16 cm wide, as SVG.
+// Error against cost as a figure for print: panels over logarithmic axes, stacked, 16 cm wide, as
+// SVG.
 //
-// What was measured is drawn as marks, a shape and a colour a series, so that they keep apart
-// without colour; what a frontier joins as steps: between two of its points the cheaper one is the
-// best there is.
+// Measurements are marks, of one shape and colour a series, to be told apart without colour;
+// frontiers are steps: between two points of a frontier, the cheaper one is the best available.
 #pragma once
 
 #include <filesystem>
@@ -12,13 +11,13 @@
 
 namespace stratus {
 
-/// A point of a panel; its label, if any, stands beside it.
+/// The label, if any, is drawn beside the point.
 struct PlotPoint {
     double x, y;
     std::string label;
 };
 
-/// Without points it keeps its shape and colour from other series, and is not named.
+/// A series without points reserves its shape and colour but is not in the legend.
 struct PlotSeries {
     enum class Role {
         measured,  // marks; labels are left out where there is no room
@@ -37,9 +36,8 @@ struct PlotPanel {
 
 /// Draws panels to `svg` itself; callers who need it whole or not at all wrap it.
 ///
-/// Errors   std::invalid_argument for no panel, a panel without points, and x or y that is not
-/// above
-///          0 and finite; std::runtime_error naming the path and the reason when the file cannot be
+/// Errors   std::invalid_argument for no panel, a panel without points, or x or y that is not above 0
+///          and finite; std::runtime_error naming the path and the reason when the file cannot be
 ///          written.
 void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem::path& svg);
 

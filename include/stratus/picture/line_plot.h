@@ -1,4 +1,4 @@
-// Lines over linear axes, both from 0, 16 cm wide, as SVG.
+// Lines over linear axes that start at 0, 16 cm wide, as SVG.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@ namespace stratus {
 struct Line {
     std::string name;
     bool dashed = false;
-    std::vector<std::pair<double, double>> points;  // x and y, both from 0 up
+    std::vector<std::pair<double, double>> points;  // x and y, at least 0
 };
 
 struct LinePlot {
     std::string title, x_title, y_title;
-    double x_end = 1, y_end = 1;  // of the axes; what lies beyond is not drawn
+    double x_end = 1, y_end = 1;  // of the axes, where lines are clipped
     std::vector<Line> lines;
 };
 

@@ -1,5 +1,5 @@
-// Polar plots of what a layer scatters, as figure 8 of [Blinn82]: panels in rows and columns, the
-// layer a box seen from its side, the ray coming from the right, lobes on both of its sides.
+// Polar plots of the light that a layer scatters, as figure 8 of [Blinn82]: panels in rows and
+// columns, each with the layer edge-on, the ray coming from the right, and lobes above and below.
 #pragma once
 
 #include <filesystem>
@@ -8,18 +8,18 @@
 
 namespace stratus {
 
-/// Radii at even angles from one horizon (-90 degrees, where the light comes from) to the other, 90
-/// degrees, on the layer's upper side and on its lower one.
+/// Radii at even angles from one horizon (-90 degrees, where the light comes from) to the other (90
+/// degrees), above and below the layer.
 struct LobeCurve {
     std::vector<double> above, below;
 };
 
 struct LobePanel {
     double incident;                // radians from the upper normal
-    std::vector<LobeCurve> curves;  // one a name
+    std::vector<LobeCurve> curves;  // as many as names
 };
 
-/// Columns under one heading; each row has a scale, told by the radius of a circle.
+/// Columns under one heading; each row has its own scale, shown by a circle.
 struct LobeBlock {
     std::string title;
     std::vector<std::vector<LobePanel>> rows;

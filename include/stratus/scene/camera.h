@@ -5,19 +5,19 @@
 
 namespace stratus {
 
-/// Looks from `position` at `look_at`, z up in the picture (y where it looks along z).
+/// Looks from `position` at `look_at`; z is up in the picture (y where it looks along z).
 struct Camera {
     Vector3 position{1, 0, 0}, look_at{0, 0, 0};
     bool orthographic = false;
-    double width = 0.6;  // of the picture: angle, radians; orthographic: length
+    double width = 0.6;  // of the picture: an angle in radians; orthographic: a length
 
-    /// Directions of the picture's right and upper edges.
+    /// The picture's axes.
     Vector3 right() const noexcept;
     Vector3 up() const noexcept;
     Vector3 forward() const noexcept;
 };
 
-/// The rays of a picture of so many pixels.
+/// The rays through a picture of so many pixels.
 class PictureRays {
   public:
     PictureRays(const Camera& camera, int width, int height) noexcept;
@@ -29,7 +29,7 @@ class PictureRays {
   private:
     Vector3 position_, forward_, right_, up_;
     bool orthographic_;
-    double half_width_;  // of the picture: length, at a distance of 1 where lines converge
+    double half_width_;  // of the picture, in perspective at distance 1
     int width_, height_;
 };
 

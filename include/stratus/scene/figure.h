@@ -1,4 +1,5 @@
-// Figures: plots that a scene file may ask for instead of a picture, solved exactly, with no table.
+// Figures: plots that a scene file may contain instead of a picture, computed by the solver without
+// tables.
 #pragma once
 
 #include <stratus/picture/line_plot.h>
@@ -10,8 +11,8 @@
 
 namespace stratus {
 
-/// Figure 8 of [Blinn82]: polar plots of what a layer scatters, for incident angles from its
-/// normal; beyond 90 degrees it is lit from below.
+/// Figure 8 of [Blinn82]: polar plots of the light that a layer scatters. Incident angles are
+/// from the upper normal; beyond 90 degrees the layer is lit from below.
 ///
 ///     [lobes]
 ///     phase_function = "isotropic"
@@ -24,7 +25,7 @@ struct LobeFigure {
     std::vector<double> optical_depths, albedos;
 };
 
-/// R of a deep cloud against the emission cosine, beside Lambert's law. [Blinn82] 5.3
+/// R of a deep cloud against the cosine of emission, beside Lambert's law. [Blinn82] 5.3
 ///
 ///     [lambert]
 ///     phase_function = "henyey_greenstein:g=0.75"
@@ -39,16 +40,16 @@ struct LambertFigure {
 
 using Figure = std::variant<LobeFigure, LambertFigure>;
 
-/// Radii B mu = 4 mu0 mu R, and T likewise on the far side, as the paper has them: in the left
-/// block of light scattered once, in the right one of all orders.
+/// Radii B mu = 4 mu0 mu R, and T likewise on the other side, as in the paper; single scattering in
+/// the left block, all orders in the right one.
 LobePlot plot_lobes(const LobeFigure& figure);
 
-/// R(mu_in, mu), the mean over azimuths, and R of a disk seen with the sun behind the eye.
+/// R(mu_in, mu) averaged over azimuth, and R over a disk at full phase.
 struct LambertComparison {
     LinePlot plot;
-    double deviation = 0;  // largest |R / A - 1|, A the plane albedo, over mu in [0.2, 1]; in the
-    double mu_in = 0, mu = 0;                // mean over azimuths, here
-    double disk_deviation = 0, disk_mu = 0;  // of the disk
+    // Largest |R / A - 1| for mu in [0.2, 1], A the plane albedo, and where it is.
+    double deviation = 0, mu_in = 0, mu = 0;  // of the mean over azimuth
+    double disk_deviation = 0, disk_mu = 0;   // of the disk
 };
 LambertComparison compare_with_lambert(const LambertFigure& figure);
 

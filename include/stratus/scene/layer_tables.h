@@ -1,4 +1,4 @@
-// What a scene's layer is looked up in: the recipe that the scene calls for, and the tables baked
+// The tables that a scene's layer is looked up in: the recipe that the scene needs, and what is baked
 // from it.
 #pragma once
 
@@ -14,42 +14,40 @@
 
 namespace stratus {
 
-/// Lets a range include a value.
+/// Extends a range to include a value.
 void widen(Range& range, double value) noexcept;
 
-/// The table that a scene calls for: its ranges, its sides; nothing where its effects need no
-/// table.
+/// The recipe of the table that a scene needs; none where its effects need no table.
 std::optional<Recipe> needed_recipe(const Scene& scene);
 
-/// One recipe for two scenes of the same phase function and ground: the wider ranges, the smaller
-/// tolerance. Nothing where one table cannot serve both.
+/// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table cannot
+/// serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 
-/// Tables of one layer, for all that may be asked of it. They are not to be moved while lights look
-/// up in them.
+/// Tables of one layer. Must not be moved while a LayerLight uses them.
 struct LayerTables {
-    Axis mixture{AxisScale::identity, {}};  // empty where one mixture is all
+    Axis mixture{AxisScale::identity, {}};  // empty where there is one mixture
     std::vector<Table> tables;              // one for each mixture
-    std::vector<TexturedTable> textured;  // as many, where depth or albedo vary from place to place
+    std::vector<TexturedTable> textured;    // as many; none for a uniform layer
 };
 
-/// Makes a table ready for lookups; in a layer that is uniform without textured tables.
+/// Prepares a table for lookups.
 std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform);
 
-/// Bakes what `recipe` asks for and makes it ready for a scene.
+/// Bakes `recipe` and prepares the table for a scene.
 std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
                                                const BakeOptions& options = {});
 
-/// The same of a table that is there already, for all of several scenes.
+/// Prepares an existing table for several scenes.
 ///
-/// Errors   std::invalid_argument for a table that is not of a scene's phase function, or that does
-///          not hold what it calls for.
+/// Errors   std::invalid_argument for a table of another phase function, or that does not cover what
+///          a scene needs.
 std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
 
-/// The layer's matter where it is the same everywhere.
+/// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);
 
-/// Tables for each of several scenes; those that can do with the same share it.
+/// Tables for each of several scenes, shared where possible.
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
                                                          const BakeOptions& options = {});
 

@@ -1,7 +1,7 @@
-// Rendering: what light each pixel of a scene sends to the camera.
+// Rendering: the radiance of each pixel of a scene.
 //
-// A pixel is the mean over a regular grid of samples in it. The same bits on any number of
-// threads, and whether a pixel is asked for alone or with all others.
+// A pixel is the mean over a regular grid of samples in it. The same bits on any number of threads,
+// and for a pixel alone or with all others.
 #pragma once
 
 #include <stratus/io/image.h>
@@ -15,8 +15,8 @@
 
 namespace stratus {
 
-/// Radiance of one pixel, (0, 0) the upper left one, over that of a white Lambert surface that
-/// faces the sun.
+/// Radiance of one pixel, (0, 0) the upper left one, relative to a white Lambert surface that faces
+/// the sun.
 ///
 /// Threads  any number may share scene and light.
 Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
@@ -25,8 +25,8 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
                     const Vector3& to_sun);
 
-/// Directions to a sun: its centre, or equal shares of its disk, a whole number of them for each
-/// sample of a pixel, which share them out.
+/// Directions to the sun: its centre, or equal parts of its disk, as many times the number of samples
+/// of a pixel, which divide them among themselves.
 std::vector<Vector3> sun_directions(const Scene& scene);
 
 struct RenderOptions {
@@ -34,7 +34,7 @@ struct RenderOptions {
     std::function<void(double done, const std::string& stage)> progress;
 };
 
-/// A whole picture.
+/// The whole picture.
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options = {});
 
 /// Pictures of one size side by side, row after row of `columns`.

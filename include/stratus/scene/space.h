@@ -44,8 +44,8 @@ struct Ray {
     Vector3 at(double distance) const noexcept { return origin + distance * direction; }
 };
 
-/// Cosines and azimuth of one scattering by a layer, both sides alike: a side is told by the signs
-/// of dot(normal, to_sun) and dot(normal, to_eye). Cosines are at least 1e-6.
+/// Cosines (at least 1e-6) and azimuth of one scattering by a layer, whichever its sides: those are
+/// given by the signs of dot(normal, to_sun) and dot(normal, to_eye).
 Geometry scattering_geometry(const Vector3& normal, const Vector3& to_sun,
                              const Vector3& to_eye) noexcept;
 

@@ -1,5 +1,4 @@
-// What a table's portrait shows: which depths and albedos, its lobes looked up one by one, its
-// spheres rendered as scenes.
+// The content of a table's portrait: lobes are looked up, spheres rendered as scenes.
 #pragma once
 
 #include <stratus/picture/portrait.h>

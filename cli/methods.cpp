@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace stratus {
 
@@ -45,24 +46,27 @@ std::vector<double> beams(double optical_depth, const std::vector<double>& mu) {
     return list;
 }
 
-/// What every solution with fluxes of that name tells. `orders`: where the series stops, 0:
-/// nowhere.
+/// Fluxes of a solution. `absorptance`: under uniform illumination, with the name it goes by.
 template <class Solution>
-MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu, double beam_depth,
-                       bool is_conservative, int orders = 0) {
+MethodFluxes fluxes_of(const Solution& solution, const std::vector<double>& mu,
+                       double optical_depth, std::pair<std::string, double> absorptance) {
     MethodFluxes fluxes;
     fluxes.uniform = {{"spherical_albedo", solution.spherical_albedo},
                       {"total_transmittance", solution.total_transmittance},
-                      {orders ? "absorptance_and_higher_orders" : "absorptance",
-                       is_conservative && orders == 0
-                           ? 0
-                           : 1 - solution.spherical_albedo - solution.total_transmittance}};
+                      std::move(absorptance)};
     if (mu.empty()) return fluxes;
     fluxes.lists = {{"mu_in", mu},
                     {"plane_albedo", to_list(solution.plane_albedo)},
                     {"diffuse_transmittance", to_list(solution.diffuse_transmittance)},
-                    {"direct_transmittance", beams(beam_depth, mu)}};
+                    {"direct_transmittance", beams(optical_depth, mu)}};
     return fluxes;
+}
+
+/// What a layer absorbs under uniform illumination. `orders`: the last one that is solved, 0: all.
+template <class Solution>
+std::pair<std::string, double> absorptance_of(const Solution& layer, int orders) {
+    return {orders ? "absorptance_and_higher_orders" : "absorptance",
+            1 - layer.spherical_albedo - layer.total_transmittance};
 }
 
 /// Fluxes are made of the first azimuthal mode alone.
@@ -98,8 +102,7 @@ std::vector<std::string> order_columns(int orders) {
     return columns;
 }
 
-// ---- the solver
-// ----------------------------------------------------------------------------------
+// ---- the solver --------------------------------------------------------------------------------
 
 SolverOptions options_of(const LayerQuestion& question) {
     SolverOptions options;
@@ -126,8 +129,10 @@ Method by_solver(const LayerQuestion& question) {
         const SolverOptions first_mode = flux_only(options);
         const LayerSolution solution = solve_layer(question.phase_function, question.albedo,
                                                    question.optical_depth, mu, first_mode);
+        auto absorptance = absorptance_of(solution, question.orders);
+        if (question.albedo == 1 && question.orders == 0) absorptance.second = 0;
         MethodFluxes fluxes =
-            fluxes_of(solution, mu, question.optical_depth, question.albedo == 1, question.orders);
+            fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
         if (question.orders == 0) return fluxes;
         std::vector<double> albedo, transmittance;
         for (const LayerSolution& order : solve_orders(question.phase_function, question.albedo,
@@ -174,8 +179,7 @@ Method by_solver(const LayerQuestion& question) {
     return method;
 }
 
-// ---- the witnesses
-// -------------------------------------------------------------------------------
+// ---- the reference solvers ---------------------------------------------------------------------
 
 Method by_h_function(const LayerQuestion& question) {
     require(question.phase_function.is_isotropic(), "solve", "--phase",
@@ -203,7 +207,10 @@ Method by_h_function(const LayerQuestion& question) {
         return rows;
     };
     method.fluxes = [=](const std::vector<double>& mu) {
-        return fluxes_of(solve(mu), mu, question.optical_depth, question.albedo == 1);
+        const IsotropicSolution solution = solve(mu);
+        auto absorptance = absorptance_of(solution, 0);
+        if (question.albedo == 1) absorptance.second = 0;
+        return fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
     };
     return method;
 }
@@ -240,8 +247,8 @@ Method by_markov(const LayerQuestion& question) {
     };
     method.fluxes = [=](const std::vector<double>& mu) {
         const MarkovSolution solution = solve(mu, flux_only(options));
-        MethodFluxes fluxes =
-            fluxes_of(solution.layer, mu, question.optical_depth, false, question.orders);
+        MethodFluxes fluxes = fluxes_of(solution.layer, mu, question.optical_depth,
+                                        absorptance_of(solution.layer, question.orders));
         fluxes.uniform.emplace_back("error", solution.flux_error);
         return fluxes;
     };
@@ -333,8 +340,12 @@ Method method_of(const Stack& stack, int nodes) {
             depth += layer.optical_depth;
             is_conservative = is_conservative && layer.albedo == 1;
         }
+        // The boundary's share is part of it: what falls on the boundary is not lost.
+        const double absorptance =
+            1 - solution.spherical_albedo -
+            (stack.lower_boundary.is_present() ? 0 : solution.total_transmittance);
         MethodFluxes fluxes =
-            fluxes_of(solution, mu, solution.is_opaque() ? infinity : depth, is_conservative);
+            fluxes_of(solution, mu, depth, {"absorptance", is_conservative ? 0 : absorptance});
         if (!stack.lower_boundary.is_present()) return fluxes;
         fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
         if (!mu.empty())

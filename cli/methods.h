@@ -1,4 +1,4 @@
-// The ways in which `stratus solve` can solve: the solver itself and the witnesses that check it.
+// The ways in which `stratus solve` can solve: the solver itself and the reference solvers.
 #pragma once
 
 #include <stratus/bake/stack_file.h>
@@ -34,7 +34,7 @@ struct MethodRow {
     std::vector<double> more;
 };
 
-/// Fluxes by name, in the order in which they are told: under uniform illumination, and lists of
+/// Fluxes by name, in output order: under uniform illumination, and lists of
 /// them at cosines or by order.
 struct MethodFluxes {
     std::vector<std::pair<std::string, double>> uniform;

@@ -194,10 +194,11 @@ void add_solve(CLI::App& app) {
         ->check(whole_number(1, 512));
     CLI::Option* const scheme =
         solve
-            ->add_option("--scheme", command->question.scheme,
-                         "harmonic (doubling as an arithmetic-harmonic mean), or a witness: "
-                         "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
-                         "isotropic only), markov (Markov chain), photons (Monte Carlo)")
+            ->add_option(
+                "--scheme", command->question.scheme,
+                "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
+                "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
+                "isotropic only), markov (Markov chain), photons (Monte Carlo)")
             ->capture_default_str()
             ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
     CLI::Option* const orders =

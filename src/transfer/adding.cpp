@@ -63,17 +63,17 @@ LayerMode add(const LayerMode& above, const LayerMode& below, int nodes) {
     return sum;
 }
 
-VectorXd net_flux_between(const LayerMode& above, const LayerMode& below, const VectorXd& entering,
-                          int nodes) {
+MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
+                              const MatrixXd& weights, int nodes) {
     check(above, below, nodes);
     const int N = nodes;
     const MatrixXd bounce = below.reflection.leftCols(N) * above.reflection_below.topRows(N);
-    // s^T (I - R) (I - R* R)^-1 T, from the left: one vector instead of matrices.
-    const VectorXd inner = MatrixXd(MatrixXd::Identity(N, N) - bounce.topLeftCorner(N, N))
+    // weights^T (I - R* R)^-1 T, from the left: few vectors instead of matrices.
+    const MatrixXd inner = MatrixXd(MatrixXd::Identity(N, N) - bounce.topLeftCorner(N, N))
                                .partialPivLu()
-                               .solve(entering.head(N));
-    const VectorXd all = entering + bounce.leftCols(N) * inner;
-    return above.beam.cwiseProduct(all) + above.transmission.topRows(N).transpose() * inner;
+                               .solve(weights.topRows(N));
+    return above.beam.asDiagonal() * (bounce.leftCols(N) * inner) +
+           above.transmission.topRows(N).transpose() * inner;
 }
 
 }  // namespace stratus

@@ -8,13 +8,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 BoundaryModes::BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
-                             const Directions& directions, const DoublingSteps& steps)
+                             const Directions& directions)
     : boundary_(boundary), truncation_(truncation), directions_(directions) {
     if (boundary.kind == LowerBoundary::Kind::layer)
-        modes_.emplace(directions,
-                       LayerTask{truncation.moments, truncation.albedo(boundary.albedo),
-                                 truncation.co_albedo(boundary.albedo), infinity},
-                       steps);
+        modes_.emplace(directions, LayerTask{truncation.moments, truncation.albedo(boundary.albedo),
+                                             truncation.co_albedo(boundary.albedo), infinity});
 }
 
 int BoundaryModes::count() const {

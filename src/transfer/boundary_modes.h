@@ -1,4 +1,5 @@
-// What lies beneath, mode after mode, as an opaque layer: a Lambert surface or a layer without end.
+// The lower boundary, mode after mode, as an opaque layer: a Lambert surface or a semi-infinite
+// layer.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -15,9 +16,9 @@ class BoundaryModes {
   public:
     /// `truncation` is that of a layer's phase function; a surface has none.
     BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
-                  const Directions& directions, const DoublingSteps& steps);
+                  const Directions& directions);
 
-    /// Modes beyond reflect nothing: 0 over nothing, 1 over a surface.
+    /// Modes beyond reflect nothing; 0 without a boundary, 1 of a surface.
     int count() const;
 
     /// R of one mode, an opaque layer.
@@ -26,7 +27,7 @@ class BoundaryModes {
     /// Light scattered once, unscaled, between all directions.
     Eigen::MatrixXd once(int mode);
 
-    /// s - R s of mode 0: net_flux_between (adding.h).
+    /// s - R s of mode 0: the weights of the net flux (diffuse_flux_between, adding.h).
     Eigen::VectorXd entering();
 
   private:

@@ -1,5 +1,7 @@
 #include "doubling_ladder.h"
 
+#include "depth_regime.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -7,23 +9,6 @@
 #include <stdexcept>
 
 namespace stratus {
-
-int count_doublings(const Directions& directions, double optical_depth) {
-    const double thinnest = directions.mu.minCoeff();
-    return optical_depth <= thinnest
-               ? 0
-               : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(thinnest)));
-}
-
-double transmitted_share_beyond(double deepest, double of_half, double of_deepest,
-                                double optical_depth) {
-    const double growth = (1 / of_deepest - 1 / of_half) / (deepest / 2);
-    return 1 / (1 + growth * of_deepest * (optical_depth - deepest));
-}
-
-int max_doublings_to_infinity(double optical_depth) {
-    return 120 + std::max(0, -std::ilogb(optical_depth));
-}
 
 DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<double>& moments,
                                const std::vector<DoublingTask>& tasks, const DoublingSteps& steps)

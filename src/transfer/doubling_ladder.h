@@ -1,5 +1,5 @@
-// Up to eight (mode, albedo) pairs of one phase function, doubled together: the owner of the lanes'
-// memory.
+// Up to eight (mode, albedo) pairs of one phase function, doubled together in SIMD
+// lanes; owns their memory.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -11,24 +11,6 @@
 #include <vector>
 
 namespace stratus {
-
-/// A layer this thin scatters twice less often than rounding notices, and stays above the smallest
-/// normal numbers.
-constexpr double thinnest_depth = 1e-280;
-
-/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
-/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
-constexpr double conservative_depth = 1048576;  // 2^20
-
-/// T of a conservative layer over T of one of depth `deepest`, given T there and at half of it: 1/T
-/// grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of it. R takes up
-/// what T loses.
-double transmitted_share_beyond(double deepest, double of_half, double of_deepest,
-                                double optical_depth);
-
-/// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
-/// until the rest is rounding, and some for g near 1.
-int max_doublings_to_infinity(double optical_depth);
 
 /// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
 struct DoublingTask {
@@ -74,8 +56,5 @@ class DoublingLadder {
 
 /// One lane of a kernel.
 Eigen::MatrixXd lane_matrix(const SimdLayer& layer, const Pack* K, int lane);
-
-/// Doublings from a thin start, exact to rounding, to `optical_depth`.
-int count_doublings(const Directions& directions, double optical_depth);
 
 }  // namespace stratus

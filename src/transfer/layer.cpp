@@ -1,8 +1,15 @@
 #include <stratus/transfer/layer.h>
 
+#include <stratus/runtime/single_scattering.h>
+
 #include <cmath>
 
 namespace stratus {
+
+Eigen::VectorXd beam_along(const Directions& directions, double optical_depth) {
+    return directions.mu.unaryExpr(  // not Eigen's exp, which stops at 2e-308
+        [optical_depth](double mu) { return direct_transmittance(optical_depth, mu); });
+}
 
 double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth) {
     const double c = std::cos(azimuth);

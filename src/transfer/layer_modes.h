@@ -4,7 +4,7 @@
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
 
-#include "doubling_ladder.h"
+#include "depth_regime.h"
 
 #include <vector>
 
@@ -21,7 +21,7 @@ struct LayerTask {
 /// Doubles eight modes at a time as they are asked for.
 class LayerModes {
   public:
-    LayerModes(const Directions& directions, LayerTask task, const DoublingSteps& steps);
+    LayerModes(const Directions& directions, LayerTask task);
 
     /// Modes beyond are empty: nothing is scattered into them.
     int count() const { return count_; }
@@ -36,9 +36,9 @@ class LayerModes {
 
     const Directions& directions_;
     const LayerTask task_;
-    const DoublingSteps& steps_;
-    int count_ = 0;
-    int first_ = -1;  // mode of the pack at hand
+    const DepthTarget target_;
+    const int count_;
+    int first_ = -1;  // mode of the current pack
     std::vector<LayerMode> layers_;
     std::vector<PhaseKernels> kernels_;
 };

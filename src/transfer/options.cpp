@@ -39,7 +39,7 @@ LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncat
 }
 
 void check_boundary(const LowerBoundary& boundary) {
-    require(boundary.albedo >= 0 && boundary.albedo <= 1, "solve", "albedo of what lies beneath",
+    require(boundary.albedo >= 0 && boundary.albedo <= 1, "solve", "albedo of the lower boundary",
             "in [0, 1]", boundary.albedo);
 }
 
@@ -53,6 +53,17 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
 
 SolvedValue put_together(double single, double corrected, double orders) {
     return {corrected + orders, single, orders + (corrected - single)};
+}
+
+int count_modes(const std::vector<double>& moments) {
+    int count = static_cast<int>(moments.size());
+    while (count > 1 && moments[static_cast<std::size_t>(count - 1)] == 0) --count;
+    return count;
+}
+
+Eigen::VectorXd solved_cosines(const Directions& directions) {
+    const int asked = directions.size() - directions.nodes;
+    return directions.mu.tail(asked ? asked : directions.nodes);
 }
 
 NodeMap joint_map(NodeMap a, NodeMap b) { return a == NodeMap::forward ? NodeMap::forward : b; }

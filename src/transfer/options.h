@@ -1,4 +1,4 @@
-// What the solver's options mean to those who follow them.
+// What the solver's options mean: checks, truncation and modes.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -14,14 +14,14 @@ namespace stratus {
 void check_options(const SolverOptions& options);
 
 /// As many moments of a phase function as the nodes resolve, truncated where the options say so;
-/// `sharply` in stacks, where nobody puts back what a narrow peak scatters more than once.
+/// `delta_m` in stacks, where nothing puts back what a narrow peak scatters more than once.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m);
 
-/// That of what lies beneath: of a layer's phase function; a surface has none.
+/// Of the lower boundary's phase function; a surface has none.
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options);
 
-/// What lies beneath with the albedo that its single scattering has after truncation. [NT88]
+/// The lower boundary with the albedo that its single scattering has after truncation. [NT88]
 LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncation);
 
 /// Throws std::invalid_argument when its albedo is out of range.
@@ -32,6 +32,12 @@ void require_finite(const ModeMatrices& layer, int mode, const Directions& direc
 
 /// A value from its closed form, the same after truncation, and the orders above.
 SolvedValue put_together(double single, double corrected, double orders);
+
+/// Modes up to the last moment that is not 0; nothing is scattered into those beyond.
+int count_modes(const std::vector<double>& moments);
+
+/// The cosines of a solution: those that were asked for, or the Gauss nodes.
+Eigen::VectorXd solved_cosines(const Directions& directions);
 
 /// The map that serves both.
 NodeMap joint_map(NodeMap a, NodeMap b);

@@ -1,8 +1,12 @@
 #include "ordered_ladder.h"
 
+#include "depth_regime.h"
+
 #include <cmath>
 #include <cstring>
 #include <new>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace stratus {
@@ -151,6 +155,16 @@ void OrderedLadder::double_depth() {
     transmission_ = product(transmission_, down);
     optical_depth_ *= 2;
     set_beam();
+}
+
+void OrderedLadder::double_to_infinity() {
+    const int limit = max_doublings_to_infinity(optical_depth_);
+    for (int k = 0; !is_opaque(); ++k) {
+        if (k == limit)
+            throw std::runtime_error("solve: infinite depth not reached after " +
+                                     std::to_string(limit) + " doublings");
+        double_depth();
+    }
 }
 
 /// exp(-(1 - w f) tau / mu), order by order.

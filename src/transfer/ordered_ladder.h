@@ -31,8 +31,8 @@ class OrderedLadder {
 
     void double_depth();
 
-    /// True once no light comes through, so that this depth may stand for infinity.
-    bool is_opaque() const;
+    /// Doubles until nothing is transmitted.
+    void double_to_infinity();
 
     /// sum_n weights(n) R_n, and the same for T.
     ModeMatrices matrices(int lane, const Eigen::VectorXd& weights) const;
@@ -62,6 +62,7 @@ class OrderedLadder {
     Series scattered(double depth, const Pack* kernel) const;
     Pack* kernel(Series& of, std::size_t order) const;
     void set_beam();
+    bool is_opaque() const;
 
     const Directions& directions_;
     const DoublingSteps& steps_;

@@ -47,7 +47,7 @@ double difference(const LayerMode& a, const LayerMode& b) {
                      (a.beam - b.beam).cwiseAbs().maxCoeff()});
 }
 
-TEST(Adding, DoesNotDependOnTheOrderInWhichLayersAreAdded) {
+TEST(Adding, IsAssociative) {
     std::mt19937 random(1);
     for (int n = 0; n < 20; ++n) {
         const LayerMode a = random_layer(random), b = random_layer(random),
@@ -62,7 +62,7 @@ TEST(Adding, DoesNotDependOnTheOrderInWhichLayersAreAdded) {
     }
 }
 
-TEST(Adding, OfLayersUpsideDownIsTheirSumUpsideDown) {
+TEST(Adding, OfInvertedLayersIsTheInvertedSum) {
     std::mt19937 random(2);
     for (int n = 0; n < 20; ++n) {
         const LayerMode a = random_layer(random), b = random_layer(random);
@@ -72,7 +72,7 @@ TEST(Adding, OfLayersUpsideDownIsTheirSumUpsideDown) {
     }
 }
 
-TEST(Adding, SumsTheSeriesOfLightThatGoesBackAndForth) {
+TEST(Adding, EqualsTheSeriesOfInterreflections) {
     // Without extra directions the matrices with their beam multiply as they are.
     std::mt19937 random(3);
     const LayerMode a = random_layer(random), b = random_layer(random);
@@ -92,7 +92,7 @@ TEST(Adding, SumsTheSeriesOfLightThatGoesBackAndForth) {
     EXPECT_LE((with_beam(sum) - with_beam(b) * falling).cwiseAbs().maxCoeff(), rounding);
 }
 
-TEST(Adding, OfAnEmptyLayerChangesNothing) {
+TEST(Adding, OfAnEmptyLayerIsTheIdentity) {
     std::mt19937 random(4);
     const LayerMode layer = random_layer(random);
     const MatrixXd none = MatrixXd::Zero(size, size);
@@ -101,7 +101,7 @@ TEST(Adding, OfAnEmptyLayerChangesNothing) {
     EXPECT_LE(difference(add(empty, layer, nodes), layer), 1e-16);
 }
 
-TEST(Adding, LosesTheFluxThatAnOpaqueLayerTakesIn) {
+TEST(Adding, BalancesTheFluxAbsorbedBelow) {
     // Layers that lose nothing: T makes up what R leaves of s, row by row and column by column.
     std::mt19937 random(5);
     const VectorXd s = VectorXd::NullaryExpr(

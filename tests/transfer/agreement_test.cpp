@@ -351,7 +351,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
 
 class Methods : public testing::TestWithParam<Layer> {};
 
-TEST_P(Methods, AgreeWithinTheErrorsThatTheyState) {
+TEST_P(Methods, AgreeWithinTheirStatedErrors) {
     const Layer& of = GetParam();
     std::vector<Answer> answers{harmonic(of), harmonic_finer(of), harmonic_few(of), stack(of)};
     // Without end and absorption photons never stop, and rounding in textbook doubling grows as

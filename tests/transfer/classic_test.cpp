@@ -42,12 +42,12 @@ double order(const PhaseFunction& phase_function, ClassicStart start) {
     return std::log2(coarse / error(phase_function, start, std::ldexp(1.0, -20))) / 2;
 }
 
-TEST_P(ClassicDoubling, FromSingleScatteringIsOfTheFirstOrder) {
+TEST_P(ClassicDoubling, ConvergesLinearlyFromSingleScattering) {
     EXPECT_NEAR(order(GetParam(), ClassicStart::single), 1, 0.02);
     EXPECT_LE(error(GetParam(), ClassicStart::single, std::ldexp(1.0, -24)), 2e-6);
 }
 
-TEST_P(ClassicDoubling, FromTheDiamondRuleIsOfTheSecondOrder) {
+TEST_P(ClassicDoubling, ConvergesQuadraticallyFromTheDiamondRule) {
     EXPECT_NEAR(order(GetParam(), ClassicStart::diamond), 2, 0.05);
     EXPECT_LE(error(GetParam(), ClassicStart::diamond, std::ldexp(1.0, -24)), 1e-10);
 }
@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(Of, ClassicDoubling,
                                          PhaseFunction::henyey_greenstein(0.5)),
                          [](const auto& info) { return info.index ? "forward" : "isotropic"; });
 
-TEST(ClassicDoubling, BeginsAtOnceWhereTheLayerIsAsThinAsTheStart) {
+TEST(ClassicDoubling, NeedsNoDoublingWithinTheStartDepth) {
     SolverOptions options;
     options.scheme = Scheme::classic;
     options.start = ClassicStart::single;
@@ -79,7 +79,7 @@ TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
     }
 }
 
-TEST(ClassicDoubling, SaysThatItBrokeDown) {
+TEST(ClassicDoubling, ReportsBreakdown) {
     // a series of 32 moments of a peak that takes thousands: far below 0 in places, so that R
     // amplifies light
     SolverOptions options;

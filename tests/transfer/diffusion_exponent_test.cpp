@@ -47,7 +47,7 @@ TEST(DiffusionExponent, IsZeroWithoutAbsorption) {
     EXPECT_EQ(compute_diffusion_exponent(PhaseFunction::henyey_greenstein(0.75), 1), 0);
 }
 
-TEST(DiffusionExponent, IsTheRateAtWhichDeepLayersDarken) {
+TEST(DiffusionExponent, IsTheDecayRateOfDeepTransmission) {
     const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.75);
     const double w = 0.95, k = compute_diffusion_exponent(phase_function, w);
     SolverOptions options;
@@ -58,7 +58,7 @@ TEST(DiffusionExponent, IsTheRateAtWhichDeepLayersDarken) {
     EXPECT_NEAR(std::log(at_100 / at_101) / k, 1, 1e-9);
 }
 
-TEST(DiffusionExponent, IsTheSameForManyAlbedosAtOnce) {
+TEST(DiffusionExponent, IsTheSameForSeveralAlbedos) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
     const std::vector<double> albedos{0, 0.3, 0.99, 1};
     const std::vector<double> exponents = compute_diffusion_exponents(phase, albedos);

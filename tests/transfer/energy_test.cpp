@@ -47,7 +47,7 @@ class ConservativeLayer : public testing::TestWithParam<Medium> {
     }
 };
 
-TEST_P(ConservativeLayer, ReflectsOrTransmitsAllLightAtEveryOctaveOfDepth) {
+TEST_P(ConservativeLayer, ConservesEnergyAtEveryOctave) {
     // 2^80 = 1.2e24: from 1e-12 to 1e12
     const auto solutions = solve_ladder(parse_phase_function(GetParam().phase_function), {1},
                                         {1e-12, 81, true}, cosines, options());
@@ -55,7 +55,7 @@ TEST_P(ConservativeLayer, ReflectsOrTransmitsAllLightAtEveryOctaveOfDepth) {
     for (const LayerSolution& layer : solutions[0]) expect_balance(layer);
 }
 
-TEST_P(ConservativeLayer, ReflectsOrTransmitsAllLightWhereTheDoublingStartsAnew) {
+TEST_P(ConservativeLayer, ConservesEnergyWhereTheDoublingCountChanges) {
     for (const double tau : {1e-12, 1e-6, 0.01, 1.0, 100.0, 1e6, 1e12})
         expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau, cosines,
                                    options()));
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(Medium, ConservativeLayer, testing::ValuesIn(media()),
                              return std::string(row.param.name) + std::to_string(row.param.nodes);
                          });
 
-TEST(AbsorbingLayer, LosesLight) {
+TEST(AbsorbingLayer, AbsorbsLight) {
     for (const double w : {0.2, 0.9, 1 - 1e-6})
         for (const double tau : {0.1, 2.0, 50.0}) {
             const LayerSolution layer =
@@ -92,7 +92,7 @@ TEST(AbsorbingLayer, LosesLight) {
         }
 }
 
-TEST(AbsorbingLayer, LosesNoMoreThanItAbsorbsWhenThin) {
+TEST(AbsorbingLayer, AbsorbsInProportionToDepthWhenThin) {
     // Of the light that a thin layer intercepts, 1 - w is absorbed; the rest is seen again but for
     // the O(tau log tau) part that is intercepted twice. 8 nodes: truncated, f = 0.01.
     const double tau = 1e-12, w = 0.75;
@@ -107,7 +107,7 @@ TEST(AbsorbingLayer, LosesNoMoreThanItAbsorbsWhenThin) {
                     w, 3 * tau * -std::log(tau));
 }
 
-TEST(LayerSolution, HasTheFluxesThatItsReflectionIntegratesTo) {
+TEST(LayerSolution, HasFluxesEqualToIntegratedReflection) {
     // Over the Gauss nodes of mode 0, with single scattering's share from the azimuths: for the
     // isotropic and the Rayleigh layer five azimuths integrate it exactly.
     SolverOptions options;

@@ -30,7 +30,7 @@ double path_moment(std::size_t l, double w, double s) {
     return of(c, q) - of(0, 0);
 }
 
-TEST(ForwardPeak, IntegratesItsPathsOverTheDepthOfTheTurn) {
+TEST(ForwardPeak, EqualsItsIntegralOverDepth) {
     boost::math::quadrature::tanh_sinh<double> integrate;
     for (const double w : {0.3, 1.0})
         for (const double tau : {0.3, 4.0})
@@ -75,7 +75,7 @@ TEST(ForwardPeak, IsReciprocalAndFiniteEverywhere) {
     }
 }
 
-TEST(ForwardPeak, IsNothingWithoutScattering) {
+TEST(ForwardPeak, VanishesWithoutScattering) {
     const ForwardPeak peak(moments, truncation, 0);
     for (const double c : peak.reflection(2, 0.3, 0.8)) EXPECT_EQ(c, 0);
     for (const double c : peak.transmission(2, 0.3, 0.8)) EXPECT_EQ(c, 0);
@@ -138,14 +138,14 @@ Regions compare(double g, double tau, int few, int many) {
 
 // The limits are twice what was measured.
 
-TEST(PeakedPhaseFunctions, AreMetWith48NodesAt090) {
+TEST(PeakedPhaseFunctions, MatchTheReferenceWith48NodesAt090) {
     const Regions at = compare(0.9, 2, 48, 96);
     EXPECT_LT(at.elsewhere.worst(), 2e-5);
     EXPECT_LT(at.elsewhere.median(), 5e-7);
     EXPECT_LT(at.forward.worst(), 4e-5);
 }
 
-TEST(PeakedPhaseFunctions, AreMetWith48NodesAt095) {
+TEST(PeakedPhaseFunctions, MatchTheReferenceWith48NodesAt095) {
     const Regions at = compare(0.95, 8, 48, 128);
     EXPECT_LT(at.elsewhere.worst(), 2.5e-3);
     EXPECT_LT(at.elsewhere.median(), 6e-6);
@@ -153,7 +153,7 @@ TEST(PeakedPhaseFunctions, AreMetWith48NodesAt095) {
     EXPECT_LT(at.forward.median(), 8e-4);
 }
 
-TEST(PeakedPhaseFunctions, AreMetWith32NodesAt099) {
+TEST(PeakedPhaseFunctions, MatchTheReferenceWith32NodesAt099) {
     const Regions at = compare(0.99, 2, 32, 128);
     EXPECT_LT(at.elsewhere.median(), 3e-3);
     EXPECT_LT(at.forward.median(), 3e-3);

@@ -1,6 +1,7 @@
 #include <stratus/transfer/fourier_sum.h>
 
 #include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 

@@ -43,7 +43,7 @@ TEST(HFunction, RefusesAlbedosOutOfRange) {
 
 class SemiInfiniteLayer : public testing::TestWithParam<double> {};
 
-TEST_P(SemiInfiniteLayer, ReflectsAsTheHFunctionsSay) {
+TEST_P(SemiInfiniteLayer, MatchesTheHFunctions) {
     const double w = GetParam();
     SolverOptions options;
     options.nodes = 24;
@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(OfAlbedo, SemiInfiniteLayer, testing::Values(0.5, 0.9, 
 
 class IsotropicLayer : public testing::TestWithParam<double> {};
 
-TEST_P(IsotropicLayer, IsSolvedAlikeByDoublingAndByXAndY) {
+TEST_P(IsotropicLayer, MatchesDoubling) {
     const double w = GetParam();
     SolverOptions options;
     options.nodes = 48;
@@ -88,7 +88,7 @@ TEST_P(IsotropicLayer, IsSolvedAlikeByDoublingAndByXAndY) {
     }
 }
 
-TEST_P(IsotropicLayer, IsTheSameWithTwiceTheNodes) {
+TEST_P(IsotropicLayer, IsConvergedInNodes) {
     for (const double tau : {1e-3, 8.0}) {
         const IsotropicSolution layer =
             solve_isotropic(GetParam(), tau, {1e-12, 1e-4, 0.02, 1}, 64);
@@ -103,7 +103,7 @@ TEST_P(IsotropicLayer, IsTheSameWithTwiceTheNodes) {
 }
 
 /// (w/4) (X Y0 - Y X0) / (mu0 - mu); the solution integrates T over depth instead.
-TEST_P(IsotropicLayer, TransmitsWhatXAndYSay) {
+TEST_P(IsotropicLayer, TransmitsAsXAndY) {
     for (const double tau : {0.1, 1.0, 8.0}) {
         const IsotropicSolution layer = solve_isotropic(GetParam(), tau, cosines);
         for (int i = 0; i < layer.mu.size(); ++i)
@@ -135,7 +135,7 @@ TEST_P(IsotropicLayer, ObeysTheIntegralEquationOfX) {
 
 INSTANTIATE_TEST_SUITE_P(OfAlbedo, IsotropicLayer, testing::Values(0.3, 0.9, 0.99, 1.0));
 
-TEST(SolveIsotropic, ReflectsOrTransmitsAllLightWithoutAbsorption) {
+TEST(SolveIsotropic, ConservesEnergyWithoutAbsorption) {
     for (const double tau : {1e-300, 1e-6, 0.1, 1.0, 8.0, 64.0}) {
         const IsotropicSolution layer = solve_isotropic(1, tau, cosines);
         EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << tau;
@@ -147,7 +147,7 @@ TEST(SolveIsotropic, ReflectsOrTransmitsAllLightWithoutAbsorption) {
     }
 }
 
-TEST(SolveIsotropic, NearsTheSemiInfiniteLayerWithDepth) {
+TEST(SolveIsotropic, ApproachesTheSemiInfiniteLayer) {
     const IsotropicSolution deep = solve_isotropic(0.9, 64, cosines);
     for (int i = 0; i < deep.mu.size(); ++i) {
         EXPECT_NEAR(deep.X(i), HFunction(0.9)(deep.mu(i)), 1e-12) << deep.mu(i);
@@ -155,7 +155,7 @@ TEST(SolveIsotropic, NearsTheSemiInfiniteLayerWithDepth) {
     }
 }
 
-TEST(SolveIsotropic, AnswersEachOfSeveralEqualCosines) {
+TEST(SolveIsotropic, AcceptsRepeatedCosines) {
     const IsotropicSolution layer = solve_isotropic(0.9, 2, {0.5, 1, 0.5});
     for (int i = 0; i < 3; ++i) {
         EXPECT_DOUBLE_EQ(layer.transmission(i, 0), layer.transmission(i, 2)) << i;
@@ -164,7 +164,7 @@ TEST(SolveIsotropic, AnswersEachOfSeveralEqualCosines) {
     }
 }
 
-TEST(SolveIsotropic, IsNothingButTheBeamAtDepthZero) {
+TEST(SolveIsotropic, TransmitsOnlyTheBeamAtDepthZero) {
     const IsotropicSolution layer = solve_isotropic(1, 0, cosines);
     EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
     EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
@@ -174,7 +174,7 @@ TEST(SolveIsotropic, IsNothingButTheBeamAtDepthZero) {
     EXPECT_EQ(layer.Y.minCoeff(), 1);
 }
 
-TEST(SolveIsotropic, IsNothingButTheBeamAtAlbedoZero) {
+TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
     const IsotropicSolution layer = solve_isotropic(0, 2, cosines);
     EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
     EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);

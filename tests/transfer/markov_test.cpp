@@ -51,7 +51,7 @@ void PrintTo(const Layer& of, std::ostream* out) {
 
 class MarkovChain : public testing::TestWithParam<Layer> {};
 
-TEST_P(MarkovChain, MeetsTheSolverWithinTheErrorThatItStates) {
+TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
     const Layer& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
     SolverOptions same;  // as the chain: its nodes, no truncation
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(layers()), [](con
     return row.param.name + std::to_string(row.index);
 });
 
-TEST(MarkovChainAlone, MeetsTheConvergedSolverToAPartInAHundredThousand) {
+TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
     // The nodes of either leave 1e-9; of K = 32, 4e-6 is left, most of it at mu = mu0 = 0.1.
     const LayerSolution layer = solve_layer({}, 0.99, 1, cosines);
     const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, with(24, 32));
@@ -230,7 +230,7 @@ TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
     EXPECT_LT(chain.flux_error, 1e-3);
 }
 
-TEST(MarkovChainAlone, AddsNothingToLayersThatScatterNothing) {
+TEST(MarkovChainAlone, VanishesWithoutScattering) {
     const MarkovSolution empty = solve_markov({}, 1, 0, cosines);
     EXPECT_EQ(empty.reflection(0, 1, 0).value.total, 0);
     EXPECT_EQ(empty.transmission(0, 0, 0).value.total, 0);
@@ -263,7 +263,7 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
     }
 }
 
-TEST(MarkovChainAlone, StopsAfterOrderOneWhenToldTo) {
+TEST(MarkovChainAlone, StopsAfterOrderOne) {
     const MarkovSolution once = solve_markov({}, 1, 1, cosines, with(8, 16, 1));
     EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
     EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
@@ -271,7 +271,7 @@ TEST(MarkovChainAlone, StopsAfterOrderOneWhenToldTo) {
     EXPECT_LT(once.layer.spherical_albedo + once.layer.total_transmittance, 0.9);
 }
 
-TEST(MarkovChainAlone, SolvesAtTheNodesWhenNoCosineIsAskedFor) {
+TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
     const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, with(8, 16));
     ASSERT_EQ(chain.layer.mu.size(), 8);
     const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, with(8, 16));
@@ -289,7 +289,7 @@ void expect_markov_refuses(double albedo, double optical_depth, const std::vecto
         [&] { solve_markov({}, albedo, optical_depth, mu, options); }, fragments);
 }
 
-TEST(MarkovChainAlone, RefusesWhatIsOutOfRange) {
+TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     expect_markov_refuses(1.5, 1, {1}, {}, {"markov: albedo must be in [0, 1], got 1.5"});
     expect_markov_refuses(not_a_number, 1, {1}, {}, {"albedo", "nan"});
     expect_markov_refuses(0.5, -1, {1}, {}, {"markov", "optical_depth", "[0, inf)", "-1"});
@@ -306,7 +306,7 @@ TEST(MarkovChainAlone, RefusesWhatIsOutOfRange) {
     expect_markov_refuses(0.5, 1, {1}, options, {"markov", "modes", ">= 0", "-1"});
 }
 
-TEST(MarkovChainAlone, RefusesMatricesThatWouldNotFit) {
+TEST(MarkovChainAlone, RefusesMatricesBeyondMemory) {
     expect_markov_refuses(0.5, 1, {1}, with(64, 66),
                           {"markov", "2 sublayers x nodes", "at most 8192", "got 8448"});
 }

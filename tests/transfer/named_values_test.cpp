@@ -67,7 +67,7 @@ TEST(SolveLayer, GivesTheReferenceSphericalAlbedosOfIsotropicLayers) {
             << row.albedo << ' ' << row.optical_depth;
 }
 
-TEST(SolveLayer, KeepsTheRelativeAccuracyOfWhatDeepLayersTransmit) {
+TEST(SolveLayer, KeepsRelativeAccuracyOfDeepTransmission) {
     const PhaseFunction isotropic = PhaseFunction::isotropic();
     EXPECT_NEAR(solve(isotropic, 1, 1e6, {}, 24).total_transmittance / 1.3333314388e-6, 1, 1e-10);
     for (const double tau : {1e3, 1e6, 1e9, 1e12, 1e14, 1e300}) {

@@ -71,12 +71,12 @@ INSTANTIATE_TEST_SUITE_P(Layer, NeumannOrders,
                                          Case{"isotropic", 8, 1, 0.5, 50},
                                          Case{"rayleigh", 16, 1, 1e-6, 4},
                                          Case{"henyey_greenstein:g=0.5", 20, 0.1, 2, 16},
-                                         // truncated, sharply and smoothly
+                                         // truncated, delta-M and smooth
                                          Case{"henyey_greenstein:g=0.75", 20, 0.1, 1, 16},
                                          Case{"henyey_greenstein:g=0.95", 12, 0.1, 1, 16},
                                          Case{"henyey_greenstein:g=0.95", 12, 0.1, infinity, 16}));
 
-TEST(NeumannOrders, BeginWithTheClosedForm) {
+TEST(NeumannOrders, StartWithTheClosedForm) {
     for (const char* text : {"rayleigh", "henyey_greenstein:g=0.95"}) {
         const PhaseFunction phase_function = parse_phase_function(text);
         const LayerSolution first = solve_orders(phase_function, 0.9, 0.7, cosines, with(12, 1))[0];
@@ -119,7 +119,7 @@ TEST(NeumannOrders, AreTheSameForEveryAlbedo) {
     }
 }
 
-TEST(NeumannOrders, KeepTheirAccuracyHoweverWeak) {
+TEST(NeumannOrders, KeepRelativeAccuracyWhenWeak) {
     // In a thin layer every order is some tau log(1/tau) times the one before; by adding two halves
     // of it, the same.
     const auto orders = solve_orders(PhaseFunction::isotropic(), 1, 1e-9, {0.3, 0.8}, with(8, 8));
@@ -130,7 +130,7 @@ TEST(NeumannOrders, KeepTheirAccuracyHoweverWeak) {
     }
 }
 
-TEST(SolveLayer, StopsAtTheOrderAskedFor) {
+TEST(SolveLayer, StopsAtTheRequestedOrder) {
     const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.9);
     for (const double tau : {0.0, 1e-290, 0.5, infinity}) {
         const LayerSolution stopped = solve_layer(phase_function, 0.9, tau, cosines, with(10, 3));
@@ -148,7 +148,7 @@ TEST(SolveLayer, StopsAtTheOrderAskedFor) {
     }
 }
 
-TEST(SolveLayer, LosesWhatIsScatteredOftener) {
+TEST(SolveLayer, OmitsHigherOrders) {
     // At w = 1 nothing is absorbed: what is missing is light of higher orders.
     double missing = 1;
     for (int n = 1; n <= 5; ++n) {

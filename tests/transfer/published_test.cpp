@@ -74,7 +74,7 @@ std::vector<std::string> split(const std::string& line) {
 
 class PublishedValues : public testing::TestWithParam<const char*> {};
 
-TEST_P(PublishedValues, AreMetToTheDigitsPrinted) {
+TEST_P(PublishedValues, AreMatchedToTheDigitsPrinted) {
     std::ifstream file(STRATUS_REFERENCE_FOLDER "/published.csv");
     std::vector<std::string> columns;
     std::string line;

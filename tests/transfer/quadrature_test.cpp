@@ -46,14 +46,14 @@ TEST(GaussDirections, IntegratePowersOfTheCosineExactly) {
             }
 }
 
-TEST(GaussDirections, ResolveWhatIsSingularAtGrazingAngles) {
+TEST(GaussDirections, ResolveGrazingSingularities) {
     // int mu log(1/mu) dmu = 1/4, the kind of singularity that the light field has
     const Directions directions = gauss_directions(24, NodeMap::grazing);
     const Eigen::ArrayXd mu = directions.mu.array();
     EXPECT_NEAR((-mu * mu.log()).matrix().dot(directions.weight), 0.25, 1e-11);
 }
 
-TEST(GaussDirections, CrowdWhereTheMapSays) {
+TEST(GaussDirections, ConcentrateWhereTheMapSays) {
     const Directions grazing = gauss_directions(32, NodeMap::grazing);
     const Directions forward = gauss_directions(32, NodeMap::forward);
     EXPECT_LT(grazing.mu(0), 0.1 * forward.mu(0));
@@ -61,7 +61,7 @@ TEST(GaussDirections, CrowdWhereTheMapSays) {
     EXPECT_NEAR((1 - grazing.mu(31)) / (1 - forward.mu(31)), 3, 0.05);
 }
 
-TEST(GaussDirections, TakeExtraCosinesAsTheyAreWithWeightZero) {
+TEST(GaussDirections, KeepExtraCosinesWithWeightZero) {
     const Directions directions = gauss_directions(4, NodeMap::grazing, {1, 1e-4, 0.3});
     ASSERT_EQ(directions.nodes, 4);
     ASSERT_EQ(directions.size(), 7);
@@ -95,14 +95,14 @@ NodeMap map_for(const PhaseFunction& phase_function, int nodes) {
     return choose_node_map(phase_function.moments(2 * nodes), nodes);
 }
 
-TEST(ChooseNodeMap, CrowdsNodesAtGrazingAnglesForSmoothPhaseFunctions) {
+TEST(ChooseNodeMap, IsGrazingForSmoothPhaseFunctions) {
     for (const int nodes : {1, 8, 24, 64}) {
         EXPECT_EQ(map_for(PhaseFunction::isotropic(), nodes), NodeMap::grazing);
         EXPECT_EQ(map_for(PhaseFunction::henyey_greenstein(0.5), nodes), NodeMap::grazing);
     }
 }
 
-TEST(ChooseNodeMap, CrowdsNodesAtNormalForPeaks) {
+TEST(ChooseNodeMap, IsForwardForPeaks) {
     // g^N > 10^(-N/4), g > 0.5623
     for (const int nodes : {8, 24, 64}) {
         EXPECT_EQ(map_for(PhaseFunction::henyey_greenstein(0.57), nodes), NodeMap::forward);
@@ -111,9 +111,7 @@ TEST(ChooseNodeMap, CrowdsNodesAtNormalForPeaks) {
     }
 }
 
-TEST(ChooseNodeMap, NeedsNoMoreMomentsThanThereAre) {
-    EXPECT_EQ(choose_node_map({1}, 8), NodeMap::grazing);
-}
+TEST(ChooseNodeMap, AcceptsFewMoments) { EXPECT_EQ(choose_node_map({1}, 8), NodeMap::grazing); }
 
 }  // namespace
 }  // namespace stratus

@@ -11,12 +11,12 @@ using test::Compared;
 
 class DiscreteOrdinates64 : public testing::TestWithParam<Accuracy> {};
 
-TEST_P(DiscreteOrdinates64, AreMetAtEveryGeometry) {
+TEST_P(DiscreteOrdinates64, AreMatchedAtEveryGeometry) {
     const Compared worst = test::compare_geometries(GetParam().phase, 64).back();
     EXPECT_LE(worst.error, GetParam().allowed) << worst.row;
 }
 
-TEST_P(DiscreteOrdinates64, AreMetInFluxes) {
+TEST_P(DiscreteOrdinates64, AreMatchedInFluxes) {
     const Compared worst = test::compare_fluxes(GetParam().phase, 64).back();
     EXPECT_LE(worst.error, 1e-10) << worst.row;  // 6e-12 measured
 }
@@ -29,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Phase, DiscreteOrdinates64,
                                          Accuracy{"hg75", 1e-9}, Accuracy{"hg85", 1e-9}),
                          [](const auto& row) { return row.param.phase; });
 
-TEST(DiscreteOrdinates64, AreMetByAPeakOf095) {
+TEST(DiscreteOrdinates64, AreMatchedByAPeakOf095) {
     // 128 moments do not resolve g = 0.95 (0.95^128 = 1e-3): 9.5e-5 measured at worst, 1.7e-6 in
     // the median.
     const std::vector<Compared> all = test::compare_geometries("hg95", 64);

@@ -12,12 +12,12 @@ using test::Compared;
 
 class DiscreteOrdinates24 : public testing::TestWithParam<Accuracy> {};
 
-TEST_P(DiscreteOrdinates24, AreMetAtEveryGeometry) {
+TEST_P(DiscreteOrdinates24, AreMatchedAtEveryGeometry) {
     const Compared worst = test::compare_geometries(GetParam().phase, 24).back();
     EXPECT_LE(worst.error, GetParam().allowed) << worst.row;
 }
 
-TEST_P(DiscreteOrdinates24, AreMetInFluxes) {
+TEST_P(DiscreteOrdinates24, AreMatchedInFluxes) {
     const Compared worst = test::compare_fluxes(GetParam().phase, 24).back();
     EXPECT_LE(worst.error, 1e-9) << worst.row;  // 5e-10 measured
 }

@@ -33,7 +33,7 @@ TEST(SolveLayer, RefusesDepthsBelowZero) {
     expect_solve_refusal(0.5, -infinity, {1}, {}, {"solve", "optical_depth", "[0, inf]", "-inf"});
 }
 
-TEST(SolveLayer, RefusesADepthThatIsNoNumber) {
+TEST(SolveLayer, RefusesDepthNaN) {
     expect_solve_refusal(0.5, not_a_number, {1}, {}, {"solve", "optical_depth", "[0, inf]", "nan"});
 }
 
@@ -58,8 +58,6 @@ TEST(SolveLayer, RefusesModesBelowZero) {
     expect_solve_refusal(0.5, 1, {1}, options, {"solve", "modes", ">= 0", "-1"});
 }
 
-TEST(SolveLayer, RefusesInstructionSetsThatNoProcessorHas) { SolverOptions options; }
-
 TEST(SolveLadder, RefusesOctavesBelowZero) {
     expect_refusal<std::invalid_argument>(
         [] {
@@ -68,7 +66,7 @@ TEST(SolveLadder, RefusesOctavesBelowZero) {
         {"solve", "octaves", ">= 0", "-1"});
 }
 
-TEST(SolveLadder, RefusesAFirstDepthThatCannotBeDoubled) {
+TEST(SolveLadder, RefusesAFirstDepthOutOfRange) {
     for (const double first : {0.0, -1.0, 1e-281, infinity, not_a_number})
         expect_refusal<std::invalid_argument>(
             [&] {
@@ -77,7 +75,7 @@ TEST(SolveLadder, RefusesAFirstDepthThatCannotBeDoubled) {
             {"solve", "first depth", "[1e-280, inf)"});
 }
 
-TEST(SolveLadder, RefusesToSolveForNoAlbedo) {
+TEST(SolveLadder, RefusesAnEmptyAlbedoList) {
     expect_refusal<std::invalid_argument>(
         [] {
             solve_ladder(isotropic, {}, {1, 1, false}, {1});

@@ -49,16 +49,6 @@ inline void expect_finite(const LayerSolution& layer) {
     });
 }
 
-inline void expect_reciprocal(const LayerSolution& layer) {
-    for (const auto* modes : {&layer.reflection_modes, &layer.transmission_modes})
-        for (const Eigen::MatrixXd& mode : *modes)
-            for (int i = 0; i < layer.mu.size(); ++i)
-                for (int j = 0; j < i; ++j)  // times mu + mu0: of the order of 1
-                    EXPECT_NEAR((layer.mu(i) + layer.mu(j)) * (mode(i, j) - mode(j, i)), 0,
-                                1e-14 * layer.albedo + rounding)
-                        << at(layer);
-}
-
 /// Negative R or T come from a negative series alone, and never unreported.
 inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
     double lowest[2] = {0, 0}, highest[2] = {0, 0};

@@ -14,7 +14,7 @@ namespace {
 
 const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.9);
 
-TEST(TruncatePeak, TakesALateMomentAsTheForwardShare) {
+TEST(TruncatePeak, TruncatesALateMoment) {
     const Truncation truncation = truncate_peak(peaked, 16);
     EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 14));
     EXPECT_TRUE(truncation.narrow);
@@ -31,7 +31,7 @@ TEST(TruncatePeak, KeepsTheLowerHalfOfTheMoments) {
                     std::pow(0.9, l), 1e-15);
 }
 
-TEST(TruncatePeak, LeavesMomentsThatFallSmoothlyToNothing) {
+TEST(TruncatePeak, LeavesMomentsThatDecaySmoothly) {
     const int L = 64;
     std::vector<double> moments = truncate_peak(peaked, L).moments;
     moments.push_back(0);  // beyond L
@@ -66,7 +66,7 @@ TEST(TruncatePeak, KeepsConservationExact) {
     EXPECT_NEAR(truncation.co_albedo(1 - 1e-12) * (1 - truncation.fraction) / 1e-12, 1, 1e-3);
 }
 
-TEST(TruncatePeak, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
+TEST(TruncatePeak, IsTheIdentityForSmoothAndBackwardPhaseFunctions) {
     for (const PhaseFunction& phase_function :
          {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
           PhaseFunction::henyey_greenstein(0.1), PhaseFunction::henyey_greenstein(-0.9)}) {
@@ -80,7 +80,7 @@ TEST(TruncatePeak, LeavesSmoothAndBackwardPhaseFunctionsAlone) {
     }
 }
 
-TEST(SolveLayer, NeitherMakesNorLosesLightUnderABackwardPeak) {
+TEST(SolveLayer, ConservesEnergyUnderABackwardPeak) {
     SolverOptions options;
     options.nodes = 8;
     const LayerSolution layer =
@@ -90,7 +90,7 @@ TEST(SolveLayer, NeitherMakesNorLosesLightUnderABackwardPeak) {
     EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
 }
 
-TEST(SolveLayer, AsksForMoreNodesUnderABackwardPeakThatItCannotResolve) {
+TEST(SolveLayer, RefusesABackwardPeakThatNodesDoNotResolve) {
     SolverOptions options;
     options.nodes = 8;
     try {
@@ -101,7 +101,7 @@ TEST(SolveLayer, AsksForMoreNodesUnderABackwardPeakThatItCannotResolve) {
     }
 }
 
-TEST(NoTruncation, KeepsMomentsAsTheyAre) {
+TEST(NoTruncation, KeepsMomentsUnchanged) {
     const Truncation truncation = no_truncation(peaked, 16);
     EXPECT_EQ(truncation.fraction, 0);
     EXPECT_EQ(truncation.moments, peaked.moments(16));

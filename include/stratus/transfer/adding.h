@@ -30,11 +30,16 @@ struct LayerMode {
 /// Cost     some 10 n^3 operations.
 LayerMode add(const LayerMode& above, const LayerMode& below, int nodes);
 
-/// Net flux that enters `below` for light that falls on `above`, over s: absorbed there where
-/// `below` is opaque. Mode 0; `entering` is s - R s of `below`, s the scaling of layer.h.
+/// Diffuse light that arrives on `below` for light that falls on `above`, one row an incident
+/// direction, summed over the hemisphere with each column of `weights`. Light thrown back and forth
+/// between the two is in it, the beam is not: add beam.asDiagonal() * weights.
 ///
+/// With s the scaling of layer.h, weights s give the downward flux times s in mode 0, and s - R s of
+/// `below` the net flux, which `below` absorbs where it is opaque.
+///
+/// Shapes   weights n x any.
 /// Errors   as add.
-Eigen::VectorXd net_flux_between(const LayerMode& above, const LayerMode& below,
-                                 const Eigen::VectorXd& entering, int nodes);
+Eigen::MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
+                                     const Eigen::MatrixXd& weights, int nodes);
 
 }  // namespace stratus

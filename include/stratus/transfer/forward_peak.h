@@ -14,7 +14,7 @@
 //     R += sum_l (2l+1) P_l(cos Theta) G_l(tau/mu + tau/mu0) / (4 (mu + mu0))
 //     T += sum_l (2l+1) P_l(cos Theta) [G_l(tau/mu0) - G_l(tau/mu)] / (4 (mu - mu0))
 //
-// Where the series is cut sharply the term of order f^2 in T is the second-order correction of
+// With delta-M the term of order f^2 in T is the second-order correction of
 // [NT88], IMS.
 #pragma once
 

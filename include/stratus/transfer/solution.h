@@ -25,8 +25,8 @@ struct SolvedValue {
     double multiple;
 };
 
-/// What truncation took away, at one pair of cosines: TMS less the closed form of the layer itself,
-/// and what the peak scatters more than once (forward_peak.h). Nothing without truncation.
+/// What truncation took out at one pair of cosines: TMS less the closed form of the layer itself,
+/// and what the peak scatters more than once (forward_peak.h). 0 without truncation.
 struct PeakCorrection {
     double single = 0;  // per unit of phase function
     std::vector<double> legendre;
@@ -36,30 +36,41 @@ struct PeakCorrection {
     }
 };
 
-/// A layer of one albedo and depth, solved at a list of cosines. Over something that lies beneath
-/// it transmission is 0, and reflection is that of both; `single` then counts light that met what
-/// lies beneath once and nothing else.
-class LayerSolution {
-  public:
-    double albedo = 0;
-    double optical_depth = 0;
+/// What every solution has at a list of cosines.
+struct ModeSolution {
     Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
+    LowerBoundary lower_boundary;
+    Truncation boundary_truncation;
 
-    // weight of order n in everything here, w^n or 0; empty: all orders
-    Eigen::VectorXd order_weights;
-
-    // Orders n >= 2 of mode m between mu(i) and mu(j), of the problem after truncation.
+    // Orders n >= 2 of mode m of the problem after truncation, out of mu(i), into mu(j). T is 0 where
+    // nothing is transmitted: at infinite depth and over a lower boundary.
     std::vector<Eigen::MatrixXd> reflection_modes;
     std::vector<Eigen::MatrixXd> transmission_modes;
 
-    // Fluxes of all orders. [HT74]
+    // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted ones
+    // are those that fall on it, light thrown back and forth between it and the layer included.
     Eigen::VectorXd plane_albedo;           // at mu
     Eigen::VectorXd diffuse_transmittance;  // at mu
     double spherical_albedo = 0;            // URU
     double total_transmittance = 1;         // UTU: uniform illumination, diffuse and beam
 
-    /// R between mu(in) and mu(out) at an azimuth in radians, or at many: what truncation took out
-    /// is then worked out once.
+    // What the lower boundary absorbs of the incident flux; empty and 0 without one.
+    Eigen::VectorXd ground_absorptance;  // at mu
+    double spherical_ground_absorptance = 0;
+};
+
+/// A layer of one albedo and depth. Over a lower boundary reflection is that of both, and `single`
+/// then counts light scattered once, by the layer or by the boundary.
+class LayerSolution : public ModeSolution {
+  public:
+    double albedo = 0;
+    double optical_depth = 0;
+
+    // weight of order n in everything here, w^n or 0; empty: all orders
+    Eigen::VectorXd order_weights;
+
+    /// R between mu(in) and mu(out) at an azimuth in radians, or at many, for which
+    /// the corrections are computed once.
     SolvedValue reflection(int in, int out, double azimuth) const;
     std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
     /// Diffuse T likewise.
@@ -84,8 +95,6 @@ class LayerSolution {
 
     PhaseFunction phase_function;
     Truncation truncation;
-    LowerBoundary lower_boundary;
-    Truncation boundary_truncation;
     std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
 };
 

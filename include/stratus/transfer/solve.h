@@ -36,16 +36,8 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         double optical_depth, const std::vector<double>& mu,
                                         const SolverOptions& options);
 
-/// Depths that one run of doubling passes through: first, 2 first, 4 first, ... (`octaves` of
-/// them), then infinity.
-struct DepthLadder {
-    double first = 1;
-    int octaves = 1;
-    bool to_infinity = false;
-};
-
-/// Solves several albedos at all depths of a ladder: result[a][d], infinity last. What lies beneath
-/// is solved once and serves all depths.
+/// Solves several albedos at all depths of a ladder: result[a][d], infinity last. The lower
+/// boundary is solved once and serves all depths.
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
@@ -55,7 +47,8 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 
 /// Diffusion exponent k: light deep inside an unbounded medium decays as exp(-k tau). 0 at w = 1.
 ///
-/// Source   the smallest eigenvalue k^2 of B A in mode 0 (layer matrices), by inverse iteration.
+/// Source   1/k^2 is the largest eigenvalue of (B A)^-1 in mode 0, A and B as in
+///          simd/thin_layer.cpp.
 double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
                                   const SolverOptions& options = {});
 

@@ -34,4 +34,12 @@ struct SolverOptions {
     double mode_tolerance = 1e-14;  // with modes = 0: negligible, relative to R and T
 };
 
+/// Depths that one run of doubling passes through: first, 2 first, 4 first, ... (`octaves` of
+/// them), then infinity.
+struct DepthLadder {
+    double first = 1;
+    int octaves = 1;
+    bool to_infinity = false;
+};
+
 }  // namespace stratus

@@ -1,4 +1,4 @@
-// The solver for stacks: unlike homogeneous layers on top of one another, and what lies beneath.
+// The solver for stacks: unlike homogeneous layers on top of one another, on a lower boundary.
 //
 // Each layer is doubled on its own (solve.h) with a truncation of its own; mode after mode they are
 // then added from the top down [HT74]. Single scattering of the whole stack is closed form: every
@@ -25,32 +25,14 @@ struct StackLayer {
 };
 
 /// A stack solved at a list of cosines. Lit from above; `solve_stack` of the layers in reverse
-/// order is the stack lit from below. Where nothing passes, because of what lies beneath or of a
-/// last layer without end, transmission is 0.
-class StackSolution {
+/// order is the stack lit from below.
+class StackSolution : public ModeSolution {
   public:
-    std::vector<StackLayer> layers;  // top first
-    LowerBoundary lower_boundary;
-    Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
+    std::vector<StackLayer> layers;     // top first
+    double spherical_albedo_below = 0;  // lit uniformly from below; 0 where nothing is transmitted
 
-    // Orders n >= 2 of mode m of the problem after truncation: R between mu(i) and mu(j), T out of
-    // mu(i), into mu(j).
-    std::vector<Eigen::MatrixXd> reflection_modes;
-    std::vector<Eigen::MatrixXd> transmission_modes;  // empty where nothing passes
-
-    // Fluxes of all orders.
-    Eigen::VectorXd plane_albedo;           // at mu
-    Eigen::VectorXd diffuse_transmittance;  // at mu
-    double spherical_albedo = 0;
-    double spherical_albedo_below = 0;  // lit uniformly from below; 0 where nothing passes
-    double total_transmittance = 0;     // uniform illumination, diffuse and beam
-
-    // Share of the incident flux that what lies beneath takes in; empty and 0 over nothing.
-    Eigen::VectorXd ground_absorptance;  // at mu
-    double spherical_ground_absorptance = 0;
-
-    /// R between mu(in) and mu(out) at an azimuth in radians; `single` counts light that met what
-    /// lies beneath once and nothing else.
+    /// R between mu(in) and mu(out) at an azimuth in radians; `single` counts light scattered once,
+    /// by a layer or by the lower boundary.
     SolvedValue reflection(int in, int out, double azimuth) const;
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
@@ -58,13 +40,12 @@ class StackSolution {
     bool is_opaque() const;
 
     std::vector<Truncation> truncations;  // of the layers
-    Truncation boundary_truncation;
 };
 
 /// Solves a stack at the cosines `mu`.
 ///
 /// Range    one layer or more; albedos [0, 1]; optical depths [0, inf), of the last one [0, inf]
-///          where nothing lies beneath; mu in [1e-100, 1], none: at the Gauss nodes; options as
+///          without a lower boundary; mu in [1e-100, 1], none: at the Gauss nodes; options as
 ///          for solve_layer, of the harmonic scheme.
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy that of solve_layer; splitting a layer changes R by rounding, and T by 1e-16 tau where

@@ -7,7 +7,7 @@
 //     tau* = (1 - w f) tau      w* = w (1 - f)/(1 - w f)      chi*_l = (chi_l - f p_l)/(1 - f), l <
 //     L
 //
-// delta-M ends the series sharply, f = chi_L and p_l = 1, and leaves a phase function that ripples
+// delta-M ends the series abruptly, f = chi_L and p_l = 1, and leaves a phase function that ripples
 // at all angles. Where that is more than 1e-4, p_l falls off smoothly over the last moments
 // instead, so that what is taken away is a narrow peak: with g = 0.99 and 48 nodes the errors are
 // 100 times smaller (README).
@@ -36,7 +36,7 @@ struct Truncation {
 
 /// Truncates to L = `moment_count` moments where the peak is a forward one (chi_L above rounding
 /// and chi_{L+1} positive); else f = 0. At least the moments below 0.4 L stay exact,
-/// f + (1 - f) chi*_l = chi_l. `sharply`: delta-M whatever the share.
+/// f + (1 - f) chi*_l = chi_l. `delta_m`: delta-M whatever the share.
 Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count,
                          bool delta_m = false);
 

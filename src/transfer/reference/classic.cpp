@@ -4,7 +4,10 @@
 
 #include "../beam_matrix.h"
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <stdexcept>
 
 namespace stratus {
 
@@ -29,9 +32,9 @@ int count_classic_doublings(const Directions& directions, double optical_depth,
     return doublings;
 }
 
-ClassicLayer::ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
-                           double thin_depth, ClassicStart start)
-    : directions_(directions), optical_depth_(thin_depth) {
+ClassicLayer::ClassicLayer(const Directions& directions, const PhaseKernels& kernels, int mode,
+                           double albedo, double thin_depth, ClassicStart start)
+    : directions_(directions), mode_(mode), optical_depth_(thin_depth) {
     if (start == ClassicStart::diamond)
         start_diamond(kernels, albedo);
     else
@@ -71,15 +74,23 @@ void ClassicLayer::double_depth() {
     const int N = directions_.nodes;
     const VectorXd none = VectorXd::Zero(directions_.size());
     const BeamMatrix R{none, reflection_};
-    const BeamMatrix T{directions_.mu.unaryExpr(
-                           [this](double mu) { return direct_transmittance(optical_depth_, mu); }),
-                       transmission_};
+    const BeamMatrix T{beam_along(directions_, optical_depth_), transmission_};
     BeamMatrix bounce = product(R, R, N);
     const BeamMatrix between =
         product(T, inverse({VectorXd::Ones(none.size()), -bounce.K}, N), N);  // T (I - R R)^-1
     reflection_ += product(between, product(R, T, N), N).K;
     transmission_ = product(between, T, N).K;
     optical_depth_ *= 2;
+    if (reflection_.allFinite() && transmission_.allFinite()) return;
+    std::ostringstream line;
+    line << "solve: classic doubling broke down in mode " << mode_ << " at optical depth "
+         << optical_depth_;
+    throw std::runtime_error(line.str());
+}
+
+void ClassicLayer::double_to_infinity() {
+    const int doublings = 60 + std::max(0, -std::ilogb(optical_depth_));
+    for (int k = 0; k < doublings; ++k) double_depth();
 }
 
 }  // namespace stratus

@@ -17,12 +17,15 @@ namespace stratus {
 /// single scattering in closed form. The beam is part of T's matrices, on a diagonal of its own.
 class ClassicLayer {
   public:
-    ClassicLayer(const Directions& directions, const PhaseKernels& kernels, double albedo,
+    ClassicLayer(const Directions& directions, const PhaseKernels& kernels, int mode, double albedo,
                  double thin_depth, ClassicStart start);
 
+    /// Errors   std::runtime_error when the layer is no longer finite.
     void double_depth();
-    double optical_depth() const { return optical_depth_; }
-    bool is_finite() const { return reflection_.allFinite() && transmission_.allFinite(); }
+
+    /// Conservative layers approach their limit as 1/tau: doubles as far as rounding lets them go.
+    void double_to_infinity();
+
     ModeMatrices matrices() const { return {reflection_, transmission_}; }
 
   private:
@@ -30,6 +33,7 @@ class ClassicLayer {
     void start_single(const PhaseKernels& kernels, double albedo);
 
     const Directions& directions_;
+    int mode_;
     double optical_depth_;
     Eigen::MatrixXd reflection_, transmission_;
 };

@@ -1,0 +1,103 @@
+#include "climb.h"
+
+#include "depth_regime.h"
+#include "doubling_ladder.h"
+#include "ordered_ladder.h"
+#include "reference/classic.h"
+#include "reference/phase_kernels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+/// Doubles a layer `doublings` times and calls record(depth) at each depth of the ladder.
+template <class Doubling, class Record>
+void climb(Doubling& layer, int doublings, const DepthLadder& ladder, Record record) {
+    for (int k = 0; k < doublings; ++k) layer.double_depth();
+    for (int depth = 0; depth < ladder.octaves; ++depth) {
+        if (depth > 0) layer.double_depth();
+        record(depth);
+    }
+    if (!ladder.to_infinity) return;
+    layer.double_to_infinity();
+    record(ladder.octaves);
+}
+
+using ModeOfAlbedo = std::pair<int, std::size_t>;
+
+void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
+                const RecordMode& record) {
+    double deepest = 0;
+    for (const auto& [mode, a] : pack) deepest = std::max(deepest, task.albedos[a].first_depth);
+    const int doublings = count_doublings(task.directions, deepest);
+    std::vector<DoublingTask> lanes;
+    for (const auto& [mode, a] : pack) {
+        const ClimbTask::Albedo& of = task.albedos[a];
+        lanes.push_back({mode, of.albedo, of.co_albedo, std::ldexp(of.first_depth, -doublings)});
+    }
+    DoublingLadder layers(task.directions, task.moments, lanes, doubling_steps());
+    std::vector<PhaseKernels> kernels;
+    for (std::size_t lane = 0; lane < pack.size(); ++lane)
+        kernels.push_back(layers.kernels(static_cast<int>(lane)));
+    climb(layers, doublings, task.ladder, [&](int depth) {
+        layers.extract();
+        for (std::size_t lane = 0; lane < pack.size(); ++lane)
+            record(pack[lane].first, pack[lane].second, depth,
+                   layers.matrices(static_cast<int>(lane)), kernels[lane]);
+    });
+}
+
+}  // namespace
+
+void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record) {
+    std::vector<ModeOfAlbedo> pairs;
+    for (int mode = first; mode < end; ++mode)
+        for (std::size_t a = 0; a < task.albedos.size(); ++a) pairs.emplace_back(mode, a);
+    for (auto pack = pairs.begin(); pack != pairs.end();) {
+        const auto end_of_pack = pack + std::min<std::ptrdiff_t>(lane_count, pairs.end() - pack);
+        climb_pack(task, {pack, end_of_pack}, record);
+        pack = end_of_pack;
+    }
+}
+
+void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
+                   const RecordMode& record) {
+    for (int mode = first; mode < end; ++mode) {
+        const PhaseKernels kernels = reference_phase_kernels(task.directions, task.moments, mode);
+        for (std::size_t a = 0; a < task.albedos.size(); ++a) {
+            const ClimbTask::Albedo& of = task.albedos[a];
+            const int doublings =
+                count_classic_doublings(task.directions, of.first_depth, options.start_depth);
+            ClassicLayer layer(task.directions, kernels, mode, of.albedo,
+                               std::ldexp(of.first_depth, -doublings), options.start);
+            climb(layer, doublings, task.ladder,
+                  [&](int depth) { record(mode, a, depth, layer.matrices(), kernels); });
+        }
+    }
+}
+
+void climb_orders(const ClimbTask& task, double fraction,
+                  const std::vector<Eigen::VectorXd>& order_weights, int first, int end,
+                  const RecordMode& record) {
+    std::vector<int> modes;
+    for (int mode = first; mode < end; ++mode) modes.push_back(mode);
+    const double first_depth = task.albedos[0].first_depth;
+    const int doublings = count_doublings(task.directions, first_depth);
+    OrderedLadder layers(task.directions, task.moments, fraction, modes,
+                         static_cast<int>(order_weights[0].size()) - 1,
+                         std::ldexp(first_depth, -doublings), doubling_steps());
+    climb(layers, doublings, task.ladder, [&](int depth) {
+        for (std::size_t lane = 0; lane < modes.size(); ++lane) {
+            const int at = static_cast<int>(lane);
+            const PhaseKernels kernels = layers.kernels(at);
+            for (std::size_t a = 0; a < order_weights.size(); ++a)
+                record(modes[lane], a, depth, layers.matrices(at, order_weights[a]), kernels);
+        }
+    });
+}
+
+}  // namespace stratus

@@ -1,0 +1,44 @@
+// Doubling the modes of layers of one phase function, and recording them on the way.
+#pragma once
+
+#include <stratus/transfer/layer.h>
+#include <stratus/transfer/solver_options.h>
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// Layers after truncation.
+struct ClimbTask {
+    struct Albedo {
+        double albedo;
+        double co_albedo;
+        double first_depth;  // at which the first octave is recorded
+    };
+    const Directions& directions;
+    const std::vector<double>& moments;
+    DepthLadder ladder;  // its first depth is that of each albedo
+    std::vector<Albedo> albedos;
+};
+
+/// Called for each mode of each albedo at each depth of the ladder, infinity last, where R + T is
+/// the limit of R. Modes ascend.
+using RecordMode = std::function<void(int mode, std::size_t albedo, int depth, ModeMatrices layer,
+                                      const PhaseKernels& kernels)>;
+
+/// Modes `first` to before `end`, eight (mode, albedo) pairs at a time.
+void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record);
+
+/// The same by textbook doubling (reference/classic.h).
+void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
+                   const RecordMode& record);
+
+/// The sum of orders with the weights of each albedo; up to eight modes, all albedos of one first
+/// depth, that of the layers before a share `fraction` was truncated.
+void climb_orders(const ClimbTask& task, double fraction,
+                  const std::vector<Eigen::VectorXd>& order_weights, int first, int end,
+                  const RecordMode& record);
+
+}  // namespace stratus

@@ -1,0 +1,87 @@
+#include "depth_regime.h"
+
+#include <stratus/runtime/constants.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace stratus {
+
+namespace {
+
+/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
+/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
+constexpr double conservative_depth = 1048576;  // 2^20
+
+/// T of a conservative layer over T of one of depth `deepest`, given T there and at half of it: 1/T
+/// grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of it.
+double transmitted_share_beyond(double deepest, double of_half, double of_deepest,
+                                double optical_depth) {
+    const double growth = (1 / of_deepest - 1 / of_half) / (deepest / 2);
+    return 1 / (1 + growth * of_deepest * (optical_depth - deepest));
+}
+
+}  // namespace
+
+DepthTarget choose_target(double optical_depth, bool conservative, double asymmetry) {
+    if (std::isinf(optical_depth)) return {optical_depth, DepthRegime::infinite, infinity};
+    if (optical_depth < thinnest_depth) return {optical_depth, DepthRegime::thin, thinnest_depth};
+    const double deepest = conservative_depth / std::max(1e-16, 1 - asymmetry);
+    if (conservative && optical_depth > deepest)
+        return {optical_depth, DepthRegime::conservative, deepest};
+    return {optical_depth};
+}
+
+DepthLadder ladder_to(const DepthTarget& target) {
+    switch (target.regime) {
+        case DepthRegime::infinite: return {1, 0, true};
+        case DepthRegime::conservative: return {target.doubled_depth / 2, 2, false};
+        default: return {target.doubled_depth, 1, false};
+    }
+}
+
+ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittance,
+                   const Directions& directions, ModeMatrices layer) {
+    switch (target.regime) {
+        case DepthRegime::solved: break;
+        case DepthRegime::thin: {
+            const double share = target.optical_depth / target.doubled_depth;
+            layer.reflection *= share;
+            layer.transmission *= share;
+            break;
+        }
+        case DepthRegime::conservative: {  // R takes up what T loses; T of higher modes is 0
+            if (mode > 0) break;
+            const double kept = transmitted_share_beyond(
+                target.doubled_depth, half_transmittance,
+                mean_transmittance(directions, layer.transmission), target.optical_depth);
+            layer.reflection += (1 - kept) * layer.transmission;
+            layer.transmission *= kept;
+            break;
+        }
+        case DepthRegime::infinite:  // DoublingLadder::is_converged
+            layer.reflection += layer.transmission;
+            layer.transmission.resize(0, 0);
+            break;
+    }
+    return layer;
+}
+
+double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& transmission) {
+    const int N = directions.nodes;
+    const Eigen::VectorXd s = directions.s.head(N);
+    return s.dot(transmission.topLeftCorner(N, N) * s) / s.squaredNorm();
+}
+
+int count_doublings(const Directions& directions, double optical_depth) {
+    const double thinnest = directions.mu.minCoeff();
+    return optical_depth <= thinnest
+               ? 0
+               : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(thinnest)));
+}
+
+int max_doublings_to_infinity(double optical_depth) {
+    return 120 + std::max(0, -std::ilogb(optical_depth));
+}
+
+}  // namespace stratus

@@ -1,0 +1,48 @@
+// How a layer of one depth follows from doubling: thin | solved | conservative | infinite.
+#pragma once
+
+#include <stratus/transfer/layer.h>
+#include <stratus/transfer/solver_options.h>
+
+namespace stratus {
+
+/// Second-order scattering is below rounding in a layer this thin, and its own stays above the
+/// smallest normal numbers.
+constexpr double thinnest_depth = 1e-280;
+
+enum class DepthRegime {
+    thin,          // below thinnest_depth: R and T in proportion to the depth
+    solved,        // doubled to the depth itself
+    conservative,  // beyond 2^20 at w = 1: T by the law of diffusion
+    infinite,      // doubled until T vanishes
+};
+
+struct DepthTarget {
+    double optical_depth;
+    DepthRegime regime = DepthRegime::solved;
+    double doubled_depth = optical_depth;  // where doubling ends
+};
+
+/// The regime of a depth in [0, inf], for a layer that is conservative or not.
+DepthTarget choose_target(double optical_depth, bool conservative, double asymmetry);
+
+/// What doubling passes through; its last depth becomes the target (reach). Two depths where
+/// conservative, the first of them half the second.
+DepthLadder ladder_to(const DepthTarget& target);
+
+/// R and T of a mode at the target, from those at the end of its ladder. T is empty at infinite
+/// depth. `half_transmittance`: mean_transmittance one depth earlier, where conservative.
+ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittance,
+                   const Directions& directions, ModeMatrices layer);
+
+/// Diffuse transmittance under uniform illumination, from mode 0.
+double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& transmission);
+
+/// Doublings from a thin start, exact to rounding, to `optical_depth`.
+int count_doublings(const Directions& directions, double optical_depth);
+
+/// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
+/// until the rest is rounding, and some for g near 1.
+int max_doublings_to_infinity(double optical_depth);
+
+}  // namespace stratus

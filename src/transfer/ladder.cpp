@@ -1,0 +1,214 @@
+#include "ladder.h"
+
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/adding.h>
+
+#include "boundary_modes.h"
+#include "climb.h"
+#include "mode_recorder.h"
+#include "options.h"
+#include "orders.h"
+#include "simd/doubling_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+class LadderRun {
+  public:
+    explicit LadderRun(const LadderProblem& problem)
+        : problem_(problem),
+          truncation_(truncation_of(problem.phase_function, problem.options,
+                                    problem.boundary.is_present())),
+          boundary_truncation_(truncation_of(problem.boundary, problem.options)),
+          directions_(gauss_directions(
+              problem.options.nodes,
+              joint_map(choose_node_map(truncation_.moments, problem.options.nodes),
+                        choose_node_map(boundary_truncation_.moments, problem.options.nodes)),
+              problem.mu)),
+          boundary_modes_(problem.boundary, boundary_truncation_, directions_),
+          task_{directions_, truncation_.moments, problem.ladder, {}} {
+        const std::vector<double> moments =
+            truncation_.narrow ? peak_moments(problem.phase_function) : std::vector<double>{};
+        const double first =
+            problem.ladder.octaves ? problem.ladder.first : directions_.mu.minCoeff();
+        for (std::size_t a = 0; a < problem.albedos.size(); ++a) {
+            const double albedo = problem.albedos[a];
+            task_.albedos.push_back(
+                {truncation_.albedo(albedo), truncation_.co_albedo(albedo),
+                 by_order() ? first : truncation_.optical_depth(first, albedo)});
+            const auto peak =
+                moments.empty() ? nullptr
+                                : std::make_shared<const ForwardPeak>(moments, truncation_, albedo);
+            results_.emplace_back();
+            for (const DepthTarget& target : problem.targets)
+                results_[a].push_back(blank(a, target.optical_depth, peak));
+        }
+        for (auto& of_albedo : results_) {
+            recorders_.emplace_back();
+            for (LayerSolution& solution : of_albedo)
+                recorders_.back().emplace_back(directions_, solution,
+                                               std::vector{single_factors(solution)},
+                                               beam_of(solution));
+        }
+    }
+
+    std::vector<std::vector<LayerSolution>> run() {
+        // Enough modes at a time to fill whole packs; orders are solved for all albedos at once.
+        const int albedos = static_cast<int>(problem_.albedos.size());
+        const int group =
+            by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
+        const SolverOptions& options = problem_.options;
+        const int modes = std::max(count_modes(truncation_.moments), boundary_modes_.count());
+        solve_groups(
+            options.modes ? std::min(options.modes, modes) : modes, group, options.modes == 0,
+            [this](int first, int end) { solve_modes(first, end); },
+            [this](int count) { return is_negligible(count); });
+        return std::move(results_);
+    }
+
+  private:
+    bool by_order() const { return !problem_.order_weights.empty(); }
+
+    LayerSolution blank(std::size_t a, double optical_depth,
+                        std::shared_ptr<const ForwardPeak> peak) const {
+        LayerSolution solution;
+        solution.albedo = problem_.albedos[a];
+        if (by_order()) solution.order_weights = problem_.order_weights[a];
+        solution.optical_depth = optical_depth;
+        solution.mu = solved_cosines(directions_);
+        solution.phase_function = problem_.phase_function;
+        solution.truncation = truncation_;
+        solution.peak = std::move(peak);
+        solution.lower_boundary = problem_.boundary;
+        solution.boundary_truncation = boundary_truncation_;
+        return solution;
+    }
+
+    SingleFactors single_factors(const LayerSolution& solution) const {
+        const double w = truncation_.albedo(solution.albedo);
+        const double tau = truncation_.optical_depth(solution.optical_depth, solution.albedo);
+        const auto count = solution.mu.size();
+        SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
+        const auto reflection = [&](double in, double out) {
+            if (!by_order()) return single_reflection(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(reflected_path, solution, 1, in, out);
+        };
+        const auto transmission = [&](double in, double out) {
+            if (!by_order()) return single_transmission(1, w, tau, in, out);
+            return (1 - truncation_.fraction) * sum_paths(transmitted_path, solution, 1, in, out);
+        };
+        for (Eigen::Index j = 0; j < count; ++j)
+            for (Eigen::Index i = 0; i <= j; ++i) {
+                factors.reflection(i, j) = factors.reflection(j, i) =
+                    reflection(solution.mu(i), solution.mu(j));
+                factors.transmission(i, j) = factors.transmission(j, i) =
+                    transmission(solution.mu(i), solution.mu(j));
+            }
+        return factors;
+    }
+
+    Beam beam_of(const LayerSolution& solution) const {
+        const VectorXd truncated =
+            directions_.mu.unaryExpr([&](double mu) { return truncated_beam(solution, mu); });
+        if (!by_order())
+            return {beam_along(directions_,
+                               truncation_.optical_depth(solution.optical_depth, solution.albedo)),
+                    truncated};
+        return {
+            solution.order_weights(0) * beam_along(directions_, solution.optical_depth) + truncated,
+            truncated};
+    }
+
+    void solve_modes(int first, int end) {
+        const RecordMode record_mode = [this](int mode, std::size_t albedo, int depth,
+                                              ModeMatrices layer, const PhaseKernels& kernels) {
+            record(mode, albedo, depth, std::move(layer), kernels);
+        };
+        if (by_order())
+            climb_orders(task_, truncation_.fraction, problem_.order_weights, first, end,
+                         record_mode);
+        else if (problem_.options.scheme == Scheme::classic)
+            climb_classic(task_, problem_.options, first, end, record_mode);
+        else
+            climb_harmonic(task_, first, end, record_mode);
+    }
+
+    void record(int mode, std::size_t a, int depth, ModeMatrices layer,
+                const PhaseKernels& kernels) {
+        require_finite(layer, mode, directions_);
+        const DepthLadder& ladder = problem_.ladder;
+        const int before = ladder.octaves + (ladder.to_infinity ? 1 : 0) -
+                           static_cast<int>(problem_.targets.size());
+        if (depth < before) {
+            if (mode == 0)
+                half_transmittance_ = mean_transmittance(directions_, layer.transmission);
+            return;
+        }
+        const auto at = static_cast<std::size_t>(depth - before);
+        const DepthTarget& target = problem_.targets[at];
+        layer = reach(target, mode, half_transmittance_, directions_, std::move(layer));
+        ModeRecorder& recorder = recorders_[a][at];
+        LayerMode all{std::move(layer.reflection), {}, std::move(layer.transmission), {}};
+        if (problem_.boundary.is_present()) {
+            if (!all.is_opaque()) {
+                all.reflection_below = all.reflection;
+                all.beam = recorder.beam();
+            }
+            if (mode == 0) recorder.record_boundary(all, boundary_modes_);
+            all = over_boundary(all, mode);
+        }
+        recorder.record(all, {&kernels}, boundary_modes_);
+        if (target.regime == DepthRegime::thin && !problem_.boundary.is_present()) {
+            results_[a][at].reflection_modes.back().setZero();  // rounding
+            results_[a][at].transmission_modes.back().setZero();
+        }
+    }
+
+    /// The layer and its lower boundary, opaque.
+    LayerMode over_boundary(const LayerMode& above, int mode) {
+        if (above.is_opaque() || mode >= boundary_modes_.count())
+            return {above.reflection, {}, {}, {}};
+        return add(above, boundary_modes_.layer(mode), directions_.nodes);
+    }
+
+    bool is_negligible(int count) const {
+        for (const auto& of_albedo : recorders_)
+            for (const ModeRecorder& recorder : of_albedo)
+                if (!recorder.is_negligible(count, problem_.options.mode_tolerance)) return false;
+        return true;
+    }
+
+    const LadderProblem& problem_;
+    const Truncation truncation_, boundary_truncation_;
+    const Directions directions_;
+    BoundaryModes boundary_modes_;
+    ClimbTask task_;
+    std::vector<std::vector<LayerSolution>> results_;
+    std::vector<std::vector<ModeRecorder>> recorders_;
+    double half_transmittance_ = 0;  // of the depth before the target: one albedo then
+};
+
+}  // namespace
+
+std::vector<DepthTarget> targets_of(const DepthLadder& ladder) {
+    std::vector<DepthTarget> targets;
+    for (int depth = 0; depth < ladder.octaves; ++depth)
+        targets.push_back({std::ldexp(ladder.first, depth)});
+    if (ladder.to_infinity) targets.push_back({infinity, DepthRegime::infinite});
+    return targets;
+}
+
+std::vector<std::vector<LayerSolution>> solve_problem(const LadderProblem& problem) {
+    return LadderRun(problem).run();
+}
+
+}  // namespace stratus

@@ -1,0 +1,109 @@
+#include "mode_recorder.h"
+
+#include "depth_regime.h"
+
+#include <utility>
+
+namespace stratus {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
+                           std::vector<SingleFactors> layers, Beam beam)
+    : directions_(directions),
+      solution_(solution),
+      layers_(std::move(layers)),
+      beam_(std::move(beam)),
+      mean_(layers_[0]) {
+    for (std::size_t k = 1; k < layers_.size(); ++k) {
+        mean_.reflection += layers_[k].reflection;
+        mean_.transmission += layers_[k].transmission;
+    }
+}
+
+MatrixXd ModeRecorder::unscaled(const MatrixXd& matrix) const {
+    const auto count = solution_.mu.size();
+    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
+    return unscale.asDiagonal() * matrix.bottomRightCorner(count, count) * unscale.asDiagonal();
+}
+
+void ModeRecorder::record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
+                          BoundaryModes& boundary) {
+    const auto mode = static_cast<int>(solution_.reflection_modes.size());
+    const auto count = solution_.mu.size();
+    MatrixXd reflection = unscaled(all.reflection);
+    MatrixXd transmission =
+        all.is_opaque() ? MatrixXd::Zero(count, count) : unscaled(all.transmission);
+    for (std::size_t k = 0; k < layers_.size(); ++k) {
+        if (!kernels[k]) continue;
+        reflection -=
+            layers_[k].reflection.cwiseProduct(kernels[k]->other.bottomRightCorner(count, count));
+        if (!all.is_opaque())
+            transmission -= layers_[k].transmission.cwiseProduct(
+                kernels[k]->same.bottomRightCorner(count, count));
+    }
+    if (mode < boundary.count()) {
+        const VectorXd beam = beam_.unscattered.tail(count);
+        reflection -= beam.asDiagonal() * boundary.once(mode).bottomRightCorner(count, count) *
+                      beam.asDiagonal();
+    }
+    solution_.reflection_modes.push_back(std::move(reflection));
+    solution_.transmission_modes.push_back(std::move(transmission));
+    if (mode == 0) record_fluxes(all);
+}
+
+void ModeRecorder::record_fluxes(const LayerMode& all) {
+    const int N = directions_.nodes;
+    const auto count = solution_.mu.size();
+    const VectorXd s = directions_.s.head(N);
+    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
+    // The weights of uniform illumination sum to 1 from three nodes on, not with fewer.
+    const double uniform = s.squaredNorm();
+    solution_.spherical_albedo = s.dot(all.reflection.topLeftCorner(N, N) * s) / uniform;
+    solution_.plane_albedo = unscale.asDiagonal() * (all.reflection.bottomLeftCorner(count, N) * s);
+    if (solution_.lower_boundary.is_present()) return;
+    solution_.total_transmittance = 0;
+    solution_.diffuse_transmittance = VectorXd::Zero(count);
+    if (all.is_opaque()) return;
+    solution_.total_transmittance = mean_transmittance(directions_, all.transmission) +
+                                    s.cwiseProduct(s).dot(beam_.unscattered.head(N)) / uniform;
+    solution_.diffuse_transmittance =
+        unscale.asDiagonal() * (all.transmission.topRightCorner(N, count).transpose() * s);
+    solution_.diffuse_transmittance += beam_.truncated.tail(count);
+}
+
+void ModeRecorder::record_boundary(const LayerMode& above, BoundaryModes& boundary) {
+    const auto count = solution_.mu.size();
+    solution_.ground_absorptance = solution_.diffuse_transmittance = VectorXd::Zero(count);
+    solution_.spherical_ground_absorptance = solution_.total_transmittance = 0;
+    if (above.is_opaque()) return;
+    MatrixXd weights(directions_.size(), 2);
+    weights << boundary.entering(), directions_.s;
+    const MatrixXd diffuse =
+        diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes);
+    const MatrixXd flux = diffuse + above.beam.asDiagonal() * weights;
+    const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
+    solution_.ground_absorptance = flux.col(0).tail(count).cwiseProduct(unscale);
+    solution_.diffuse_transmittance =
+        diffuse.col(1).tail(count).cwiseProduct(unscale) + beam_.truncated.tail(count);
+    const VectorXd s = directions_.s.head(directions_.nodes);
+    const Eigen::Vector2d uniform =
+        flux.topRows(directions_.nodes).transpose() * s / s.squaredNorm();
+    solution_.spherical_ground_absorptance = uniform(0);
+    solution_.total_transmittance = uniform(1);
+}
+
+bool ModeRecorder::is_negligible(int count, double tolerance) const {
+    const auto adds = [&](const std::vector<MatrixXd>& modes, const MatrixXd& single) {
+        for (std::size_t m = modes.size() - static_cast<std::size_t>(count); m < modes.size(); ++m)
+            if ((2 * modes[m].array().abs() > tolerance * (modes[0].array().abs() + single.array()))
+                    .any())
+                return true;
+        return false;
+    };
+    return !adds(solution_.reflection_modes, mean_.reflection) &&
+           !adds(solution_.transmission_modes, mean_.transmission);
+}
+
+}  // namespace stratus

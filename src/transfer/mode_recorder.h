@@ -1,0 +1,69 @@
+// What every run does with a mode: take single scattering out, keep orders n >= 2 and, of mode 0,
+// the fluxes; and decide from when on modes are negligible.
+#pragma once
+
+#include <stratus/transfer/adding.h>
+#include <stratus/transfer/layer.h>
+#include <stratus/transfer/solution.h>
+
+#include "boundary_modes.h"
+
+#include <vector>
+
+namespace stratus {
+
+/// Single scattering between the cosines of a solution, per unit of phase kernel.
+struct SingleFactors {
+    Eigen::MatrixXd reflection, transmission;
+};
+
+/// Along all directions.
+struct Beam {
+    Eigen::VectorXd unscattered;  // by the truncated problem: exp(-tau*/mu)
+    Eigen::VectorXd truncated;    // the diffuse light in it: exp(-tau*/mu) - exp(-tau/mu)
+};
+
+class ModeRecorder {
+  public:
+    /// `layers`: single scattering of each layer, seen from outside. The solution has its cosines
+    /// and its lower boundary.
+    ModeRecorder(const Directions& directions, ModeSolution& solution,
+                 std::vector<SingleFactors> layers, Beam beam);
+
+    /// Records the next mode: R and T of everything, its lower boundary included. `kernels` of each
+    /// layer; null where that layer scatters nothing into the mode.
+    void record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
+                BoundaryModes& boundary);
+
+    /// Mode 0: what arrives at the lower boundary through all that lies `above`.
+    void record_boundary(const LayerMode& above, BoundaryModes& boundary);
+
+    /// True when the last `count` modes add less than this share anywhere.
+    bool is_negligible(int count, double tolerance) const;
+
+    /// exp(-tau*/mu) along all directions.
+    const Eigen::VectorXd& beam() const { return beam_.unscattered; }
+
+  private:
+    void record_fluxes(const LayerMode& all);
+    Eigen::MatrixXd unscaled(const Eigen::MatrixXd& matrix) const;
+
+    const Directions& directions_;
+    ModeSolution& solution_;
+    const std::vector<SingleFactors> layers_;
+    const Beam beam_;
+    SingleFactors mean_;  // single scattering of unit kernels
+};
+
+/// Solves modes [first, end) group by group with solve(first, end), until one but the first is
+/// negligible(count): both parities of l - m are seen before stopping when a group has two.
+template <class Solve, class IsNegligible>
+void solve_groups(int modes, int group, bool may_stop, Solve solve, IsNegligible is_negligible) {
+    for (int first = 0; first < modes; first += group) {
+        const int end = first + group < modes ? first + group : modes;
+        solve(first, end);
+        if (may_stop && first > 0 && is_negligible(end - first)) return;
+    }
+}
+
+}  // namespace stratus

@@ -1,0 +1,44 @@
+#include "orders.h"
+
+#include <stratus/runtime/single_scattering.h>
+
+#include <cmath>
+
+namespace stratus {
+
+using Eigen::VectorXd;
+
+VectorXd weights_of_orders(double albedo, int highest) {
+    VectorXd weights(highest + 1);
+    for (int n = 0; n <= highest; ++n) weights(n) = std::pow(albedo, n);
+    return weights;
+}
+
+double sum_paths(OrderPath path, const LayerSolution& layer, Eigen::Index lowest, double in,
+                 double out) {
+    const double f = layer.truncation.fraction;
+    const Eigen::Index highest = f > 0 ? layer.order_weights.size() - 1 : 1;
+    double sum = 0;
+    for (Eigen::Index n = lowest; n <= highest; ++n)
+        if (layer.order_weights(n) != 0)
+            sum += layer.order_weights(n) * std::pow(f, static_cast<double>(n - 1)) *
+                   path(static_cast<int>(n), layer.optical_depth, in, out);
+    return sum;
+}
+
+double truncated_beam(const LayerSolution& layer, double mu) {
+    const double f = layer.truncation.fraction, tau = layer.optical_depth;
+    if (f == 0 || std::isinf(tau)) return 0;
+    const VectorXd& weights = layer.order_weights;
+    if (weights.size() == 0)
+        return direct_transmittance(layer.truncation.optical_depth(tau, layer.albedo), mu) *
+               -std::expm1(-f * layer.albedo * tau / mu);
+    double sum = 0, term = direct_transmittance(tau, mu);
+    for (Eigen::Index n = 1; n < weights.size(); ++n) {
+        term *= f * tau / mu / static_cast<double>(n);
+        sum += weights(n) * term;
+    }
+    return sum;
+}
+
+}  // namespace stratus

@@ -19,7 +19,7 @@ azimuth_samples = 4
 optical_depth_samples_per_octave = 1
 albedo_samples = 3
 RECIPE
-    expect_ok bake recipe.toml -o "$1" --quiet
+    expect_ok bake recipe.toml -o "$1" --accept --quiet
 }
 
 # --- a table within its tolerance

@@ -29,11 +29,12 @@ struct BakeCommand {
     int threads = 0;
     bool quiet = false;
     bool resume = false;
+    bool accept = false;
 };
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
 
-/// What is left of an interrupted bake, to go on with; or the beginning of a new one.
+/// The checkpoint of an interrupted bake, or a new one.
 std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Recipe& recipe,
                                             Progress& progress) {
     const std::string path = checkpoint_path(command);
@@ -80,8 +81,7 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
     }
 }
 
-/// Writes all files of a table. The two libraries know nothing of each other: both files are
-/// compressed at the same time.
+/// Writes all files of a table, compressed at the same time.
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
@@ -105,6 +105,8 @@ void run_bake(const BakeCommand& command) {
     options.threads = command.threads;
     options.note = [&](const std::string& line) { progress.note("  " + line); };
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    std::string missed;
+    options.missed = [&](const std::string& sentence) { missed = sentence; };
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
     const Table table = bake_on(recipe, options, *checkpoint, checkpoint_path(command));
     const SignalsHeld held;
@@ -125,6 +127,10 @@ void run_bake(const BakeCommand& command) {
                   static_cast<double>(std::filesystem::file_size(command.output)) / 1048576,
                   seconds_since(started), table.measured_error, table.tolerance);
     progress.note(line);
+    if (missed.empty()) return;
+    missed = "bake: " + command.output + ": " + missed;
+    if (!command.accept) throw std::runtime_error(missed + " (--accept: exit code 0)");
+    std::fprintf(stderr, "stratus: %s\n", missed.c_str());
 }
 
 }  // namespace
@@ -141,8 +147,12 @@ void add_bake(CLI::App& app) {
                    "Go on with an interrupted bake: OUTPUT.checkpoint holds what it has finished, "
                    "and is removed when the table is whole. The table is the same, byte for byte. "
                    "Without a checkpoint, bake from the start");
+    bake->add_flag("--accept", command->accept,
+                   "Exit code 0 even where the table misses its tolerance");
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     bake->footer(
+        "Exit code 1 when the table misses its tolerance; it is written all the same, and the last "
+        "line on standard error says by how much.\n"
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "

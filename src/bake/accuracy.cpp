@@ -17,32 +17,30 @@ namespace stratus {
 
 namespace {
 
-/// Light fainter than this shows in no picture and no measurement: errors are not asked for
-/// relative to less.
-constexpr double smallest_value = 1e-8;
+/// Errors are not relative to less: fainter light shows in no picture and no measurement.
+constexpr double min_value = 1e-8;
 
-constexpr int geometries_a_cell = 8;  // points that share one solved (albedo, optical depth)
+constexpr int points_a_layer = 8;  // points that share one solved layer
 
+/// The floor of one side's errors: values(i, j, azimuths) at the floor's cosines.
 template <class Values>
-double largest(const LayerSolution& solution, Values values) {
+double floor_of(const LayerSolution& solution, Values values) {
     static const std::vector<double> azimuths{0, pi / 2, pi};
     std::vector<int> at;
-    for (double mu : floor_cosines())
-        for (int i = 0; i < solution.mu.size(); ++i)
-            if (solution.mu(i) == mu) {
-                at.push_back(i);
-                break;
-            }
-    double most = 0;
-    for (int i : at)
-        for (int j : at)
+    for (const double mu : floor_cosines()) {
+        const auto found = std::find(solution.mu.begin(), solution.mu.end(), mu);
+        if (found != solution.mu.end()) at.push_back(static_cast<int>(found - solution.mu.begin()));
+    }
+    double max = 0;
+    for (const int i : at)
+        for (const int j : at)
             for (const SolvedValue& value : values(i, j, azimuths))
-                most = std::max(most, value.total);
-    return std::max(0.01 * most, smallest_value);
+                max = std::max(max, value.total);
+    return std::max(0.01 * max, min_value);
 }
 
-/// Of as many in ascending order, the place of the one that a share of them does not exceed.
-std::ptrdiff_t quantile_place(std::size_t count, double share) {
+/// Index of a quantile among `count` values in ascending order.
+std::ptrdiff_t quantile_index(std::size_t count, double share) {
     return static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(count - 1)));
 }
 
@@ -53,31 +51,31 @@ PointRange range_of(const Table& table) {
             table.lower_boundary, view.mixture,          table.second_phase_function};
 }
 
-/// A random (albedo, optical depth, mixture), evenly spread over the cells of a range.
-struct Cell {
+struct RandomLayer {
     double albedo, optical_depth;
     double mixture = 1;
 };
 
-Cell random_cell(const PointRange& range, std::mt19937& random) {
+/// Evenly spread over the cells of a range.
+RandomLayer random_layer(const PointRange& range, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
     const AxisView &w = range.albedo, &tau = range.optical_depth;
-    Cell cell{};
+    RandomLayer layer{};
     const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
-    cell.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
+    layer.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
     const double index = uniform(random) * (tau.size() - 1);
     if (tau.count == 0)
-        cell.optical_depth = infinity;
+        layer.optical_depth = infinity;
     else if (index > tau.count - 1)
-        cell.optical_depth = tau.highest / (tau.size() - 1 - index);
+        layer.optical_depth = tau.highest / (tau.size() - 1 - index);
     else
-        cell.optical_depth =
+        layer.optical_depth =
             std::clamp(std::exp2(between(std::log2(tau.lowest), std::log2(tau.highest))),
                        tau.lowest, tau.highest);
     if (range.mixture.count > 0)
-        cell.mixture = between(range.mixture.lowest, range.mixture.highest);
-    return cell;
+        layer.mixture = between(range.mixture.lowest, range.mixture.highest);
+    return layer;
 }
 
 double random_cosine(const AxisView& axis, std::mt19937& random) {
@@ -94,20 +92,20 @@ const std::vector<double>& floor_cosines() {
 }
 
 double reflection_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+    return floor_of(solution, [&](int i, int j, const std::vector<double>& azimuths) {
         return solution.reflection(i, j, azimuths);
     });
 }
 
 double transmission_floor(const LayerSolution& solution) {
-    return largest(solution, [&](int i, int j, const std::vector<double>& azimuths) {
+    return floor_of(solution, [&](int i, int j, const std::vector<double>& azimuths) {
         return solution.transmission(i, j, azimuths);
     });
 }
 
 double error_quantile(std::vector<double>& errors, double share) {
     if (errors.empty()) return 0;
-    const auto at = errors.begin() + quantile_place(errors.size(), share);
+    const auto at = errors.begin() + quantile_index(errors.size(), share);
     std::nth_element(errors.begin(), at, errors.end());
     return *at;
 }
@@ -116,7 +114,7 @@ double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
     std::sort(samples.begin(), samples.end(),
               [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
-    return samples.begin()[quantile_place(samples.size(), share)].error;
+    return samples.begin()[quantile_index(samples.size(), share)].error;
 }
 
 bool Verification::meets(double tolerance) const {
@@ -130,11 +128,11 @@ bool Verification::meets(double tolerance) const {
 
 namespace {
 
-/// The asked geometries of one random cell; `piece` names its solution in the log.
-void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
-                const SolverOptions& solver, int geometries, std::mt19937& random,
-                const WorkLog& log, const std::string& piece, std::vector<ErrorSample>& into) {
-    const Cell cell = random_cell(range, random);
+/// Points of one random layer; `piece` names its solution in the log.
+void solve_points(const PhaseFunction& phase_function, const PointRange& range,
+                  const SolverOptions& solver, int geometries, std::mt19937& random,
+                  const WorkLog& log, const std::string& piece, std::vector<ErrorSample>& into) {
+    const RandomLayer layer = random_layer(range, random);
     std::uniform_real_distribution<double> azimuth(0, pi);
     std::vector<double> mu = floor_cosines();
     std::vector<Geometry> points;
@@ -154,12 +152,12 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
     if (auto finished = find_finished<double>(log, piece, count)) {
         solved = std::move(*finished);
     } else {
-        const PhaseFunction mixed =
-            range.mixture.count == 0
-                ? phase_function
-                : PhaseFunction::mixture(cell.mixture, phase_function, range.second_phase_function);
+        const PhaseFunction mixed = range.mixture.count == 0
+                                        ? phase_function
+                                        : PhaseFunction::mixture(layer.mixture, phase_function,
+                                                                 range.second_phase_function);
         const LayerSolution solution =
-            solve_layer(mixed, cell.albedo, cell.optical_depth, mu, solver, range.lower_boundary);
+            solve_layer(mixed, layer.albedo, layer.optical_depth, mu, solver, range.lower_boundary);
         for (const Side side : sides)
             solved.push_back(side == Side::reflection ? reflection_floor(solution)
                                                       : transmission_floor(solution));
@@ -180,14 +178,14 @@ void solve_cell(const PhaseFunction& phase_function, const PointRange& range,
             const double cosine = sides[s] == Side::reflection
                                       ? cos_scattering_angle_reflected(at)
                                       : cos_scattering_angle_transmitted(at);
-            into.push_back({sides[s], cell.albedo, cell.optical_depth, at,
+            into.push_back({sides[s], layer.albedo, layer.optical_depth, at,
                             std::acos(std::clamp(cosine, -1.0, 1.0)),
-                            solved[(g + 1) * sides.size() + s], 0, 0, solved[s], cell.mixture});
+                            solved[(g + 1) * sides.size() + s], 0, 0, solved[s], layer.mixture});
         }
 }
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
-/// where it has not, not all orders, or something beneath that takes in what is missing.
+/// where it has not, not all orders, or a lower boundary that absorbs the rest.
 double energy_defect(const Table& table) {
     const AxisView w = table.albedo.view(), tau = table.optical_depth.view();
     if (table.albedo.values.back() != 1 || table.plane_albedo.empty() || table.highest_order > 0 ||
@@ -203,9 +201,9 @@ double energy_defect(const Table& table) {
             if (table.diffuse_transmittance.empty() && !std::isinf(depth)) continue;
             for (std::size_t i = 0; i < mus; ++i) {
                 const std::size_t at = (((m + 1) * albedos - 1) * depths + d) * mus + i;
-                const double passed =
+                const double transmitted =
                     table.diffuse_transmittance.empty() ? 0 : table.diffuse_transmittance[at];
-                const double left = 1 - static_cast<double>(table.plane_albedo[at]) - passed;
+                const double left = 1 - static_cast<double>(table.plane_albedo[at]) - transmitted;
                 worst = std::max(
                     worst, std::abs(left - direct_transmittance(depth, table.mu_in.values[i])));
             }
@@ -213,8 +211,7 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
-/// Whether the angles are resolved well enough to integrate to the right flux, at one mixture: see
-/// Verification.
+/// The furnace_defect of a Verification, at one mixture.
 double furnace_defect(const Table& table, std::size_t mixture) {
     const TableView view =
         table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
@@ -247,45 +244,26 @@ double furnace_defect(const Table& table, std::size_t mixture) {
     return worst;
 }
 
-double reciprocity_defect(const Table& table, const TableView& view, std::mt19937& random) {
-    std::uniform_real_distribution<double> azimuth(0, pi);
-    double worst = 0;
-    for (int n = 0; n < 1000; ++n) {
-        const Cell cell = random_cell(range_of(table), random);
-        const Geometry there{random_cosine(view.mu_in, random), random_cosine(view.mu_out, random),
-                             azimuth(random)};
-        const Geometry back{there.mu_out, there.mu_in, there.azimuth};
-        for (auto lookup : {reflection, transmission}) {
-            const TableView mixed = view.at_mixture(cell.mixture);
-            const double a = lookup(mixed, cell.albedo, cell.optical_depth, there).total();
-            const double b = lookup(mixed, cell.albedo, cell.optical_depth, back).total();
-            if (std::abs(a) > smallest_value)
-                worst = std::max(worst, std::abs(a - b) / std::abs(a));
-        }
-    }
-    return worst;
-}
-
 }  // namespace
 
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
                                              const VerifyOptions& options) {
-    const int cells = (options.samples + geometries_a_cell - 1) / geometries_a_cell;
-    std::vector<std::vector<ErrorSample>> of_cell(static_cast<std::size_t>(cells));
-    auto solve = [&](int cell) {
+    const int layers = (options.samples + points_a_layer - 1) / points_a_layer;
+    std::vector<std::vector<ErrorSample>> of_layer(static_cast<std::size_t>(layers));
+    auto solve = [&](int layer) {
         stop_if_asked(options.log);
-        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(cell));
-        const int rest = options.samples - cell * geometries_a_cell;
-        solve_cell(phase_function, range, solver, std::min(rest, geometries_a_cell), random,
-                   options.log, "points from " + std::to_string(cell * geometries_a_cell),
-                   of_cell[static_cast<std::size_t>(cell)]);
+        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(layer));
+        const int rest = options.samples - layer * points_a_layer;
+        solve_points(phase_function, range, solver, std::min(rest, points_a_layer), random,
+                     options.log, "points from " + std::to_string(layer * points_a_layer),
+                     of_layer[static_cast<std::size_t>(layer)]);
     };
-    parallel_for(cells, options.threads, solve, [&](int done) {
-        if (options.progress) options.progress(static_cast<double>(done) / cells);
+    parallel_for(layers, options.threads, solve, [&](int done) {
+        if (options.progress) options.progress(static_cast<double>(done) / layers);
     });
     std::vector<ErrorSample> samples;
-    for (const auto& some : of_cell) samples.insert(samples.end(), some.begin(), some.end());
+    for (const auto& some : of_layer) samples.insert(samples.end(), some.begin(), some.end());
     return samples;
 }
 
@@ -344,8 +322,6 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     if (table.has_mixture())
         result.furnace_defect =
             std::max(result.furnace_defect, furnace_defect(table, table.mixture.values.size() - 1));
-    std::mt19937 random(options.seed);
-    result.reciprocity_defect = reciprocity_defect(table, view, random);
     return result;
 }
 

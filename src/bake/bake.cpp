@@ -7,6 +7,10 @@
 #include "piece_of_work.h"
 #include "resolve.h"
 
+#include <algorithm>
+#include <set>
+#include <utility>
+
 namespace stratus {
 
 namespace {
@@ -22,8 +26,8 @@ constexpr int max_attempts = 3;
 /// tolerance too.
 constexpr double margin = 0.8;
 
-constexpr unsigned check_seed =
-    20260;  // the bake's own check and `verify` look at different points
+/// The bake's own check looks at other points than `verify`.
+constexpr unsigned check_seed = 20260;
 constexpr int check_samples = 2000;
 
 const std::map<std::string, std::string>& conventions() {
@@ -32,8 +36,8 @@ const std::map<std::string, std::string>& conventions() {
          "reflection = pi I / (mu_in F0), F0 the irradiance on a plane facing the beam; a white "
          "Lambert surface has 1; BRDF = reflection / pi"},
         {"convention_transmission",
-         "transmission is the diffuse part in the same normalisation; the beam that passes "
-         "straight is exp(-optical_depth / mu_in), kept apart"},
+         "transmission is the diffuse part in the same normalisation; the directly "
+         "transmitted beam is exp(-optical_depth / mu_in), kept apart"},
         {"convention_multiple",
          "reflection_multiple and transmission_multiple hold orders n >= 2 of the Neumann series, "
          "to highest_order if that is not 0; single scattering is added in closed form"},
@@ -50,12 +54,25 @@ const std::map<std::string, std::string>& conventions() {
     return sentences;
 }
 
-/// A resolved recipe's table and how it did at the bake's own check.
+/// A resolved recipe's table and the result of the bake's own check.
 struct Attempt {
     Table table;
     bool met = false;    // with a margin
     bool missed = true;  // the tolerance itself
 };
+
+std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& at_cap) {
+    std::string sentence = "the table misses its tolerance " + short_number(table.tolerance) +
+                           ": 99.9 % of values are within " +
+                           table.attributes.at("measured_error_99.9_percent") +
+                           ", the largest error is " + short_number(table.measured_error, 3);
+    std::set<std::string> named;  // mixtures may share an axis at its cap
+    for (const AxisAtCap& axis : at_cap)
+        if (named.insert(axis.name).second)
+            sentence += "; " + axis.name + " is at its cap of " + short_number(axis.value) +
+                        ", which alone misses " + short_number(axis.error);
+    return sentence;
+}
 
 Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOptions& options) {
     Attempt attempt;
@@ -65,7 +82,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table.attributes = conventions();
     if (recipe.lower_boundary.is_present())
         table.attributes["convention_below"] =
-            "reflection is that of the layer and of what lies beneath it; light scattered once, by "
+            "reflection is that of the layer and its lower boundary; light scattered once, by "
             "either, is added in closed form and not in reflection_multiple";
     if (recipe.mixture)
         table.attributes["convention_mixture"] =
@@ -115,25 +132,37 @@ Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
 }
 
 Table bake(const Recipe& recipe, const BakeOptions& options) {
-    auto note = [&](const char* line) {
+    auto note = [&](const std::string& line) {
         if (options.note) options.note(line);
     };
     Attempt attempt;
+    std::vector<AxisAtCap> at_cap;
     std::string last;  // what the last attempt resolved to: the same again would be in vain
     double strictness = first_strictness;
     for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
         if (n > 0) note("not within the tolerance everywhere: once more, stricter");
         BakeOptions of_attempt = options;
         of_attempt.log = part_of(options.log, "attempt " + std::to_string(n));
-        const Recipe resolved = resolve_to(recipe, strictness, of_attempt).recipe;
-        if (resolved_text(resolved) == last) {
+        const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
+        if (resolved_text(resolution.recipe) == last) {
             note("nothing is left to make finer");
             break;
         }
-        last = resolved_text(resolved);
-        attempt = attempt_bake(recipe, resolved, of_attempt);
+        last = resolved_text(resolution.recipe);
+        at_cap = resolution.at_cap;
+        attempt = attempt_bake(recipe, resolution.recipe, of_attempt);
+        if (std::ranges::any_of(at_cap, [&](const AxisAtCap& axis) {
+                return axis.error > margin * recipe.tolerance;
+            }))
+            break;  // no attempt will meet it
     }
-    if (attempt.missed) note("TOLERANCE NOT MET: the table states it, verify says where");
+    if (attempt.missed) {
+        const std::string sentence = sentence_of_miss(attempt.table, at_cap);
+        if (options.missed)
+            options.missed(sentence);
+        else
+            note(sentence);
+    }
     return std::move(attempt.table);
 }
 

@@ -14,15 +14,15 @@ namespace {
 
 constexpr const char* caller = "recipe";
 
-Range read_range(const Section& recipe, const char* key, double least, double most,
+Range read_range(const Section& recipe, const char* key, double min, double max,
                  const char* allowed) {
     const Section section(recipe.table(key, "a table { min = ..., max = ... }"), caller, key,
                           {"min", "max"});
-    const Range range{section.number("min", least, most, allowed),
-                      section.number("max", least, most, allowed)};
-    require(range.min <= range.max, "recipe", std::string(key) + ".min", "at most max", range.min);
+    const Range range{section.number("min", min, max, allowed),
+                      section.number("max", min, max, allowed)};
+    require(range.min <= range.max, caller, std::string(key) + ".min", "at most max", range.min);
     const double width = range.max - range.min;
-    require(range.min == range.max || width >= 1e-9, "recipe", std::string(key) + ".max",
+    require(range.min == range.max || width >= 1e-9, caller, std::string(key) + ".max",
             "equal to min or 1e-9 above it", range.max);
     return range;
 }
@@ -33,8 +33,8 @@ Discretisation read_discretisation(const toml::table& table) {
         {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
          "deepest_optical_depth", "albedo_samples", "mixture_samples", "scheme"});
     Discretisation d;
-    auto take = [&](int& into, const char* key, int least, int most) {
-        if (section.has(key)) into = section.count(key, least, most);
+    auto take = [&](int& into, const char* key, int min, int max) {
+        if (section.has(key)) into = section.count(key, min, max);
     };
     take(d.nodes, "nodes", 1, 512);
     take(d.modes, "modes", 1, 1024);
@@ -48,7 +48,7 @@ Discretisation read_discretisation(const toml::table& table) {
     take(d.mixture_samples, "mixture_samples", 2, 64);
     if (section.has("scheme")) {
         const std::string scheme = section.text("scheme");
-        require(scheme == "harmonic" || scheme == "classic", "recipe", "discretisation.scheme",
+        require(scheme == "harmonic" || scheme == "classic", caller, "discretisation.scheme",
                 "\"harmonic\" or \"classic\"", scheme);
         d.scheme = scheme == "classic" ? Scheme::classic : Scheme::harmonic;
     }
@@ -98,8 +98,8 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     recipe.optical_depth =
         read_range(section, "optical_depth", 1e-6, infinity, "in [1e-6, 1e9] or inf");
     for (const double depth : {recipe.optical_depth.min, recipe.optical_depth.max})
-        require(depth <= 1e9 || std::isinf(depth), "recipe", "optical_depth",
-                "in [1e-6, 1e9] or inf", depth);
+        require(depth <= 1e9 || std::isinf(depth), caller, "optical_depth", "in [1e-6, 1e9] or inf",
+                depth);
     recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
     if (section.has("below")) {
         recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
@@ -109,36 +109,32 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         recipe.reflection = recipe.transmission = false;
         const char* allowed = "a list out of \"reflection\", \"transmission\"";
         for (const std::string& side : section.texts("sides", allowed)) {
-            require(side == "reflection" || side == "transmission", "recipe", "sides", allowed,
-                    side);
+            require(side == "reflection" || side == "transmission", caller, "sides", allowed, side);
             (side == "reflection" ? recipe.reflection : recipe.transmission) = true;
         }
-        require(recipe.reflection || recipe.transmission, "recipe", "sides", allowed,
+        require(recipe.reflection || recipe.transmission, caller, "sides", allowed,
                 "an empty list");
     }
     if (section.has("orders")) {
         if (!section.is("orders", "all"))
             recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
     }
-    if (recipe.lower_boundary.is_present() && recipe.transmission)
-        throw std::invalid_argument(
-            "recipe: sides must be [\"reflection\"] where there is [below]: what lies beneath lets "
-            "nothing pass, got transmission");
-    if (recipe.optical_depth.min == infinity && recipe.transmission)
-        throw std::invalid_argument(
-            "recipe: sides must be [\"reflection\"] where optical_depth is inf alone: nothing is "
-            "transmitted, got transmission");
+    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller, "sides",
+            "[\"reflection\"] where there is [below], which lets nothing pass", "transmission");
+    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller, "sides",
+            "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
+            section.has("sides") ? "transmission" : "no sides, which bakes both");
     if (section.has("discretisation"))
         recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
     read_mixture(section, directory, notes, recipe);
-    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), "recipe", "orders",
-            "\"all\" over something", recipe.orders);
+    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, "orders",
+            "\"all\" where there is [below]", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
             "discretisation.scheme", "\"harmonic\" where orders are counted", "classic");
     const double deepest = recipe.discretisation.deepest_optical_depth;
     if (deepest > 0)
-        require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min,
-                "recipe", "discretisation.deepest_optical_depth",
+        require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min, caller,
+                "discretisation.deepest_optical_depth",
                 "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
     return recipe;
 }

@@ -42,7 +42,7 @@ Stack parse_stack(const std::string& text, const std::string& directory,
         const bool last = k + 1 == stack.layers.size() && !stack.lower_boundary.is_present();
         require(last || !std::isinf(stack.layers[k].optical_depth), caller,
                 "layer " + std::to_string(k + 1) + ".optical_depth",
-                "finite, as something lies beneath", stack.layers[k].optical_depth);
+                "finite where a layer or [below] lies under it", stack.layers[k].optical_depth);
     }
     return stack;
 }

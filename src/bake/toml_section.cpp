@@ -45,17 +45,17 @@ std::string Section::text(const char* key) const {
     return value<std::string>(key, "a string in quotes");
 }
 
-double Section::number(const char* key, double least, double most, const char* allowed) const {
+double Section::number(const char* key, double min, double max, const char* allowed) const {
     const double met = value<double>(key, "a number");
-    require(met >= least && met <= most, caller_, prefix_ + key, allowed, met);
+    require(met >= min && met <= max, caller_, prefix_ + key, allowed, met);
     return met;
 }
 
-int Section::count(const char* key, int least, int most, const std::string& besides) const {
+int Section::count(const char* key, int min, int max, const std::string& besides) const {
     const std::string allowed =
-        besides + "a whole number in [" + std::to_string(least) + ", " + std::to_string(most) + "]";
+        besides + "a whole number in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
     const auto met = value<std::int64_t>(key, allowed.c_str());
-    require(met >= least && met <= most, caller_, prefix_ + key, allowed, met);
+    require(met >= min && met <= max, caller_, prefix_ + key, allowed, met);
     return static_cast<int>(met);
 }
 
@@ -81,7 +81,7 @@ std::vector<std::string> Section::texts(const char* key, const char* form) const
     return values;
 }
 
-std::vector<double> Section::numbers(const char* key, double least, double most,
+std::vector<double> Section::numbers(const char* key, double min, double max,
                                      const char* allowed) const {
     const toml::array* met = table_.get_as<toml::array>(key);
     const std::string form = std::string("a list of numbers ") + allowed;
@@ -90,7 +90,7 @@ std::vector<double> Section::numbers(const char* key, double least, double most,
     for (const toml::node& node : *met) {
         const auto one = node.value<double>();
         require(one.has_value(), caller_, prefix_ + key, form, "something else in the list");
-        require(*one >= least && *one <= most, caller_, prefix_ + key, form, *one);
+        require(*one >= min && *one <= max, caller_, prefix_ + key, form, *one);
         values.push_back(*one);
     }
     return values;
@@ -119,13 +119,17 @@ LowerBoundary read_lower_boundary(const Section& file, const char* caller,
                                   const PhaseSource& source) {
     const Section section(file.table("below", "a table: [below]"), caller, "below",
                           {"lambert_albedo", "phase_function", "albedo"});
+    constexpr const char* forms = "lambert_albedo alone, or both phase_function and albedo";
     if (section.has("lambert_albedo")) {
-        require(!section.has("phase_function") && !section.has("albedo"), caller, "below",
-                "lambert_albedo alone, or phase_function and albedo", "both");
+        require(!section.has("phase_function") && !section.has("albedo"), caller, "below", forms,
+                "lambert_albedo and more");
         return LowerBoundary::surface(section.number("lambert_albedo", 0, 1, "in [0, 1]"));
     }
-    require(section.has("phase_function") || section.has("albedo"), caller, "below",
-            "lambert_albedo alone, or phase_function and albedo", "neither");
+    const bool has_phase = section.has("phase_function"), has_albedo = section.has("albedo");
+    require(has_phase && has_albedo, caller, "below", forms,
+            has_phase    ? "phase_function alone"
+            : has_albedo ? "albedo alone"
+                         : "nothing");
     return LowerBoundary::layer(
         read_phase_function(section.text("phase_function"), source.directory, source.notes),
         section.number("albedo", 0, 1, "in [0, 1]"));

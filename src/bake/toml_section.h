@@ -13,8 +13,8 @@
 
 namespace stratus {
 
-/// One table of a file. Refuses keys that nobody knows, with the nearest one that is known;
-/// refusals begin with the `door`, "recipe", "stack" or "scene".
+/// One table of a file. Refuses unknown keys, naming the nearest known one; refusals begin with the
+/// `caller`: "recipe", "stack" or "scene".
 class Section {
   public:
     Section(const toml::table& table, const char* caller, const std::string& name,
@@ -22,20 +22,19 @@ class Section {
 
     bool has(const char* key) const { return table_.contains(key); }
     std::string text(const char* key) const;
-    double number(const char* key, double least, double most, const char* allowed) const;
-    /// `besides`: what is allowed but for numbers, as the start of the sentence that refuses.
-    int count(const char* key, int least, int most, const std::string& besides = "") const;
+    double number(const char* key, double min, double max, const char* allowed) const;
+    /// `besides`: other forms allowed, as the start of the refusal's range.
+    int count(const char* key, int min, int max, const std::string& besides = "") const;
     /// True when the key is there and is this text.
     bool is(const char* key, const char* text) const;
     const toml::table& table(const char* key, const char* form) const;
     std::vector<std::string> texts(const char* key, const char* form) const;
-    /// A list of numbers, each in [least, most].
-    std::vector<double> numbers(const char* key, double least, double most,
-                                const char* allowed) const;
+    /// A list of numbers, each in [min, max].
+    std::vector<double> numbers(const char* key, double min, double max, const char* allowed) const;
     bool is_table(const char* key) const { return table_.get_as<toml::table>(key) != nullptr; }
     bool is_list(const char* key) const { return table_.get_as<toml::array>(key) != nullptr; }
 
-    /// The key's name as refusals say it.
+    /// The key's name in refusals.
     std::string full_name(const char* key) const { return prefix_ + key; }
 
   private:

@@ -122,7 +122,6 @@ TEST(Bake, MeetsItsToleranceAtPointsThatItHasNotSeen) {
         EXPECT_GE(verification.energy_defect, 0);  // there are samples at w = 1
         EXPECT_LE(verification.energy_defect, 3 * float_rounding);
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
-        EXPECT_LE(verification.reciprocity_defect, 1e-5);  // sums of floats in another order
     }
 }
 
@@ -149,7 +148,6 @@ TEST(Bake, MeetsItsToleranceOverGround) {
             << recipe.phase_text << ": worst " << verification.samples.back().error;
         EXPECT_EQ(verification.energy_defect, -1);  // the ground takes in what is missing
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
-        EXPECT_LE(verification.reciprocity_defect, 1e-5);
     }
 }
 
@@ -180,18 +178,6 @@ TEST(Bake, OverGroundSolvesEverySchemeAlike) {
     for (std::size_t i = 0; i < harmonic.reflection_multiple.size(); ++i)
         ASSERT_NEAR(classic.reflection_multiple[i], harmonic.reflection_multiple[i],
                     1e-4 * harmonic.reflection_multiple[i]);
-}
-
-TEST(Bake, GivesSamplesThatAreReciprocalToTheLastBit) {
-    const Table table = bake(explicit_recipe());
-    const std::size_t mus = table.mu_in.values.size(), azimuths = table.azimuth.values.size();
-    for (const auto* samples : {&table.reflection_multiple, &table.transmission_multiple})
-        for (std::size_t block = 0; block < samples->size(); block += block_size(table))
-            for (std::size_t i = 0; i < mus; ++i)
-                for (std::size_t j = 0; j < i; ++j)
-                    for (std::size_t k = 0; k < azimuths; ++k)
-                        ASSERT_EQ((*samples)[block + (i * mus + j) * azimuths + k],
-                                  (*samples)[block + (j * mus + i) * azimuths + k]);
 }
 
 TEST(Bake, GivesTheSameBitsOnAnyNumberOfThreads) {

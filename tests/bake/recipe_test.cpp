@@ -101,8 +101,9 @@ TEST(Recipe, MayReachToInfinity) {
 }
 
 TEST(Recipe, TransmitsNothingAtInfinityAlone) {
-    expect_recipe_refusal(recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }"),
-                          {"recipe: sides", "[\"reflection\"]", "inf", "transmission"});
+    expect_recipe_refusal(
+        recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }"),
+        {"recipe: sides", "[\"reflection\"]", "inf alone", "got no sides, which bakes both"});
 }
 
 TEST(Recipe, NeedsItsFourKeys) {

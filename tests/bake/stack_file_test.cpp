@@ -102,9 +102,11 @@ TEST(StackFile, RefusesLayersWithoutEndAboveSomethingElse) {
 TEST(StackFile, RefusesGroundOfBothKindsAndOfNone) {
     expect_stack_refusal(air + "[below]\nlambert_albedo = 0.3\nalbedo = 1",
                          {"below", "lambert_albedo alone", "both"});
-    expect_stack_refusal(air + "[below]\n", {"below", "lambert_albedo alone", "neither"});
-    expect_stack_refusal(air + "[below]\nalbedo = 1", {"below.phase_function", "present"});
-    expect_stack_refusal(air + "[below]\nphase_function = 'rayleigh'", {"below.albedo", "present"});
+    expect_stack_refusal(air + "[below]\n", {"below", "lambert_albedo alone", "got nothing"});
+    expect_stack_refusal(air + "[below]\nalbedo = 1",
+                         {"below", "both phase_function and albedo", "got albedo alone"});
+    expect_stack_refusal(air + "[below]\nphase_function = 'rayleigh'",
+                         {"below", "both", "got phase_function alone"});
     expect_stack_refusal("below = 3\n" + air, {"below", "a table"});
 }
 

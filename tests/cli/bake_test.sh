@@ -131,6 +131,32 @@ expect_ok info chosen.h5
 expect_says "$out" "6 samples" "5 samples" "2 samples" 'scheme = "classic"'
 grep -q '^sides *reflection$' "$out" || fail "only the side asked for"
 
+# --- a table that misses its tolerance: written, told in one sentence, exit code 1 unless accepted
+
+cat >recipes/missed.toml <<'RECIPE'
+phase_function = "isotropic"
+tolerance = 1e-6
+optical_depth = { min = 1.0, max = 1.0 }
+albedo = { min = 0.5, max = 0.9 }
+sides = ["reflection"]
+RECIPE
+"$stratus" bake recipes/missed.toml -o missed.h5 >"$out" 2>"$err"
+[ $? -eq 1 ] || fail "a table that misses its tolerance must exit 1"
+[ "$(grep -c "checked at 2000 random points" "$err")" -eq 1 ] || fail "an axis at its cap must end the attempts"
+for flags in --quiet "--quiet --accept"; do
+    # shellcheck disable=SC2086  # words of a command
+    "$stratus" bake recipes/missed.toml -o again.h5 $flags >"$out" 2>"$err"
+    [ $? -eq "$([ "$flags" = --quiet ] && echo 1 || echo 0)" ] || fail "$flags: another exit code"
+    expect_silent "$out"
+    [ "$(wc -l <"$err")" -eq 1 ] || fail "$flags: not one line on stderr"
+    expect_says "$err" "stratus: bake: again.h5: the table misses its tolerance 1e-06: 99.9 % of values are within " \
+        "mu_samples is at its cap of 56"
+    expect_same again.h5 missed.h5
+    rm again.h5
+done
+[ ! -e missed.h5.checkpoint ] || fail "the checkpoint must be removed"
+rm missed.h5
+
 # --- interruptions: no half file, what is finished is kept
 
 sed 's/1e-2/1e-5/; s/phase_function.*/phase_function = "henyey_greenstein:g=0.6"/' recipes/narrow.toml >recipes/long.toml
@@ -138,6 +164,7 @@ printf '[discretisation]\nnodes = 16\n' >>recipes/long.toml
 echo older >older.h5
 checkpoint=older.h5.checkpoint
 start_long_bake() { # start_long_bake ARGS...: in the background, as $child, until it has made a choice
+    : >"$err"  # of the bake before
     env --default-signal=INT "$stratus" bake recipes/long.toml -o older.h5 --exr new.exr "$@" >"$out" 2>"$err" &  # which bash ignores
     child=$!
     for _ in $(seq 600); do
@@ -247,6 +274,11 @@ refuse_recipe '/^albedo =/s/0.6/0.25/' albedo.min "at most max" "got 0.5"
 refuse_recipe '/^albedo =/s/=.*/= 0.5/' albedo "min = ..., max = ..."
 refuse_recipe '/^optical_depth =/s/0.5/-1/' optical_depth.min "[1e-6, 1e9] or inf" "got -1"
 refuse_recipe '/^optical_depth =/s/2.0/nan/' optical_depth.max "[1e-6, 1e9] or inf" "got nan"
+refuse_recipe '/^sides/d; /^optical_depth =/s/=.*/= { min = inf, max = inf }/' 'sides must be ["reflection"]' \
+    "got no sides, which bakes both"
+refuse_recipe '/^sides/d; $a [below]\nalbedo = 0.3' \
+    "below must be lambert_albedo alone, or both phase_function and albedo, got albedo alone"
+refuse_recipe '/^sides/d; $a [below]\nphase_function = "isotropic"' "got phase_function alone"
 refuse_recipe 's/"reflection"/"up"/' sides reflection transmission "got up"
 refuse_recipe 's/"reflection"//' sides reflection transmission "got an empty list"
 refuse_recipe 's/^nodes.*/nodes = 0/' discretisation.nodes "[1, 512]" "got 0"

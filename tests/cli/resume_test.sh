@@ -26,7 +26,7 @@ begin() { # begin RECIPE: bakes it undisturbed, as whole.h5 and whole.exr, and t
     recipe=$1
     local started
     started=$(date +%s%N)
-    expect_ok bake "$recipe" -o whole.h5 --exr whole.exr --quiet
+    expect_ok bake "$recipe" --accept -o whole.h5 --exr whole.exr --quiet
     nanoseconds=$(($(date +%s%N) - started))
 }
 
@@ -36,7 +36,7 @@ killed() { # killed MOST ARGS...: bakes, and kills it after a random share of it
     moment=$(awk -v r="$RANDOM" -v most="$1" -v whole="$nanoseconds" 'BEGIN { print most / 100 * r / 32768 * whole / 1e9 }')
     shift
     ( # which keeps bash from telling of every kill
-        timeout -s KILL --preserve-status "$moment" "$stratus" bake "$recipe" -o t.h5 --exr t.exr --quiet "$@" 2>"$err"
+        timeout -s KILL --preserve-status "$moment" "$stratus" bake "$recipe" -o t.h5 --exr t.exr --accept --quiet "$@" 2>"$err"
         exit $?
     ) 2>/dev/null
     code=$?
@@ -61,7 +61,7 @@ for name in attempts mixture; do
     begin $name.toml
     for _ in $(seq 16); do
         until killed 100; do rm t.*; done
-        expect_ok bake $name.toml -o t.h5 --exr t.exr --resume --threads $((RANDOM % 3 + 1)) --quiet
+        expect_ok bake $name.toml -o t.h5 --exr t.exr --accept --resume --threads $((RANDOM % 3 + 1)) --quiet
         expect_undisturbed
     done
 done

@@ -2,8 +2,8 @@
 //
 // The error of a value is taken relative to the total R (or T) there, single scattering included,
 // but not to less than 1 % of the largest value that R (or T) takes at the same optical depth and
-// albedo for cosines of at least 0.1, and not to less than 1e-8, which no picture and no
-// measurement shows.
+// albedo for cosines of at least 0.1, nor to less than 1e-8, which shows in no picture or
+// measurement.
 #pragma once
 
 #include <stratus/bake/work_log.h>
@@ -30,7 +30,7 @@ struct ErrorSample {
     double scattering_angle;  // radians
     double expected, found;   // totals
     double error;             // relative, as above
-    double floor = 0;         // least that errors are relative to
+    double floor = 0;         // errors are relative to no less
     double mixture = 1;       // share of the first phase function
 };
 
@@ -50,13 +50,14 @@ struct VerifyOptions {
 struct Verification {
     std::vector<ErrorSample> samples;  // sorted by error
     int reference_nodes = 0;
-    double energy_defect = 0;   // largest |1 - plane albedo - transmittance| of the samples at w =
-                                // 1; -1: none at w = 1, or over something
-    double furnace_defect = 0;  // largest |integral of looked-up R - plane albedo stored|, over
-                                // some samples of depth and of mu_in >= 0.1, at the first and
-                                // the last albedo; -1 without reflection
-    double reciprocity_defect =
-        0;  // largest relative change of a lookup on exchanging mu_in and mu_out
+
+    /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
+    /// there, or over a lower boundary.
+    double energy_defect = 0;
+
+    /// Largest |integral of looked-up R - stored plane albedo|, over some samples of depth and of
+    /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection.
+    double furnace_defect = 0;
 
     bool meets(double tolerance) const;  // 99.9 % within tolerance, all within five times it
 };
@@ -66,17 +67,16 @@ struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
     LowerBoundary lower_boundary;  // what the layer lies on
-    AxisView mixture{};            // without samples where nothing is mixed
+    AxisView mixture{};            // no samples: a single mixture
     PhaseFunction second_phase_function{};
 };
 
-/// Random points of a range, solved: what they are expected to be. `found` and `error` are left to
-/// `look_up`.
+/// Random points of a range and their solved values; `look_up` fills in `found` and `error`.
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
                                              const VerifyOptions& options = {});
 
-/// Fills in what a table says at solved points, and how wrong it is.
+/// Looks solved points up in a table, and fills in `found` and `error`.
 void look_up(const TableView& table, std::vector<ErrorSample>& samples);
 void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples);
 

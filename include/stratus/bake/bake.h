@@ -16,6 +16,9 @@ struct BakeOptions {
     std::function<void(const std::string& line)> note;
     /// Share of the bake done, called from one thread at a time.
     std::function<void(double done, const std::string& stage)> progress;
+    /// Told once, by `bake`, where the table misses its tolerance: by how much, and which axes are
+    /// at their caps. Left empty, it goes to `note`.
+    std::function<void(const std::string& sentence)> missed;
     WorkLog log;  // what an interrupted bake has finished already
 };
 
@@ -24,8 +27,8 @@ struct BakeOptions {
 std::string baking_program();
 
 /// Fills in what the recipe's discretisation left open, by measuring: solver nodes and modes
-/// against finer ones, then each axis against the solver between its samples, until the tolerance
-/// is met with as few samples as do.
+/// against finer ones, then each axis against the solver between its samples, for the fewest
+/// samples that meet the tolerance.
 Recipe resolve(const Recipe& recipe, const BakeOptions& options = {});
 
 /// Solves all samples of a resolved recipe: a table ready for lookups that states no accuracy.
@@ -36,7 +39,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options = {});
 
 /// Bakes a table: resolves the recipe, solves all samples, checks the table at random points. Where
 /// the check misses the tolerance and the recipe left the sampling open, it is made finer and baked
-/// again, twice at most.
+/// again, twice at most; not where an axis at its cap alone keeps the table from meeting it.
 ///
 /// Pieces   of the log: every choice that is made, eight albedos of all octaves of depth, eight
 ///          points of the check; each of them in every attempt.

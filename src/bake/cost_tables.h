@@ -1,0 +1,62 @@
+// What errors of lookups cost in bytes: how finely each axis of a table is sampled.
+#pragma once
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+
+#include "cost_sweep.h"
+
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// As Verification::meets.
+bool keeps_tolerance(double tolerance, const CostPoint& table);
+
+/// An axis whose sampling is swept.
+struct SweptAxis {
+    const char* name;
+    int Discretisation::*samples;
+    int min;
+};
+
+class TableSweep {
+  public:
+    TableSweep(const Recipe& recipe, const CostBudget& budget, int nodes_of_points);
+
+    /// Bakes the recipe's own tolerance, and others around it while time is left.
+    void bake_tolerances();
+
+    /// Around what the recipe's tolerance chose: one axis at a time, then all of them together.
+    void sweep_axes();
+
+    /// From every tolerance's choice, cheap ones first, as coarse as leaves the table as accurate;
+    /// then as coarse as keeps the tolerance. What they end with says which choice was too fine.
+    void coarsen_chosen();
+
+    const std::vector<CostPoint>& points() const { return points_; }
+
+  private:
+    BakeOptions bake_options() const;
+    void solve_points(const Discretisation& chosen);
+    double time_lookup(const TableView& table) const;
+    CostPoint make_point(const Table& table, const Discretisation& d, double seconds);
+    std::vector<double> tolerances() const;
+    bool can_vary(const SweptAxis& axis) const;
+    double bytes_of(const Discretisation& d) const;
+    const CostPoint* find_table(const Discretisation& d) const;
+    const CostPoint* measure_table(Discretisation d, const char* varied, double share);
+    void coarsen(Discretisation now, const std::function<bool(const CostPoint&)>& will_do);
+
+    const Recipe& recipe_;
+    const CostBudget& budget_;
+    std::vector<CostPoint> points_;
+    std::vector<ErrorSample> expected_;  // random points; found and error unused
+    CostPoint own_;                      // the table that the recipe's tolerance chose
+    int nodes_of_points_;                // that solve the random points
+    int finest_nodes_ = 0, finest_modes_ = 0;
+    double seconds_per_byte_ = 0;
+};
+
+}  // namespace stratus

@@ -42,8 +42,7 @@ std::vector<float> LayerShapes::layer(int albedo, int depth, int step) const {
                          : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
     const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
     const std::ptrdiff_t at = used * depths + depth;
-    std::vector<float> from(size(cosines * cosines * columns));
-    samples_.copy(at * cosines * cosines * columns, cosines * cosines * columns, from.data());
+    const float* const from = samples_ + at * cosines * cosines * columns;
     const float* const in = table_.mu_in_weight + depth * cosines;
     const float* const out = table_.mu_out_weight + depth * cosines;
     std::vector<float> values;
@@ -51,8 +50,8 @@ std::vector<float> LayerShapes::layer(int albedo, int depth, int step) const {
     for (std::ptrdiff_t i = 0; i < cosines; ++i)
         for (std::ptrdiff_t j = 0; j <= i; ++j) {
             const float share = 0.5f * weight_[at] * in[i] * out[j];
-            const float* const there = from.data() + (i * cosines + j) * columns;
-            const float* const back = from.data() + (j * cosines + i) * columns;
+            const float* const there = from + (i * cosines + j) * columns;
+            const float* const back = from + (j * cosines + i) * columns;
             for (std::ptrdiff_t k = 0; k < columns; k += step)
                 values.push_back(share * (there[k] + back[k]));
         }

@@ -282,7 +282,7 @@ void SliceOf<channels>::bind_background(const TableView* table,
             const double mu = background_mu_.value(i);
             double& value = diffuse[static_cast<std::size_t>(i)];
             if (order_1) value += (all_orders ? -albedo : albedo) * (*order_1)(depth, mu);
-            background_[c].push_back(static_cast<float>(value / intercepted_share(depth, mu)));
+            background_[static_cast<std::size_t>(c)].push_back(static_cast<float>(value / intercepted_share(depth, mu)));
         }
     }
 }
@@ -435,7 +435,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const 
     float value[channels];
     for (int c = 0; c < channels; ++c)
         value[c] = one_sided_ ? 0
-                              : background_share(background_mu_, background_[c],
+                              : background_share(background_mu_, background_[static_cast<std::size_t>(c)],
                                                  medium_.optical_depth[c], double{mu});
     return value_of(value, 1);
 }

@@ -22,6 +22,7 @@
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/table.h>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -137,7 +138,7 @@ class SliceOf {
 
     // Diffuse transmittance divided by the share intercepted, over cosines; empty where it is 0.
     AxisView background_mu_{};
-    std::vector<float> background_[channels];
+    std::array<std::vector<float>, channels> background_;
 
     std::unique_ptr<BoundSide> reflection_, transmission_;
 };

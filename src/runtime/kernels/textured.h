@@ -11,8 +11,6 @@
 
 namespace stratus {
 
-constexpr int stencil_size = stencil_size;
-
 constexpr int functions = 16;  // a row of floats: one line of the cache
 constexpr int segments = 16;   // of the cosines
 

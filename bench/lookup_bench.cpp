@@ -1,8 +1,6 @@
-// Lookups at random points of baked tables, one thread, beside the floor: reading the same memory
-// and doing nothing with it.
+// Lookups at random points of baked tables, one thread, beside plain reads of the same memory.
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/half_table.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/textured_table.h>
@@ -94,15 +92,6 @@ void transmission(benchmark::State& state, const Table& (*table)()) {
     });
 }
 
-/// The same from samples in half the memory.
-void reflection_of_halves(benchmark::State& state, const Table& (*table)()) {
-    const stratus::HalfTable half = stratus::halved(table());
-    const stratus::TableView view = half.view();
-    at_random_points(state, table(), [&](const Point& at) {
-        return stratus::reflection(view, at.albedo, at.optical_depth, at.geometry).total();
-    });
-}
-
 /// Single scattering alone: what every lookup adds in closed form.
 void closed_form(benchmark::State& state, const Table& (*table)()) {
     stratus::TableView view = table().view();
@@ -139,10 +128,11 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
 }
 
 /// Fast lookups where albedo and optical depth vary too, one at a time.
-void textured(benchmark::State& state, const Table& (*table)(), bool lit) {
+void textured(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::TexturedTable textured(table().view());
     at_random_points(state, table(), [&](const Point& at) {
-        return (lit ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
+        return (side == stratus::Side::reflection
+                    ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
                     : textured.transmission(at.albedo, at.optical_depth, at.geometry))
             .total();
     });
@@ -150,7 +140,7 @@ void textured(benchmark::State& state, const Table& (*table)(), bool lit) {
 }
 
 /// The same, many at once; the time is that of one.
-void textured_batch(benchmark::State& state, const Table& (*table)(), bool lit) {
+void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::TexturedTable textured(table().view());
     std::vector<float> of[5];
     for (const Point& at : random_points(table())) {
@@ -164,7 +154,7 @@ void textured_batch(benchmark::State& state, const Table& (*table)(), bool lit) 
     while (state.KeepRunningBatch(batch)) {
         const stratus::TexturedPoints points{&of[0][next], &of[1][next], &of[2][next],
                                              &of[3][next], &of[4][next], batch};
-        if (lit)
+        if (side == stratus::Side::reflection)
             textured.reflection(points, total.data());
         else
             textured.transmission(points, total.data());
@@ -182,13 +172,11 @@ void textured_build(benchmark::State& state, const Table& (*table)()) {
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
 BENCHMARK_CAPTURE(transmission, isotropic, isotropic);
-BENCHMARK_CAPTURE(reflection_of_halves, isotropic, isotropic);
 BENCHMARK_CAPTURE(closed_form, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read, isotropic, isotropic);
 BENCHMARK_CAPTURE(plain_read_256_rows, isotropic, isotropic);
 BENCHMARK_CAPTURE(reflection, rings, rings);
 BENCHMARK_CAPTURE(transmission, rings, rings);
-BENCHMARK_CAPTURE(reflection_of_halves, rings, rings);
 BENCHMARK_CAPTURE(closed_form, rings, rings);
 BENCHMARK_CAPTURE(plain_read, rings, rings);
 BENCHMARK_CAPTURE(plain_read_256_rows, rings, rings);
@@ -285,19 +273,21 @@ struct Directions {
     }
 };
 
-stratus::Effects lit_side() {
+stratus::Effects reflection_alone() {
     stratus::Effects effects;
     effects.transmission = false;
     return effects;
 }
 
-const auto bound = [](const Table& table) { return table.view().bind(2, 0.95, lit_side()); };
+const auto bound = [](const Table& table) {
+    return table.view().bind(2, 0.95, reflection_alone());
+};
 const auto bound_rgb = [](const Table& table) {
-    return table.view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, lit_side());
+    return table.view().bind_rgb({2, 2, 2}, {0.95, 0.9, 0.8}, reflection_alone());
 };
 /// Closed form alone: no table.
 const auto single = [](const Table& table) {
-    return stratus::Slice(table.phase_function, {{2}, {0.95}}, lit_side());
+    return stratus::Slice(table.phase_function, {{2}, {0.95}}, reflection_alone());
 };
 
 /// Light that a slice reflects, one lookup at a time.
@@ -395,25 +385,25 @@ BENCHMARK_CAPTURE(bsdf, pdf_rings, rings, pdf);
 BENCHMARK_CAPTURE(bsdf, sample_rings, rings, sample);
 BENCHMARK_CAPTURE(bsdf, sample_and_pdf_rings, rings, sample_and_pdf);
 BENCHMARK_CAPTURE(build_bsdf, rings, rings)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, true);
-BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, false);
-BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, true);
-BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, false);
+BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, true);
-BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, false);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, true);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, false);
+BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, forward_R, forward, true);
-BENCHMARK_CAPTURE(textured, forward_T, forward, false);
-BENCHMARK_CAPTURE(textured_batch, forward_R, forward, true);
-BENCHMARK_CAPTURE(textured_batch, forward_T, forward, false);
+BENCHMARK_CAPTURE(textured, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, forward_T, forward, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, forward_T, forward, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rings_R, rings, true);
-BENCHMARK_CAPTURE(textured, rings_T, rings, false);
-BENCHMARK_CAPTURE(textured_batch, rings_R, rings, true);
-BENCHMARK_CAPTURE(textured_batch, rings_T, rings, false);
+BENCHMARK_CAPTURE(textured, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, rings_T, rings, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, rings_T, rings, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Lookups at random points of baked tables, one thread, beside the floor: reading the same memory
-// and doing nothing with it.
+// Lookups at random points of baked tables, one thread, beside plain reads of the same memory.
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
@@ -129,10 +128,11 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
 }
 
 /// Fast lookups where albedo and optical depth vary too, one at a time.
-void textured(benchmark::State& state, const Table& (*table)(), bool lit) {
+void textured(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::TexturedTable textured(table().view());
     at_random_points(state, table(), [&](const Point& at) {
-        return (lit ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
+        return (side == stratus::Side::reflection
+                    ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
                     : textured.transmission(at.albedo, at.optical_depth, at.geometry))
             .total();
     });
@@ -140,7 +140,7 @@ void textured(benchmark::State& state, const Table& (*table)(), bool lit) {
 }
 
 /// The same, many at once; the time is that of one.
-void textured_batch(benchmark::State& state, const Table& (*table)(), bool lit) {
+void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::TexturedTable textured(table().view());
     std::vector<float> of[5];
     for (const Point& at : random_points(table())) {
@@ -154,7 +154,7 @@ void textured_batch(benchmark::State& state, const Table& (*table)(), bool lit) 
     while (state.KeepRunningBatch(batch)) {
         const stratus::TexturedPoints points{&of[0][next], &of[1][next], &of[2][next],
                                              &of[3][next], &of[4][next], batch};
-        if (lit)
+        if (side == stratus::Side::reflection)
             textured.reflection(points, total.data());
         else
             textured.transmission(points, total.data());
@@ -273,19 +273,19 @@ struct Directions {
     }
 };
 
-stratus::Effects lit_side() {
+stratus::Effects reflection_alone() {
     stratus::Effects effects;
     effects.transmission = false;
     return effects;
 }
 
-const auto bound = [](const Table& table) { return stratus::bind(table.view(), 2, 0.95, lit_side()); };
+const auto bound = [](const Table& table) { return stratus::bind(table.view(), 2, 0.95, reflection_alone()); };
 const auto bound_rgb = [](const Table& table) {
-    return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, lit_side());
+    return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, reflection_alone());
 };
 /// Closed form alone: no table.
 const auto single = [](const Table& table) {
-    return stratus::Slice(table.phase_function, {{2}, {0.95}}, lit_side());
+    return stratus::Slice(table.phase_function, {{2}, {0.95}}, reflection_alone());
 };
 
 /// Light that a slice reflects, one lookup at a time.
@@ -383,25 +383,25 @@ BENCHMARK_CAPTURE(bsdf, pdf_rings, rings, pdf);
 BENCHMARK_CAPTURE(bsdf, sample_rings, rings, sample);
 BENCHMARK_CAPTURE(bsdf, sample_and_pdf_rings, rings, sample_and_pdf);
 BENCHMARK_CAPTURE(build_bsdf, rings, rings)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, true);
-BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, false);
-BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, true);
-BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, false);
+BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, true);
-BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, false);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, true);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, false);
+BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, forward_R, forward, true);
-BENCHMARK_CAPTURE(textured, forward_T, forward, false);
-BENCHMARK_CAPTURE(textured_batch, forward_R, forward, true);
-BENCHMARK_CAPTURE(textured_batch, forward_T, forward, false);
+BENCHMARK_CAPTURE(textured, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, forward_T, forward, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, forward_T, forward, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rings_R, rings, true);
-BENCHMARK_CAPTURE(textured, rings_T, rings, false);
-BENCHMARK_CAPTURE(textured_batch, rings_R, rings, true);
-BENCHMARK_CAPTURE(textured_batch, rings_T, rings, false);
+BENCHMARK_CAPTURE(textured, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured, rings_T, rings, stratus::Side::transmission);
+BENCHMARK_CAPTURE(textured_batch, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(textured_batch, rings_T, rings, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_build, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

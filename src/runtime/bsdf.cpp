@@ -53,7 +53,7 @@ struct Quadrature {
 // Samples of the albedo over the coordinate of mu_in.
 constexpr int albedo_rows = 129;
 
-/// Share of a beam that the layer intercepts; 1 where it is not all that scatters.
+/// Share of a beam that the layer intercepts; 1 over a lower boundary, which scatters too.
 template <int channels>
 float intercepted(const SliceOf<channels>& slice, int channel, float mu) noexcept {
     if (slice.is_one_sided()) return 1;
@@ -142,8 +142,9 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     if (!is_lit(wi) || sides == 0) return 0;
     const Horizontal in(wi);
     const float square = wo.x * wo.x + wo.y * wo.y;
-    // Light travels along -wi: cos(azimuth) = -dot / m, and of tan(azimuth / 2) = |cross| / (m -
-    // dot) = (m + dot) / |cross| the one that loses nothing.
+    // Light travels along -wi: cos(azimuth) = -dot / m. Of
+    //     tan(azimuth / 2) = |cross| / (m - dot) = (m + dot) / |cross|
+    // the one without cancellation is used.
     const float dot = in.x * wo.x + in.y * wo.y, cross = std::abs(in.x * wo.y - in.y * wo.x);
     const float m = std::max(square_root(in.square * square), 1e-18f);
     const float both[2] = {cross, m + std::abs(dot)};

@@ -25,7 +25,7 @@ struct Cosine {
     float v, root_mu, mu;
 };
 
-// Both ends are a little inside, where nothing is divided by 0.
+// Both ends lie a little inside [0, 1], so that nothing is divided by 0.
 constexpr float normal_v = 1e-6f, horizon_v = 1 - 5e-5f;
 
 inline Cosine cosine_at(float v) noexcept {
@@ -39,7 +39,7 @@ inline Cosine cosine_of(const DirectionDensity::Inclination& to_normal) noexcept
     return cosine_at(square_root(to_normal.sine_squared / ((1 + mu) * (1 + square_root(mu)))));
 }
 
-/// Two at the cost of one division.
+/// Two cosines for one division.
 struct Cosines {
     Cosine in, out;
 
@@ -72,7 +72,7 @@ struct SphereQuarter {
     explicit SphereQuarter(int number_) noexcept : number(number_) {}
 
     Side side() const noexcept { return static_cast<Side>(number / 2); }
-    /// From mu_in to its end, with a sign.
+    /// Signed distance in v from mu_in to the end of the quarter.
     float reach(const Cosine& in) const noexcept { return as_float(number % 2) - in.v; }
 };
 
@@ -98,7 +98,7 @@ struct AzimuthScale {
                                                          const DirectionDensity::Peaks& peaks,
                                                          const Cosine& in,
                                                          const Cosine& out) noexcept {
-    // The least and the largest angle from the middle of either peak, as azimuth goes around.
+    // The smallest and the largest angle from the middle of either peak over all azimuths.
     const float apart = std::abs(in.v - out.v), sum = in.v + out.v;
     const float elevation = (in.mu + out.mu) * 0.5f;
     const float nearer = (peaks.at_same_cosine + apart) * (peaks.at_horizon + 1);

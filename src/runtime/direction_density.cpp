@@ -16,7 +16,7 @@ constexpr int lines = 4 * quarter_lines;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
-/// Among the incident cosines of the density; 0 at the normal itself.
+/// Place among the incident cosines of the density, 0 at the normal.
 float row_place(const Cosine& in) noexcept { return (in.v - normal_v) * (rows - 1); }
 
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
@@ -27,7 +27,8 @@ float around_sample(int sample, int last, float u) noexcept {
     return std::min(place, as_float(2 * last) - place);
 }
 
-/// One of `count` events of given cumulative probability, and what is left of the random number.
+/// One of `count` events of given cumulative probability, and the random number made uniform
+/// again.
 struct Event {
     int number;
     float rest;
@@ -45,8 +46,8 @@ float inside_unit(float u) noexcept { return within(0, u, 1 - 6e-8f); }
 
 constexpr float no_peak = 100;  // wide enough for even coordinates
 
-/// The width of a peak that azimuths at equal cosines cross: of
-/// Henyey-Greenstein's the root of a quarter of (1 - g)^2 / g.
+/// The width of a peak, from azimuths at equal cosines; sqrt((1 - g)^2 / (4 g)) for
+/// Henyey-Greenstein.
 float peak_width(const DirectionDensity::Light& light, Side side, float mu, bool at_same_cosine) {
     constexpr int octaves = 20;
     const bool at_azimuth_0 = (side == Side::transmission) == at_same_cosine;
@@ -80,7 +81,7 @@ float end_half(int sample, int count) { return sample == 0 || sample == count - 
 }  // namespace
 
 struct DirectionDensity::SamplePlace {
-    std::size_t row, line, azimuth;  // samples, and how far on from them
+    std::size_t row, line, azimuth;  // samples, and the share of the way to the next
     float past_row, past_line, past_azimuth;
 
     SamplePlace(float at_row, int first_line, float at_line, float at_azimuth) noexcept {

@@ -1,4 +1,4 @@
-// How far lookups that are made faster may stray from those of the table itself.
+// How far faster lookups may differ from those of the table itself.
 #pragma once
 
 #include <stratus/runtime/table.h>

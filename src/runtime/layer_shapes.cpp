@@ -35,13 +35,13 @@ LayerShapes::LayerShapes(const TableView& table, Side side)
 std::vector<float> LayerShapes::layer(int albedo, int depth, int step) const {
     // For a sample too small to be scaled back up, its neighbour is used as in lookup.h.
     const std::ptrdiff_t depths = table_.optical_depth.size();
-    int used = albedo;
-    while (used < table_.albedo.count && weight_[used * depths + depth] == 0) ++used;
-    if (used == table_.albedo.count)
+    int neighbour = albedo;
+    while (neighbour < table_.albedo.count && weight_[neighbour * depths + depth] == 0) ++neighbour;
+    if (neighbour == table_.albedo.count)
         return depth > 0 ? layer(albedo, depth - 1, step)
                          : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
     const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
-    const std::ptrdiff_t at = used * depths + depth;
+    const std::ptrdiff_t at = neighbour * depths + depth;
     const float* const from = samples_ + at * cosines * cosines * columns;
     const float* const in = table_.mu_in_weight + depth * cosines;
     const float* const out = table_.mu_out_weight + depth * cosines;

@@ -1,4 +1,4 @@
-// The coordinate along which fast lookups sample cosines evenly, kernels/interpolation.h:
+// The coordinate along which fast lookups sample cosines evenly (kernels/interpolation.h):
 // v = sqrt(1 - mu) (1 - mu^(1/4) / 2), which falls from 1 at grazing to 0 at the normal.
 #pragma once
 

@@ -11,15 +11,15 @@
 namespace stratus {
 namespace {
 
-// By how much straight lines between cosines may be off, as a share of the tolerance, in all but
-// the worst hundredth of the directions.
+// Error that straight lines between cosines may make in all but the worst hundredth of the
+// directions, as a share of the tolerance.
 constexpr double line_share = 0.25, rare = 0.01;
 
 constexpr float negligible = 1e-16f;  // coefficient
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
-/// Where the cosines of a block lie, finer where straight lines need it.
+/// Cosines at which a block is sampled, closer where straight lines need it.
 struct MuGrid {
     double v_first, v_step;   // of the segments
     int first[segments + 1];  // place at which a segment begins
@@ -178,7 +178,7 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerB
                         all[size(a * rows + d)].value[f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
                 }
-    // What is left of albedo 0 would make lookups slow: numbers at the end of float's range.
+    // At albedo 0 little is left: products of it underflow, which takes fifty cycles each.
     for (CoefficientRow& row : all)
         for (float& value : row.value)
             if (std::abs(value) < negligible) value = 0;

@@ -2,10 +2,13 @@
 // directions as halves, finer along the cosines, and their coefficients.
 #pragma once
 
+#include <stratus/runtime/axis.h>
+
 #include "kernels/textured.h"
 #include "layer_basis.h"
 #include "layer_shapes.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace stratus {

@@ -10,10 +10,10 @@
 namespace stratus {
 namespace {
 
-constexpr int fewest_intervals = 256, max_intervals = 1 << 15;
+constexpr int min_intervals = 256, max_intervals = 1 << 15;
 constexpr double sampling_accuracy = 1e-6;  // of a value, half-way between samples
 
-/// cos Theta at a place x in [0, 1] of the samples: sin(Theta/2 - pi/4) = sqrt(2) (x - 1/2).
+/// cos Theta at x in [0, 1] along the samples: sin(Theta/2 - pi/4) = sqrt(2) (x - 1/2).
 double cos_theta_at(double x) {
     const double sine = std::clamp(std::sqrt(2.0) * (x - 0.5), -std::sqrt(0.5), std::sqrt(0.5));
     return -2 * sine * std::sqrt(1 - sine * sine);  // cos(2 asin(sine) + pi/2)
@@ -23,11 +23,11 @@ double cos_theta_at(double x) {
 
 PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, double*)>& value) {
     const auto stride = static_cast<std::size_t>(width);
-    std::vector<double> samples((fewest_intervals + 1) * stride);
-    for (std::size_t i = 0; i <= fewest_intervals; ++i)
-        value(cos_theta_at(static_cast<double>(i) / fewest_intervals), &samples[i * stride]);
-    // Halving the intervals shows how far off straight lines were.
-    std::size_t intervals = fewest_intervals;
+    std::vector<double> samples((min_intervals + 1) * stride);
+    for (std::size_t i = 0; i <= min_intervals; ++i)
+        value(cos_theta_at(static_cast<double>(i) / min_intervals), &samples[i * stride]);
+    // Halving the intervals shows the error of straight lines.
+    std::size_t intervals = min_intervals;
     for (bool straight = false; !straight && intervals < max_intervals; intervals *= 2) {
         straight = true;
         std::vector<double> finer((2 * intervals + 1) * stride);
@@ -80,8 +80,9 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
     form_ = forms[lobes];
 }
 
-PhaseCurve PhaseCurve::composed(const PhaseFunction& phase_function, const Opposition& opposition,
-                                const LowerBoundary* boundary) {
+PhaseCurve PhaseCurve::with_opposition_and_boundary(const PhaseFunction& phase_function,
+                                                    const Opposition& opposition,
+                                                    const LowerBoundary* boundary) {
     const bool with_depth = opposition.law == Opposition::Law::blinn;
     PhaseCurve curve = sampled(3, [&](double c, double* value) {
         const double phase = phase_function(c);
@@ -92,7 +93,7 @@ PhaseCurve PhaseCurve::composed(const PhaseFunction& phase_function, const Oppos
                        ? boundary->phase_function(c)
                        : 0;
     });
-    curve.form_ = PhaseForm::composed;
+    curve.form_ = PhaseForm::with_opposition_and_boundary;
     return curve;
 }
 

@@ -167,8 +167,9 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
-            reflection_->phase =
-                plain ? curve : PhaseCurve::composed(phase_function, effects.opposition, boundary);
+            reflection_->phase = plain ? curve
+                                       : PhaseCurve::with_opposition_and_boundary(
+                                             phase_function, effects.opposition, boundary);
             reflection_->form = reflection_->phase.form();
             for (int c = 0; c < channels; ++c) {
                 view.surface_albedo[c] =

@@ -39,15 +39,16 @@ std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 /// Single scattering, on the lit side with that of the lower boundary.
 void set_closed_forms(const TableView& table, Side which, const TexturedKernels& all,
                       TexturedMemory& side) {
-    const bool composed = which == Side::reflection && table.has_lower_boundary() &&
-                          table.lower_boundary->kind == LowerBoundary::Kind::layer;
-    side.phase = composed ? PhaseCurve::composed(*table.phase_function, {}, table.lower_boundary)
-                          : *table.phase_curve;
+    const bool over_layer = which == Side::reflection && table.has_lower_boundary() &&
+                            table.lower_boundary->kind == LowerBoundary::Kind::layer;
+    side.phase = over_layer ? PhaseCurve::with_opposition_and_boundary(*table.phase_function, {},
+                                                                       table.lower_boundary)
+                            : *table.phase_curve;
     if (which == Side::reflection && table.has_lower_boundary()) {
         const auto albedo = static_cast<float>(table.lower_boundary->albedo);
-        side.view.over_surface = !composed;
-        side.view.surface_albedo = composed ? 0 : albedo;
-        side.view.boundary_quarter_albedo = composed ? albedo / 4 : 0;
+        side.view.over_surface = !over_layer;
+        side.view.surface_albedo = over_layer ? 0 : albedo;
+        side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
     side.kernel = &(which == Side::reflection ? all.reflected : all.transmitted)
@@ -141,8 +142,8 @@ class BlockBuilder {
         return {first, last - first + 1};
     }
 
-    /// Blocks of some albedos from an optical depth on, each as deep as its basis suffices for; where
-    /// that is shallow, of half the albedos each.
+    /// Blocks of some albedos from an optical depth on, each as deep as its basis suffices for;
+    /// where that is shallow, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
         constexpr int shallow = 3, narrow = 8;  // cells
         const double allowed = basis_share * tolerance_;

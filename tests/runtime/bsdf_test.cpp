@@ -89,7 +89,7 @@ double integral_beside_peak(const Bsdf& bsdf, const Vector& wi, bool up, double 
     return sum / (n * n);
 }
 
-TEST_P(EveryMaterial, DrawsFromADensityOfIntegral1) {
+TEST_P(EveryMaterial, DensityIntegratesToOne) {
     const Bsdf bsdf = GetParam().bsdf();
     for (const double mu : {1.0, 0.97, 0.6, 0.2, 0.02}) {
         const double v_in = std::sqrt(1 - std::sqrt(mu));
@@ -101,7 +101,7 @@ TEST_P(EveryMaterial, DrawsFromADensityOfIntegral1) {
     }
 }
 
-TEST_P(EveryMaterial, DrawsAsManyDirectionsAsItsDensitySays) {
+TEST_P(EveryMaterial, SamplesFollowTheDensity) {
     const Bsdf bsdf = GetParam().bsdf();
     constexpr int sides = 2, cosine_bins = 10, azimuth_bins = 12, draws = 100000;
     for (const float mu : {0.95f, 0.4f, 0.03f}) {
@@ -151,7 +151,7 @@ TEST_P(EveryMaterial, DrawsAsManyDirectionsAsItsDensitySays) {
     }
 }
 
-TEST_P(EveryMaterial, SaysOfADrawnDirectionWhatItSaysOfThatDirection) {
+TEST_P(EveryMaterial, SamplesCarryTheirValueAndDensity) {
     const Bsdf bsdf = GetParam().bsdf();
     for (const float mu : cosines)
         for (const double azimuth : {0.0, 2.0, 5.0}) {
@@ -167,7 +167,7 @@ TEST_P(EveryMaterial, SaysOfADrawnDirectionWhatItSaysOfThatDirection) {
         }
 }
 
-TEST_P(EveryMaterial, VariesLittle) {
+TEST_P(EveryMaterial, HasLowVariance) {
     const Bsdf bsdf = GetParam().bsdf();
     for (const float mu : cosines) {
         const Estimate estimate = estimated(bsdf, direction(mu, 0.3, true), 1 << 13);
@@ -177,7 +177,7 @@ TEST_P(EveryMaterial, VariesLittle) {
     }
 }
 
-TEST_P(EveryMaterial, SumsUpToTheAlbedo) {
+TEST_P(EveryMaterial, EstimatesTheAlbedo) {
     const Bsdf bsdf = GetParam().bsdf();
     for (const float mu : cosines) {
         const Vector wi = direction(mu, 0.3, true);
@@ -212,7 +212,7 @@ double isotropic_share(Single single, double tau, double mu_in) {
     return sum;
 }
 
-TEST(Bsdf, KnowsTheAlbedoOfASingleScattering) {
+TEST(Bsdf, HasTheAlbedoOfSingleScattering) {
     for (const double tau : {1e-6, 1e-3, 0.05, 1.0, 20.0, infinity}) {
         const Bsdf bsdf = bsdf_of("isotropic", tau, 1);
         for (double mu = 1; mu > 1e-3; mu *= 0.83) {
@@ -227,7 +227,7 @@ TEST(Bsdf, KnowsTheAlbedoOfASingleScattering) {
     }
 }
 
-TEST(Bsdf, AsksTheSameOfAnglesAndOfVectors) {
+TEST(Bsdf, AgreesBetweenAnglesAndVectors) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.6", 0.7, 0.9);
     for (const RandomNumbers& u : evenly_spread(200)) {
         const float mu_in = 0.01f + 0.98f * u.u1, mu_out = 0.01f + 0.98f * u.u3;
@@ -250,7 +250,7 @@ TEST(Bsdf, AsksTheSameOfAnglesAndOfVectors) {
     }
 }
 
-TEST(Bsdf, TurnsWithItsDirections) {
+TEST(Bsdf, IsInvariantUnderRotation) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.6", 0.7, 0.9);
     for (const RandomNumbers& u : evenly_spread(100)) {
         const auto pdf = [&](double turned) {
@@ -261,7 +261,7 @@ TEST(Bsdf, TurnsWithItsDirections) {
     }
 }
 
-TEST(Bsdf, IsLitFromBelowAsFromAbove) {
+TEST(Bsdf, IsSymmetricBetweenAboveAndBelow) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.6", 0.7, 0.9);
     for (const RandomNumbers& u : evenly_spread(100)) {
         const Vector above = direction(u.u1, 1, true), below{above.x, above.y, -above.z};
@@ -285,7 +285,7 @@ void expect_nothing(const Bsdf& bsdf, const Vector& wi) {
     EXPECT_EQ(bsdf.albedo(wi).transmitted, 0);
 }
 
-TEST(Bsdf, ScattersNothingWhereNothingScatters) {
+TEST(Bsdf, ScattersNothingWithoutScatterers) {
     const Vector wi = direction(0.5, 1, true);
     expect_nothing(bsdf_of("rayleigh", 0, 1), wi);
     expect_nothing(bsdf_of("rayleigh", 1, 0), wi);
@@ -295,7 +295,7 @@ TEST(Bsdf, ScattersNothingWhereNothingScatters) {
     expect_nothing(bsdf_of("rayleigh", 1, 1), {0.6f, 0.8f, 0});  // light along the layer
 }
 
-TEST(Bsdf, KeepsToTheSideThatWasAskedFor) {
+TEST(Bsdf, ScattersToTheRequestedSideAlone) {
     for (const bool reflection : {true, false}) {
         Effects effects;
         effects.reflection = reflection;
@@ -311,7 +311,7 @@ TEST(Bsdf, KeepsToTheSideThatWasAskedFor) {
     }
 }
 
-TEST(Bsdf, SendsNothingThroughAThousandDepths) {
+TEST(Bsdf, TransmitsNothingThroughOpticalDepth1000) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.85", 1000, 1);
     const Bsdf endless = bsdf_of("henyey_greenstein:g=0.85", infinity, 1);
     for (const float mu : cosines) {
@@ -322,7 +322,7 @@ TEST(Bsdf, SendsNothingThroughAThousandDepths) {
     }
 }
 
-TEST(Bsdf, FollowsAMillionthOfADepth) {
+TEST(Bsdf, IsAccurateInVeryThinLayers) {
     constexpr double tau = 1e-6;
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.5", tau, 1);
     for (const float mu : {1.0f, 0.3f, 0.01f}) {
@@ -333,7 +333,7 @@ TEST(Bsdf, FollowsAMillionthOfADepth) {
     }
 }
 
-TEST(Bsdf, TakesAnyRandomNumberAndDirection) {
+TEST(Bsdf, AcceptsAnyRandomNumberAndDirection) {
     for (const Material& material : materials) {
         const Bsdf bsdf = material.bsdf();
         const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -355,7 +355,7 @@ TEST(Bsdf, TakesAnyRandomNumberAndDirection) {
     }
 }
 
-TEST(Bsdf, ReachesAllThatItScattersTo) {
+TEST(Bsdf, HasDensityWhereverItScatters) {
     for (const Material& material : materials) {
         const Bsdf bsdf = material.bsdf();
         for (const RandomNumbers& u : evenly_spread(1000)) {
@@ -366,7 +366,7 @@ TEST(Bsdf, ReachesAllThatItScattersTo) {
     }
 }
 
-TEST(RgbBsdf, DrawsTheMeanOfItsColours) {
+TEST(RgbBsdf, SamplesTheMeanOfItsChannels) {
     const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
     const Medium<3> medium{{0.2, 1, 5}, {1, 0.8, 0.5}};
     const RgbBsdf rgb(RgbSlice(phase, medium));
@@ -403,7 +403,7 @@ TEST(RgbBsdf, DrawsTheMeanOfItsColours) {
     }
 }
 
-TEST(Bsdf, FitsASecondLevelCache) {
+TEST(Bsdf, FitsTheSecondLevelCache) {
     const Bsdf bsdf = bsdf_of("isotropic", 1, 1);
     EXPECT_GT(bsdf.bytes(), bsdf.slice().bytes());
     EXPECT_LT(bsdf.bytes() - bsdf.slice().bytes(), 150000u);

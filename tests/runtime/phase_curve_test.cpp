@@ -37,7 +37,7 @@ double largest_error(const char* text) {
     return largest;
 }
 
-TEST(PhaseCurve, IsClosedWhereAllTermsAre) {
+TEST(PhaseCurve, HasAClosedFormWhereAllTermsDo) {
     for (const char* const text : {"isotropic", "rayleigh", "anisotropic:x=-0.7",
                                    "henyey_greenstein:g=0.75", "henyey_greenstein:g=-0.6",
                                    "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5",
@@ -47,12 +47,12 @@ TEST(PhaseCurve, IsClosedWhereAllTermsAre) {
     }
 }
 
-TEST(PhaseCurve, KeepsThePrecisionOfSharpPeaks) {
+TEST(PhaseCurve, IsAccurateInSharpPeaks) {
     EXPECT_LT(largest_error("henyey_greenstein:g=0.99"), 2e-6);
     EXPECT_LT(largest_error("henyey_greenstein:g=-0.99"), 2e-6);
 }
 
-TEST(PhaseCurve, SamplesWhatHasNoShortForm) {
+TEST(PhaseCurve, SamplesFunctionsWithoutClosedForm) {
     // Straight lines between samples are good to 1e-6; the Lambert sphere is 0 straight on.
     const char* const tabulated = "tabulated:points=0 3/20 2/60 1/120 0.5/180 0.8";
     EXPECT_GT(PhaseCurve(parse_phase_function(tabulated)).sample_count(), 0u);

@@ -99,16 +99,16 @@ struct Shape {
     const char* phase;
 };
 
-class TexturedTables : public testing::TestWithParam<Shape> {};
+class TexturedTableShapes : public testing::TestWithParam<Shape> {};
 
-TEST_P(TexturedTables, GiveWhatLookupsGive) {
+TEST_P(TexturedTableShapes, AgreeWithLookups) {
     const Shape& of = GetParam();
     const Table table = filled(of.counts, of.depths, of.phase);
     expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.01, 20));
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    All, TexturedTables,
+    All, TexturedTableShapes,
     testing::Values(Shape{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
                     Shape{"to_infinity", usual, to_infinity, "rayleigh"},
                     Shape{"two_lobes", usual, to_eight,
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
     [](const auto& row) { return row.param.name; });
 
-class TexturedSets : public testing::TestWithParam<InstructionSet> {
+class TexturedTableInstructionSets : public testing::TestWithParam<InstructionSet> {
   protected:
     void SetUp() override {
         if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
@@ -136,12 +136,12 @@ class TexturedSets : public testing::TestWithParam<InstructionSet> {
     std::optional<InstructionSetLimit> limit_;
 };
 
-TEST_P(TexturedSets, AgreeWithLookups) {
+TEST_P(TexturedTableInstructionSets, AgreeWithLookups) {
     const Table table = filled(usual, to_eight);
     expect_lookups(TexturedTable(table.view()), table.view(), points(table, 200, 0.05, 8));
 }
 
-TEST_P(TexturedSets, GiveManyTheSameAsOne) {
+TEST_P(TexturedTableInstructionSets, AgreeBetweenOneAndMany) {
     const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
     const TexturedTable textured(table.view());
     const std::vector<Point> at = points(table, 1003, 0.01, 40);  // no multiple of any width
@@ -164,12 +164,12 @@ TEST_P(TexturedSets, GiveManyTheSameAsOne) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, TexturedSets,
+INSTANTIATE_TEST_SUITE_P(All, TexturedTableInstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),
                          [](const auto& row) { return name_of(row.param); });
 
-TEST(TexturedTable, IsSymmetricInTheCosinesToTheLastBit) {
+TEST(TexturedTable, IsSymmetricInTheCosinesBitForBit) {
     const Table table = filled(usual, to_infinity);
     const TexturedTable textured(table.view());
     for (const Point& p : points(table, 200, 0.01, 40)) {
@@ -181,7 +181,7 @@ TEST(TexturedTable, IsSymmetricInTheCosinesToTheLastBit) {
     }
 }
 
-TEST(TexturedTable, IsEvenInTheAzimuthAndKnowsItsPeriod) {
+TEST(TexturedTable, IsEvenAndPeriodicInAzimuth) {
     const Table table = filled(usual, to_eight);
     const TexturedTable textured(table.view());
     const double there = textured.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
@@ -189,7 +189,7 @@ TEST(TexturedTable, IsEvenInTheAzimuthAndKnowsItsPeriod) {
         EXPECT_NEAR(textured.reflection(0.9, 1, {0.4, 0.7, azimuth}).total(), there, 1e-6);
 }
 
-TEST(TexturedTable, ScattersNothingWhereThereIsNothing) {
+TEST(TexturedTable, ScattersNothingAtZeroDepthOrAlbedo) {
     Table table = filled(usual, to_infinity);
     const TexturedTable textured(table.view());
     EXPECT_EQ(textured.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
@@ -198,7 +198,7 @@ TEST(TexturedTable, ScattersNothingWhereThereIsNothing) {
     EXPECT_EQ(textured.reflection(0, 1, {0.4, 0.7, 1}).single, 0);
 }
 
-TEST(TexturedTable, NearsTheLimitOfInfiniteDepthByTheLawOfDiffusion) {
+TEST(TexturedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
     const Table table = filled(usual, to_infinity);
     const TexturedTable textured(table.view());
     std::vector<Point> at = points(table, 100, 8, 1e5);
@@ -207,7 +207,7 @@ TEST(TexturedTable, NearsTheLimitOfInfiniteDepthByTheLawOfDiffusion) {
     expect_lookups(textured, table.view(), at);
 }
 
-TEST(TexturedTable, LetsNeighboursSpeakForSamplesOutOfReach) {
+TEST(TexturedTable, UsesNeighboursOfUnderflowingSamples) {
     // T of the lower albedos is below 1e-35 at the deepest samples.
     const Table table = filled({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
     const TexturedTable textured(table.view());
@@ -219,7 +219,7 @@ TEST(TexturedTable, LetsNeighboursSpeakForSamplesOutOfReach) {
     }
 }
 
-TEST(TexturedTable, AddsSingleScatteringAloneToASideThatTheTableLacks) {
+TEST(TexturedTable, GivesSingleScatteringAloneOfAMissingSide) {
     Table table = filled(usual, to_eight);
     table.transmission_multiple.clear();
     const TexturedTable textured(table.view());
@@ -229,9 +229,9 @@ TEST(TexturedTable, AddsSingleScatteringAloneToASideThatTheTableLacks) {
     EXPECT_NEAR(found.single, expected.single, 1e-6 * expected.single);
 }
 
-class TexturedOver : public testing::TestWithParam<LowerBoundary> {};
+class TexturedTableOverBoundary : public testing::TestWithParam<LowerBoundary> {};
 
-TEST_P(TexturedOver, GiveWhatLookupsGive) {
+TEST_P(TexturedTableOverBoundary, AgreeWithLookups) {
     Table table = empty_table(usual, to_infinity);
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.tolerance = tolerance;
@@ -241,7 +241,7 @@ TEST_P(TexturedOver, GiveWhatLookupsGive) {
     expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.005, 40));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, TexturedOver,
+INSTANTIATE_TEST_SUITE_P(All, TexturedTableOverBoundary,
                          testing::Values(LowerBoundary::surface(0.3),
                                          LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6)),
                          [](const auto& row) {

@@ -38,7 +38,7 @@ class BsdfOf {
     struct Sample {
         Vector wo;
         Value value;  // eval(wi, wo)
-        float pdf;    // 0: nothing is scattered, and the other numbers mean nothing
+        float pdf;    // 0: nothing is scattered, and the rest is undefined
     };
     struct SampleOfAngles {
         Side side;
@@ -47,7 +47,7 @@ class BsdfOf {
         float pdf;
     };
 
-    /// Takes the slice over: a BSDF is all that a material needs to keep.
+    /// Owns the slice: a material needs to keep nothing else.
     ///
     ///     const Bsdf bsdf(bind(table.view(), optical_depth, albedo));
     explicit BsdfOf(SliceOf<channels> slice);
@@ -61,9 +61,9 @@ class BsdfOf {
     float pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// Draws a direction: u1 the cosine and its side, u2 the azimuth, u3 one of two tabulated
-    /// incident cosines. Points that are evenly spread stay so.
+    /// incident cosines. Evenly spread random numbers give evenly spread directions.
     ///
-    /// Range    [0, 1) each; values outside count as the nearest inside.
+    /// Range    [0, 1) each; others are clamped.
     Sample sample(const Vector& wi, float u1, float u2, float u3) const noexcept;
     SampleOfAngles sample(float mu_in, float u1, float u2, float u3) const noexcept;
 

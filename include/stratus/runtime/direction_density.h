@@ -1,8 +1,8 @@
 // The density that a BSDF draws directions from (bsdf.h): linear between samples over incident
-// cosine, outgoing cosine and azimuth, in coordinates that widen forward and backward peaks. What
-// is drawn and what `pdf` says are one and the same function.
+// cosine, outgoing cosine and azimuth, in coordinates that widen forward and backward peaks.
+// Samples follow exactly the density that `pdf` returns.
 //
-// No call allocates, throws or takes a lock, but the constructor.
+// After construction no call allocates, throws or takes a lock.
 #pragma once
 
 #include <stratus/runtime/single_scattering.h>
@@ -53,8 +53,8 @@ class DirectionDensity {
     /// Widths of the peaks of one side in the coordinate of cosines, and how that of mu_out is
     /// stretched around them.
     struct Peaks {
-        float at_same_cosine;  // straight on through the layer, or straight back
-        float at_horizon;      // the other one, met where both cosines are small
+        float at_same_cosine;  // forward in transmission, backward in reflection
+        float at_horizon;      // the other one, where both cosines are small
         float slope;           // of the coordinate where mu_out equals mu_in
         float half_over_bend;  // 1 / (2 (1 - slope))
     };

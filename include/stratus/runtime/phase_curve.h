@@ -1,8 +1,8 @@
 // A phase function in single precision, as fast lookups evaluate it: a polynomial and up to two
-// Henyey-Greenstein lobes where that is all it is, else samples.
+// Henyey-Greenstein lobes where it consists of no more, samples otherwise.
 //
-// The argument is y = 1 - cos Theta, and 1 + cos Theta beside it: each keeps its precision in the
-// peak where it is small. Samples lie uniformly over (1 + sin(Theta/2) - cos(Theta/2)) / 2, nearly
+// The arguments are y = 1 - cos Theta and 1 + cos Theta, each accurate in the peak where it is
+// small. Samples lie uniformly over (1 + sin(Theta/2) - cos(Theta/2)) / 2, nearly
 // the angle itself, and are joined linearly.
 #pragma once
 
@@ -25,19 +25,19 @@ struct PhaseLobe {
 struct PhaseCurveView {
     float polynomial[3] = {0, 0, 0};  // in y
     PhaseLobe lobe[2] = {{0, 1, 0, 0}, {0, 1, 0, 0}};
-    const float* sample = nullptr;  // null: polynomial and lobes are all
+    const float* sample = nullptr;  // null: polynomial and lobes alone
     int last = 0;                   // index of the last sample
 };
 
 /// How a lookup finds its phase function.
 enum class PhaseForm {
     none,        // single scattering is not asked for
-    constant,    // no angle matters
+    constant,    // isotropic
     polynomial,  // in cos Theta
     one_lobe,    // a polynomial and a Henyey-Greenstein lobe
     two_lobes,
     sampled,
-    composed,  // sampled, with opposition and a layer beneath sampled beside it; reflection alone
+    with_opposition_and_boundary,  // all three sampled side by side; reflection alone
 };
 constexpr int phase_forms = 7;
 
@@ -47,7 +47,7 @@ class PhaseCurve {
     /// Isotropic.
     PhaseCurve() : PhaseCurve(PhaseFunction()) {}
 
-    /// Closed where all terms are; samples of the whole function else.
+    /// Closed form where all terms have one; samples of the whole function otherwise.
     ///
     /// Accuracy 1e-6 of the value, or what 32,768 intervals give where a peak is too narrow.
     explicit PhaseCurve(const PhaseFunction& phase_function);
@@ -57,11 +57,12 @@ class PhaseCurve {
     static PhaseCurve sampled(int width,
                               const std::function<void(double cos_theta, double* value)>& value);
 
-    /// Single scattering on the lit side with what acts on it there, side by side: the phase
-    /// function, the same times the bump of an opposition whose amplitude depends on the depth, and
-    /// the phase function of a layer beneath.
-    static PhaseCurve composed(const PhaseFunction& phase_function, const Opposition& opposition,
-                               const LowerBoundary* boundary);
+    /// What single scattering on the lit side needs, side by side: the phase function, the same
+    /// times the bump of an opposition whose amplitude depends on the depth, and the phase function
+    /// of a layer that is the lower boundary.
+    static PhaseCurve with_opposition_and_boundary(const PhaseFunction& phase_function,
+                                                   const Opposition& opposition,
+                                                   const LowerBoundary* boundary);
 
     PhaseCurveView view() const noexcept;
 

@@ -1,21 +1,21 @@
-// A textured table: fast lookups where every one has an albedo and optical depth of its own, as
-// rings and clouds of planets have them from textures.
+// A textured table: fast lookups where each has an albedo and optical depth of its own, such as
+// textures give rings and clouds of planets.
 //
 // Which to use:
 //   reflection, transmission (lookup.h)   cubic along all five axes of the table as it is; nothing
-//                                         to prepare, half a microsecond to one
+//                                         to prepare, 0.5 to 1 microsecond
 //   Slice (slice.h)                       one layer, many directions: the fastest by far
 //   TexturedTable                         everything varies
 //
 // What lookup.h interpolates, samples divided by albedo, shares intercepted and diffusion scales,
 // hardly differs in shape from one layer to the next. Within a block of neighbouring optical depths
 // sixteen functions of the directions suffice for all layers: a basis chosen greedily from the
-// layers themselves, as in reduced-basis methods, until the worst of them is met. A lookup is the
-// product of sixteen coefficients, cubic in albedo and optical depth, with sixteen functions,
-// linear in both cosines and cubic in azimuth.
+// layers themselves, as in reduced-basis methods, until the largest error is small enough. A lookup
+// is the product of sixteen coefficients, cubic in albedo and optical depth, with sixteen
+// functions, linear in both cosines and cubic in azimuth.
 //
-// Numbers are single precision; limits and clamping are those of lookup.h, but that cosines below
-// the first sample scale the multiply scattered part by the shares intercepted at the cosine
+// Numbers are single precision; limits and clamping are those of lookup.h, except that below the
+// first cosine the multiply scattered part is scaled by the shares intercepted at the cosine
 // itself. No lookup allocates, throws, or takes a lock; any number of threads may share a textured
 // table.
 #pragma once
@@ -28,7 +28,7 @@
 
 namespace stratus {
 
-/// Where lookups are asked for, structure of arrays: `count` of each.
+/// Arguments of many lookups, structure of arrays: `count` of each.
 struct TexturedPoints {
     const float *albedo, *optical_depth, *mu_in, *mu_out, *azimuth;
     std::size_t count;
@@ -38,11 +38,11 @@ struct TexturedMemory;  // of one side
 
 class TexturedTable {
   public:
-    /// Works out the functions; the table may go afterwards.
+    /// Computes the functions; the table is not needed afterwards.
     ///
-    /// Accuracy in 99.9 % of lookups 0.35 (R) or 0.6 (T) of the table's tolerance are added to its
-    ///          errors, 1.2 at worst.
-    /// Cost     of time, seconds for tables of 100 MB; of memory, see `bytes`.
+    /// Accuracy in 99.9 % of lookups adds at most 0.35 (R) or 0.6 (T) of the table's tolerance to
+    ///          its errors, 1.2 at worst.
+    /// Cost     seconds for tables of 100 MB; memory: see `bytes`.
     /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ or that has a
     ///          mixture axis.
     explicit TexturedTable(const TableView& table);

@@ -67,7 +67,7 @@ STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValue
                                   const BoundaryAlbedos<B>& boundary) {
     const F single = phase.layer * both.extinguished * path.reciprocal_sum * quarter_albedo +
                      both.transmitted * boundary.surface;
-    if constexpr (form == PhaseForm::composed) {
+    if constexpr (form == PhaseForm::with_opposition_and_boundary) {
         F more = phase.boundary * both.transmitted * boundary.quarter;
         if constexpr (with_opposition) {
             // [Blinn82] 5.2: tanh(x / 4) = extinguished / (1 + sqrt(transmitted))^2 at exp(-x)

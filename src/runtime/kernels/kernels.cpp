@@ -200,7 +200,8 @@ void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, flo
 template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
-    constexpr bool impossible = side == Side::transmission && form == PhaseForm::composed;
+    constexpr bool impossible =
+        side == Side::transmission && form == PhaseForm::with_opposition_and_boundary;
     if constexpr (nothing || impossible)
         return {nullptr, nullptr, nullptr};
     else

@@ -1,5 +1,5 @@
-// Lookups of bound slices for every combination of effects, one light path at a time or many side by
-// side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
+// Lookups of bound slices for every combination of effects, one light path at a time or many side
+// by side, compiled once for each instruction set and chosen when the program runs (dispatch.cpp).
 //
 // Files compiled for newer processors use no inline function of external linkage, so that none of
 // their code can end up shared with the rest of the program.

@@ -61,7 +61,7 @@ struct PhaseValues {
 template <PhaseForm form, class F>
 STRATUS_INLINE PhaseValues<F> phase_values(const PhaseCurveView& curve,
                                            const LightPathOf<F>& path) {
-    if constexpr (form == PhaseForm::composed) {
+    if constexpr (form == PhaseForm::with_opposition_and_boundary) {
         F value[3];
         sampled_values<3>(curve, path, value);
         return {value[0], value[1], value[2]};

@@ -12,7 +12,7 @@ namespace {
 
 // ---- where a lookup reads
 
-/// LookupLanes made ready: what to read and how to weigh it.
+/// What `width` lookups read, and the weights of it.
 template <int width>
 struct Plan {
     alignas(64) float albedo_weight[stencil_size][width];
@@ -27,7 +27,7 @@ struct Plan {
     int next_mu[width];                        // rows to the next mu
 };
 
-/// Where a coordinate is on an axis: the sample before it, the first of its stencil.
+/// A coordinate on an axis: the sample before it, and the first of the cubic's.
 template <class F>
 struct CubicPlace {
     F cell, first;
@@ -43,7 +43,7 @@ STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate,
 
 constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
 
-/// Places of a cosine among those of a block, at a coordinate of mu_places.h.
+/// Place of a cosine among those of a block, from its coordinate (mu_places.h).
 template <class F, class Index>
 STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
     const F s = clamped((v - side.v_first) * side.segments_per_v, 0, segments * (1 - 1e-6f));
@@ -52,7 +52,7 @@ STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
     return at.here + (s - as_float(segment)) * (at.next - at.here);
 }
 
-/// Which coefficients speak for an albedo and optical depth, and by how much but for their scale.
+/// Which coefficients an albedo and optical depth read, and their weights but for a scale.
 template <class F>
 struct LayerWindow {
     F of_albedo[stencil_size], of_depth[stencil_size];
@@ -211,7 +211,7 @@ STRATUS_INLINE int rows_of(const TexturedSide& side) {
     return azimuthal ? side.azimuths + 2 : 1;
 }
 
-/// Starts reading what lookup n of a plan will want.
+/// Starts reading what lookup n of a plan needs.
 template <bool azimuthal, int width>
 STRATUS_INLINE void prefetch(const Plan<width>& plan, int n, int rows) {
     const int next = plan.next_mu[n];
@@ -223,7 +223,7 @@ STRATUS_INLINE void prefetch(const Plan<width>& plan, int n, int rows) {
     }
 }
 
-/// Of one lookup, what its layer and its directions come to.
+/// Samples that one lookup reads.
 struct SampleIndices {
     std::int32_t block, first_albedo, first_depth, mu, other_mu, first_azimuth;
 };
@@ -293,7 +293,7 @@ STRATUS_INLINE void prepare(const TexturedSide& side, const TexturedPointOf<F>& 
             {number[0][k], number[1][k], number[2][k], number[3][k], number[4][k], 0}, n + k, plan);
 }
 
-// ---- what it adds up to
+// ---- sums of functions
 
 STRATUS_INLINE LookupLanes::Floats words(const CoefficientRow& row, int word) {
     LookupLanes::Floats values;
@@ -390,7 +390,7 @@ void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_
     }
 }
 
-/// While some lookups are added up, the memory that the next ones will read is on its way.
+/// While some lookups are summed, the memory that the next ones read is being fetched.
 template <Side which, PhaseForm form, bool azimuthal>
 void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size_t count,
                    float* total) {
@@ -411,7 +411,7 @@ void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
     if constexpr (form == PhaseForm::none ||
-                  (form == PhaseForm::composed && which == Side::transmission))
+                  (form == PhaseForm::with_opposition_and_boundary && which == Side::transmission))
         return {nullptr, nullptr};
     else
         return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};

@@ -11,7 +11,7 @@
 
 namespace stratus {
 
-constexpr int functions = 16;  // a row of floats: one line of the cache
+constexpr int functions = 16;  // a row of floats is one cache line
 constexpr int segments = 16;   // of the cosines
 
 /// Coefficients of the functions.
@@ -26,9 +26,8 @@ struct alignas(32) FunctionRow {
 
 /// The layers between two albedos and two optical depths.
 struct TexturedBlock {
-    /// Over (mu, mu', azimuth). Row i over mu has mu' = 0 .. i + 1: the larger of both places comes
-    /// first, R and T being symmetric. Where there are azimuths, one mirrored sample lies beyond
-    /// either end.
+    /// Over (mu, mu', azimuth). R and T are symmetric in the cosines: row i over mu has
+    /// mu' = 0 .. i + 1 alone. Where there are azimuths, a mirrored sample lies beyond either end.
     const FunctionRow* function;
     const CoefficientRow* coefficient;  // over (albedo, optical depth)
     int first_albedo, first_depth;      // of the coefficients: samples of the table
@@ -48,32 +47,32 @@ struct TexturedSide {
     TexturedAxis albedo;         // over -sqrt(1 - w)
     TexturedAxis optical_depth;  // over log2(tau), finite samples
     float min_albedo, max_albedo;
-    float min_depth;         // finite samples; what lies beneath shines through less than that
+    float min_depth;         // finite samples; a surface is seen as it is through less
     float max_finite_depth;  // finite samples; beyond it reflection follows the law of diffusion
     float max_depth;         // depths are clamped to it
     bool ends_at_infinity;   // reflection alone
-    bool divided;            // by albedo, shares and diffusion scales; not over what lies beneath
+    bool divided;            // by albedo, shares and diffusion scales; not over a lower boundary
     bool over_surface;
-    float surface_albedo;           // of a surface
-    float boundary_quarter_albedo;  // w / 4 of a layer
+    float surface_albedo;           // of a surface that is the lower boundary
+    float boundary_quarter_albedo;  // w / 4 of a layer that is
 
     float extrapolation_length;
     const float* diffusion_exponent;  // over albedo
     // Over albedo, for reflection beyond the deepest finite sample: 1 / its deficit, 0 where it is
-    // spent, and the scale of its samples.
+    // below min_deficit, and the scale of its samples.
     const float* inverse_deficit;
     const float* deepest_scale;
 
     const TexturedBlock* block;
     const float* block_of_cell;  // over (albedo, optical depth), whole numbers
-    // Places of cosines. The axis of v (mu_places.h) is cut into segments, each into as many steps
-    // as its block needs there: over (block, segment), the place where a segment begins.
+    // The axis of v (mu_places.h) is divided into segments, each into as many steps as its block
+    // needs there: over (block, segment), the index of the cosine where a segment begins.
     const float* place;
     float v_first, segments_per_v;
     int azimuths;  // samples of the table; 1: nothing depends on azimuth
 };
 
-/// One lookup. 1 - albedo comes beside the albedo with its own precision.
+/// One lookup; co_albedo is 1 - albedo, accurate where it is small.
 template <class F>
 struct TexturedPointOf {
     F albedo, co_albedo, optical_depth, mu_in, mu_out, azimuth;

@@ -124,7 +124,7 @@ void SolverSweep::sweep() {
     const double enough = 1e-2 * finest_share * recipe_.tolerance;
     for (const CostPoint& point : points_) {
         nodes_of_points_ = point.solver.nodes;
-        if (point.error_most <= enough) break;
+        if (point.error_99_9 <= enough) break;
     }
     sweep_nodes({variants.begin() + 1, variants.end()});
     time(points_, share_of_solver_times);

@@ -26,8 +26,8 @@ Axis mixture_axis(Range range, int samples);
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
 /// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the
-/// diffusion exponents, or 1 where the series stops: light scattered a few times penetrates no deeper
-/// than the beam.
+/// diffusion exponents, or 1 where the series stops: light scattered a few times penetrates no
+/// deeper than the beam.
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
 
 /// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a

@@ -174,8 +174,8 @@ SolverSweep::SolverKey SolverSweep::key_of(const CostPoint& point) {
     return {of.scheme, of.start, of.start_depth, of.nodes, of.modes};
 }
 
-/// Several rounds over all points, so that no time is that of one busy moment; drops the points that
-/// there is no time for.
+/// Several rounds over all points, so that no time is that of one busy moment; drops the points
+/// that there is no time for.
 void SolverSweep::time(std::vector<CostPoint>& points, double share) {
     auto effort = [](const CostPoint& point) {
         const SolverOptions& of = point.solver;

@@ -1,5 +1,5 @@
-// From a recipe to its discretisation, one choice after the other: what the recipe gives stays, what
-// an interrupted bake has chosen is taken from its log, what is open is measured on the probes.
+// From a recipe to its discretisation, one choice after the other: what the recipe gives stays,
+// what an interrupted bake has chosen is taken from its log, the rest is measured on the probes.
 #include "resolve.h"
 
 #include <stratus/runtime/number_text.h>

@@ -1,8 +1,8 @@
 // Finished pieces of a long computation, so that it can resume after an interruption.
 //
 // Every piece has a name; it is looked up before it is computed and kept after. Names and results
-// follow from the recipe alone, so a resumed computation gives the bytes of an uninterrupted one, on
-// any number of threads. All three functions may be left empty.
+// follow from the recipe alone, so a resumed computation gives the bytes of an uninterrupted one,
+// on any number of threads. All three functions may be left empty.
 #pragma once
 
 #include <functional>

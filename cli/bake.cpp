@@ -52,7 +52,7 @@ std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Re
     return checkpoint;
 }
 
-/// Bakes with what the checkpoint holds, and adds to it.
+/// Bakes from the checkpoint, and adds to it.
 ///
 /// Errors   EndedBySignal where one came.
 Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
@@ -67,7 +67,8 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
     options.progress = [&, show = options.progress](double done, const std::string& stage) {
         show(done, stage);
         const std::string trouble = checkpoint.trouble();
-        if (!told && !trouble.empty()) options.note("note: finished work is not kept: " + trouble);
+        if (!told && !trouble.empty())
+            options.note("note: the checkpoint cannot be written: " + trouble);
         told = !trouble.empty();
     };
     try {
@@ -144,9 +145,9 @@ void add_bake(CLI::App& app) {
         ->check(file_name());
     add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
-                   "Go on with an interrupted bake: OUTPUT.checkpoint holds what it has finished, "
-                   "and is removed when the table is whole. The table is the same, byte for byte. "
-                   "Without a checkpoint, bake from the start");
+                   "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
+                   "table is complete. The table is the same, byte for byte. Without a checkpoint, "
+                   "bake from the start");
     bake->add_flag("--accept", command->accept,
                    "Exit code 0 even where the table misses its tolerance");
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");

@@ -39,12 +39,12 @@ std::string lookup_text(const CostPoint& point) {
     return short_number(point.lookup_ns * 1e-3) + " \u00b5s";
 }
 
-/// Errors below what a double resolves are drawn there.
+/// Errors below double precision are drawn at it.
 PlotPoint plotted(const CostPoint& point, std::string label) {
-    return {point.cost(), std::max(point.error_most, 1e-16), std::move(label)};
+    return {point.cost(), std::max(point.error_99_9, 1e-16), std::move(label)};
 }
 
-/// Every tolerance's choice; those that chose alike share a mark.
+/// Every tolerance's choice; equal choices share a mark.
 PlotSeries chosen_by_tolerance(const std::vector<const CostPoint*>& points) {
     PlotSeries series{"chosen by tolerance (beside it)", PlotSeries::Role::chosen, {}};
     for (const CostPoint* point : points) {
@@ -79,7 +79,7 @@ PlotSeries frontier_of(const std::vector<const CostPoint*>& points, const char* 
     return series;
 }
 
-/// What a series of a panel holds: points that no tolerance chose and that belong to it.
+/// A series of a panel: points that no tolerance chose.
 struct Group {
     const char* name;
     bool (*holds)(const CostPoint& point);
@@ -182,7 +182,7 @@ void add_cost(CLI::App& app) {
     cost->add_option("--svg", command->svg, "Figure of both frontiers to draw, .svg")
         ->check(file_name());
     cost->add_option("--seconds", command->options.seconds,
-                     "After which nothing new is measured, from cheap to dear")
+                     "After which no measurement starts; they go from cheap to expensive")
         ->capture_default_str()
         ->check(number("above 0", [](double seconds) { return seconds > 0; }));
     add_threads(*cost, command->options.threads, ". What is timed runs alone on one");

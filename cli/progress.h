@@ -17,7 +17,7 @@ class Progress {
     /// Share done [0, 1] of a stage; a new stage, or less done than before, starts its own clock.
     void show(double done, const std::string& stage);
 
-    /// One line of its own, not mixed up with the bar.
+    /// A line of its own, clear of the bar.
     void note(const std::string& line);
 
   private:

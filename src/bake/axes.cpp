@@ -10,14 +10,14 @@ namespace stratus {
 
 namespace {
 
-/// Samples below which a table of angles begins: mu = 1e-4.
-constexpr double lowest_mu = 1e-4;
+/// First sample of mu.
+constexpr double min_mu = 1e-4;
 
 /// q (1 - g) of conservative isotropic scattering, 2 x 0.7104. [vdH80]
 constexpr double reduced_extrapolation_length = 1.4208921792;
 
-/// Over whiter ground the length is cut off: what it is for, the light lost in the ground, is less
-/// than the tolerances that tables are made for.
+/// The length over whiter ground is that at this absorptance: the light lost in the ground is then
+/// below the tolerances of tables.
 constexpr double min_absorptance = 1e-3;
 
 }  // namespace
@@ -33,7 +33,7 @@ SolverOptions solver_options(const Recipe& recipe) {
 }
 
 Axis mu_axis(int samples) {
-    return make_axis(AxisScale::arcsine_of_fourth_root, lowest_mu, 1, samples);
+    return make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
 }
 
 Axis azimuth_axis(int samples) {
@@ -52,12 +52,12 @@ Axis mixture_axis(Range range, int samples) {
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
     if (std::isinf(range.min)) return make_axis(AxisScale::logarithmic, 1, 1, 0, true);
     const bool ends_at_infinity = std::isinf(range.max);
-    const double highest = ends_at_infinity ? deepest : range.max;
-    if (range.min == highest) return make_axis(AxisScale::logarithmic, highest, highest, 1);
-    const double steps = samples_per_octave * std::log2(highest / range.min);
+    const double max = ends_at_infinity ? deepest : range.max;
+    if (range.min == max) return make_axis(AxisScale::logarithmic, max, max, 1);
+    const double steps = samples_per_octave * std::log2(max / range.min);
     const int intervals = std::max(1, static_cast<int>(std::ceil(steps - 1e-9)));
-    const double lowest = highest * std::exp2(-static_cast<double>(intervals) / samples_per_octave);
-    return make_axis(AxisScale::logarithmic, lowest, highest, intervals + 1, ends_at_infinity);
+    const double min = max * std::exp2(-static_cast<double>(intervals) / samples_per_octave);
+    return make_axis(AxisScale::logarithmic, min, max, intervals + 1, ends_at_infinity);
 }
 
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
@@ -66,9 +66,9 @@ std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<doub
 }
 
 double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary) {
-    // A ground that gives back the share A of the light is as good as a black one (4/3) A / (1 - A)
-    // further down: through a conservative layer of reduced depth x, which transmits t = (4/3) /
-    // (x + q) [vdH80], the share (1 - A) t / (1 - A (1 - t)) reaches and stays in it.
+    // A ground of albedo A is equivalent to a black one (4/3) A / (1 - A) deeper: a conservative
+    // layer of reduced depth x transmits t = (4/3) / (x + q) [vdH80], of which the ground absorbs
+    // (1 - A) t / (1 - A (1 - t)).
     double albedo = boundary.albedo;
     if (boundary.kind == LowerBoundary::Kind::layer) {
         SolverOptions flux_only;

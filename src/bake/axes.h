@@ -9,7 +9,7 @@ namespace stratus {
 /// The solver that a recipe asks for, as far as it is resolved.
 SolverOptions solver_options(const Recipe& recipe);
 
-/// mu from 1e-4 to 1: light closer than 0.006 degrees to the surface is clamped.
+/// mu from 1e-4 to 1: directions within 0.006 degrees of the surface are clamped.
 Axis mu_axis(int samples);
 
 /// 0 to pi; one sample where nothing depends on azimuth.
@@ -22,16 +22,16 @@ Axis albedo_axis(Range range, int samples);
 Axis mixture_axis(Range range, int samples);
 
 /// `samples_per_octave` up to max, or up to `deepest` and infinity. It begins at min, or a little
-/// below where max is met.
+/// below it so that max is a sample.
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
 /// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the
-/// diffusion exponents, or 1 where the series stops, for light scattered a few times only goes as
-/// deep as the beam.
+/// diffusion exponents, or 1 where the series stops: light scattered a few times penetrates no
+/// deeper than the beam.
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
 
-/// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a ground that gives light
-/// back.
+/// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a
+/// reflecting ground.
 double extrapolation_length(const PhaseFunction& phase_function, const LowerBoundary& boundary);
 
 }  // namespace stratus

@@ -19,12 +19,12 @@ namespace {
 
 void judge(std::vector<CostPoint>& points) {
     std::vector<Trade> trades;
-    for (const CostPoint& point : points) trades.push_back({point.cost(), point.error_most});
+    for (const CostPoint& point : points) trades.push_back({point.cost(), point.error_99_9});
     for (const std::size_t at : find_frontier(trades)) points[at].on_frontier = true;
     for (CostPoint& point : points) {
         double cheapest = point.cost();
         for (const CostPoint& other : points)
-            if (other.error_most <= point.error_most) cheapest = std::min(cheapest, other.cost());
+            if (other.error_99_9 <= point.error_99_9) cheapest = std::min(cheapest, other.cost());
         point.times_frontier = point.cost() / cheapest;
     }
 }
@@ -34,7 +34,7 @@ void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solv
     for (const CostPoint& point : solvers)
         if (point.tolerance > 0)
             budget.say("tolerance " + short_number(point.tolerance) + ": solver error " +
-                       short_number(point.error_most) + ", " + short_number(point.times_frontier) +
+                       short_number(point.error_99_9) + ", " + short_number(point.times_frontier) +
                        " times the time of the cheapest that is as accurate");
     for (const CostPoint& point : tables) {
         if (point.tolerance == 0) continue;
@@ -43,7 +43,7 @@ void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solv
             if (keeps_tolerance(point.tolerance, other))
                 min_bytes = std::min(min_bytes, other.bytes);
         budget.say("tolerance " + short_number(point.tolerance) + ": table error " +
-                   short_number(point.error_most) + ", " + short_number(point.times_frontier) +
+                   short_number(point.error_99_9) + ", " + short_number(point.times_frontier) +
                    " times the bytes of the cheapest that is as accurate, " +
                    (std::isinf(min_bytes) ? "none keeps it"
                                           : short_number(point.bytes / min_bytes) +

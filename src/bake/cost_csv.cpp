@@ -59,7 +59,7 @@ constexpr CostColumn columns[] = {
     {"error_median", "relative error of half of the values", Scope::both,
      [](const CostPoint& p) { return short_number(p.error_median, digits); }},
     {"error_99_9", "relative error of 99.9 % of the values; the frontier's", Scope::both,
-     [](const CostPoint& p) { return short_number(p.error_most, digits); }},
+     [](const CostPoint& p) { return short_number(p.error_99_9, digits); }},
     {"error_largest", "largest relative error", Scope::both,
      [](const CostPoint& p) { return short_number(p.error_largest, digits); }},
     {"solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread", Scope::solver,

@@ -124,7 +124,7 @@ void SolverSweep::sweep() {
     const double enough = 1e-2 * finest_share * recipe_.tolerance;
     for (const CostPoint& point : points_) {
         nodes_of_points_ = point.solver.nodes;
-        if (point.error_most <= enough) break;
+        if (point.error_99_9 <= enough) break;
     }
     sweep_nodes({variants.begin() + 1, variants.end()});
     time(points_, share_of_solver_times);
@@ -174,8 +174,8 @@ SolverSweep::SolverKey SolverSweep::key_of(const CostPoint& point) {
     return {of.scheme, of.start, of.start_depth, of.nodes, of.modes};
 }
 
-/// Several rounds over all points, so that no time is that of one busy moment; drops the points that
-/// there is no time for.
+/// Several rounds over all points, so that no time is that of one busy moment; drops the points
+/// that there is no time for.
 void SolverSweep::time(std::vector<CostPoint>& points, double share) {
     auto effort = [](const CostPoint& point) {
         const SolverOptions& of = point.solver;

@@ -1,4 +1,5 @@
-// What errors of the solver cost in time: nodes x modes x scheme x start against a converged solution.
+// What errors of the solver cost in time: nodes x modes x scheme x start against a converged
+// solution.
 #pragma once
 
 #include "cost_layers.h"

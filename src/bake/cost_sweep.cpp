@@ -27,7 +27,7 @@ SolverOptions solver_of(const Recipe& recipe) {
 
 void set_errors(CostPoint& point, std::vector<double> errors) {
     point.error_median = error_quantile(errors, 0.5);
-    point.error_most = error_quantile(errors, 0.999);
+    point.error_99_9 = error_quantile(errors, 0.999);
     point.error_largest = error_quantile(errors, 1);
 }
 

@@ -39,7 +39,7 @@ void scale(Discretisation& d, const SweptAxis& axis, double factor) {
 }  // namespace
 
 bool keeps_tolerance(double tolerance, const CostPoint& table) {
-    return table.error_most <= tolerance && table.error_largest <= 5 * tolerance;
+    return table.error_99_9 <= tolerance && table.error_largest <= 5 * tolerance;
 }
 
 TableSweep::TableSweep(const Recipe& recipe, const CostBudget& budget, int nodes_of_points)
@@ -252,7 +252,7 @@ void TableSweep::coarsen_chosen() {
               [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
     for (const CostPoint& from : chosen)
         coarsen(from.discretisation,
-                [&](const CostPoint& table) { return table.error_most <= from.error_most; });
+                [&](const CostPoint& table) { return table.error_99_9 <= from.error_99_9; });
     for (const CostPoint& from : chosen)
         coarsen(from.discretisation,
                 [&](const CostPoint& table) { return keeps_tolerance(from.tolerance, table); });

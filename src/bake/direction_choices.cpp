@@ -164,7 +164,7 @@ Choice choose_nodes(Probes& probes) {
     return {static_cast<double>(nodes), left};
 }
 
-/// Modes from which on all others together add next to nothing.
+/// Modes beyond which all others together stay below their share.
 Choice choose_modes(Probes& probes) {
     int low = 1;
     int high = static_cast<int>(probed_layers(probes)[0][0].solution.reflection_modes.size());

@@ -20,7 +20,7 @@ inline void stop_if_asked(const WorkLog& log) {
 /// The same log for part of the work: its pieces are named after it.
 WorkLog part_of(const WorkLog& log, const std::string& part);
 
-/// The `count` numbers that came of a piece, where it is finished.
+/// The `count` numbers of a finished piece.
 ///
 /// Errors   std::runtime_error for another count.
 template <class Number>

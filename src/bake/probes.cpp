@@ -48,7 +48,7 @@ ProbedLayers solve_layers_with(const SolverOptions& solver, const Probes& probes
                                const std::vector<double>& albedos, const DepthLadder& ladder,
                                const DirectionGrid& directions) {
     const Recipe& recipe = probes.recipe;
-    // Eight albedos fill the lanes of a pack; few albedos are split so that no thread is idle.
+    // Eight albedos fill a SIMD register; few albedos are split so that no thread is idle.
     const std::size_t chunk = albedos.size() >= 16 ? 8 : 1;
     const auto chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
     ProbedLayers layers(albedos.size());

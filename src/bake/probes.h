@@ -46,7 +46,7 @@ struct Probes {
     ProbedLayers layers;  // of all modes; empty until solved
 };
 
-/// Probes of a recipe of one mixture, of which nothing is solved yet.
+/// Probes of a recipe of one mixture, not solved yet.
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
 /// All pairs of some cosines at the probes' azimuths, for solutions of the recipe's nodes.

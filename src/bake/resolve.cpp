@@ -1,5 +1,5 @@
-// From a recipe to its discretisation, one choice after the other: what the recipe gives stays, what
-// an interrupted bake has chosen is taken from its log, what is open is measured on the probes.
+// From a recipe to its discretisation, one choice after the other: what the recipe gives stays,
+// what an interrupted bake has chosen is taken from its log, the rest is measured on the probes.
 #include "resolve.h"
 
 #include <stratus/runtime/number_text.h>
@@ -77,8 +77,8 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
     return both;
 }
 
-/// Mixtures that serve all between them: both ends and the middle; one of a recipe that mixes
-/// nothing.
+/// Mixtures that serve all between them: both ends and the middle; just one where the
+/// recipe does not mix.
 std::vector<double> probed_mixtures(const Recipe& recipe) {
     if (!recipe.mixture) return {1};
     const Range range = *recipe.mixture;

@@ -7,14 +7,14 @@
 
 namespace stratus {
 
-/// A choice that is at the last of its candidates and misses all the same.
+/// An axis whose last candidate still misses its share of the tolerance.
 struct AxisAtCap {
     std::string name;
     double value;
     double error;  // relative error that it alone leaves
 };
 
-/// A recipe of which nothing is open any more.
+/// A resolved recipe.
 struct Resolution {
     Recipe recipe;
     std::vector<AxisAtCap> at_cap;

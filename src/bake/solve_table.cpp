@@ -21,8 +21,8 @@ namespace {
 /// Albedos that one run of the solver works on at once.
 constexpr int albedos_at_once = 8;
 
-/// A sample without the last bits that the tolerance does not need: files then compress well, and a
-/// thousandth of the tolerance is all that it costs.
+/// Drops the last bits of samples, which the tolerance does not need, so that files compress well;
+/// costs a thousandth of the tolerance.
 class Rounding {
   public:
     explicit Rounding(double tolerance) {
@@ -204,7 +204,7 @@ class TableSolver {
         keep_finished(options_.log, piece, samples);
     }
 
-    /// Calls visit(samples) for those of one row from which `mirror` knows all.
+    /// Calls visit(samples) for those of one row from which `mirror` fills in the rest.
     template <class Visit>
     void visit_samples(std::size_t row, const Visit& visit) {
         const std::size_t mus = table_.mu_in.values.size();
@@ -220,7 +220,7 @@ class TableSolver {
         visit(std::span(table_.spherical_albedo).subspan(row, 1));
     }
 
-    /// Fills in what exchanging mu_in and mu_out gives.
+    /// Fills in the samples with mu_in and mu_out exchanged.
     void mirror(std::size_t row) {
         const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
         for (std::vector<float>* side :
@@ -264,7 +264,7 @@ class TableSolver {
     const BakeOptions& options_;
     const Rounding rounded_;
     Table table_;
-    std::vector<Recipe> mixtures_;      // one where nothing is mixed
+    std::vector<Recipe> mixtures_;      // one where the recipe does not mix
     std::vector<DirectionGrid> grids_;  // of each mixture
     std::size_t block_ = 0;             // samples of one row
 };

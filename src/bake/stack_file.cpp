@@ -29,11 +29,10 @@ Stack parse_stack(const std::string& text, const std::string& directory,
     const PhaseSource source{directory, notes};
     const toml::array* layers = parsed.get_as<toml::array>("layers");
     require(layers != nullptr && !layers->empty(), caller, "layers", "one table [[layers]] or more",
-            file.has("layers") ? "something else" : "none");
+            file.has("layers") ? "another value" : "none");
     Stack stack;
     for (const toml::node& node : *layers) {
-        require(node.is_table(), caller, "layers", "one table [[layers]] or more",
-                "something else");
+        require(node.is_table(), caller, "layers", "one table [[layers]] or more", "another value");
         const std::string name = "layer " + std::to_string(stack.layers.size() + 1);
         stack.layers.push_back(read_layer(*node.as_table(), name, source));
     }

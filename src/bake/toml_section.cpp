@@ -65,17 +65,17 @@ bool Section::is(const char* key, const char* text) const {
 
 const toml::table& Section::table(const char* key, const char* form) const {
     const toml::table* met = table_.get_as<toml::table>(key);
-    require(met != nullptr, caller_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
     return *met;
 }
 
 std::vector<std::string> Section::texts(const char* key, const char* form) const {
     const toml::array* met = table_.get_as<toml::array>(key);
-    require(met != nullptr, caller_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
     std::vector<std::string> values;
     for (const toml::node& node : *met) {
         const auto one = node.value_exact<std::string>();
-        require(one.has_value(), caller_, prefix_ + key, form, "something else in the list");
+        require(one.has_value(), caller_, prefix_ + key, form, "another kind of entry");
         values.push_back(*one);
     }
     return values;
@@ -85,11 +85,11 @@ std::vector<double> Section::numbers(const char* key, double min, double max,
                                      const char* allowed) const {
     const toml::array* met = table_.get_as<toml::array>(key);
     const std::string form = std::string("a list of numbers ") + allowed;
-    require(met != nullptr, caller_, prefix_ + key, form, "something else");
+    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
     std::vector<double> values;
     for (const toml::node& node : *met) {
         const auto one = node.value<double>();
-        require(one.has_value(), caller_, prefix_ + key, form, "something else in the list");
+        require(one.has_value(), caller_, prefix_ + key, form, "another kind of entry");
         require(*one >= min && *one <= max, caller_, prefix_ + key, form, *one);
         values.push_back(*one);
     }

@@ -25,7 +25,7 @@ std::vector<ErrorSample> samples_with(const std::vector<double>& errors) {
     return samples;
 }
 
-TEST(ErrorQuantile, IsNotExceededByThatShare) {
+TEST(ErrorQuantile, BoundsItsShareOfErrors) {
     std::vector<double> errors;
     for (int n = 1000; n >= 0; --n) errors.push_back(n / 1000.0);
     std::vector<ErrorSample> samples = samples_with(errors);
@@ -40,14 +40,14 @@ TEST(ErrorQuantile, IsNotExceededByThatShare) {
         EXPECT_EQ(error_quantile(errors, share), error_quantile(samples, share));
 }
 
-TEST(ErrorQuantile, IsNothingWithoutSamples) {
+TEST(ErrorQuantile, IsZeroWithoutSamples) {
     std::vector<ErrorSample> none;
     EXPECT_EQ(error_quantile(none, 0.5), 0);
     std::vector<double> no_errors;
     EXPECT_EQ(error_quantile(no_errors, 0.5), 0);
 }
 
-TEST(Verification, MeetsAToleranceWith999In1000AndNoneBeyondFiveTimes) {
+TEST(Verification, AllowsOneInAThousandUpToFiveTimesTheTolerance) {
     const auto verification = [](int beyond, double worst) {
         std::vector<double> errors(2000, 1e-3);
         std::fill(errors.end() - beyond, errors.end(), worst);
@@ -61,7 +61,7 @@ TEST(Verification, MeetsAToleranceWith999In1000AndNoneBeyondFiveTimes) {
     EXPECT_FALSE(verification(1, 5.1e-3).meets(1e-3));
 }
 
-TEST(Floor, IsAHundredthOfTheLargestValueAwayFromGrazing) {
+TEST(Floor, IsOnePercentOfTheLargestValue) {
     std::vector<double> mu = floor_cosines();
     mu.push_back(0.01);  // grazing: brighter still, and left out
     const LayerSolution layer = solve_layer(PhaseFunction::isotropic(), 0.9, 1, mu);
@@ -75,12 +75,12 @@ TEST(Floor, IsAHundredthOfTheLargestValueAwayFromGrazing) {
     EXPECT_NEAR(transmission_floor(layer), 0.01 * T, 1e-15);
 }
 
-TEST(Floor, IsNeverBelowWhatShows) {
+TEST(Floor, HasALowerLimit) {
     const LayerSolution dark = solve_layer(PhaseFunction::isotropic(), 0.5, 1000, floor_cosines());
     EXPECT_EQ(transmission_floor(dark), 1e-8);
 }
 
-TEST(Verify, ComparesEverySideAtAsManyPointsAsAsked) {
+TEST(Verify, ComparesEverySideAtEveryPoint) {
     const Table table = bake(explicit_recipe());
     VerifyOptions options;
     options.samples = 101;
@@ -97,7 +97,7 @@ TEST(Verify, ComparesEverySideAtAsManyPointsAsAsked) {
     }
 }
 
-TEST(Verify, GivesTheSameOnAnyNumberOfThreadsAndAnotherByAnotherSeed) {
+TEST(Verify, DependsOnTheSeedButNotOnThreads) {
     const Table table = bake(explicit_recipe());
     VerifyOptions options;
     options.samples = 200;
@@ -124,7 +124,7 @@ TEST(Verify, ReportsProgressUpToTheEnd) {
     EXPECT_EQ(last, 1);
 }
 
-TEST(Verify, RefusesToCompareNothing) {
+TEST(Verify, RefusesZeroSamples) {
     const Table table = bake(explicit_recipe());
     VerifyOptions options;
     options.samples = 0;
@@ -142,20 +142,20 @@ Table fine_table() {
                      "sides = ['reflection']\n"));
 }
 
-TEST(Verify, PassesATableAsItWasBaked) {
+TEST(Verify, PassesAFreshTable) {
     const Verification verification = verify(fine_table());
     EXPECT_TRUE(verification.meets(1e-3));
     EXPECT_LE(verification.furnace_defect, 1e-3);
 }
 
-TEST(Verify, NoticesABlockOfSamplesThatIsOnePercentOff) {
+TEST(Verify, DetectsAOnePercentError) {
     Table table = fine_table();
     const std::size_t block = block_size(table), from = table.albedo.values.size() / 2 * block;
     for (std::size_t n = from; n < from + block; ++n) table.reflection_multiple[n] *= 1.01F;
     EXPECT_FALSE(verify(table).meets(1e-3));
 }
 
-TEST(Verify, NoticesFluxesThatAreNotThoseOfTheSamples) {
+TEST(Verify, DetectsInconsistentFluxes) {
     Table table = bake(explicit_recipe());
     VerifyOptions options;
     options.samples = 50;
@@ -165,7 +165,7 @@ TEST(Verify, NoticesFluxesThatAreNotThoseOfTheSamples) {
     EXPECT_GT(verification.energy_defect, 1e-3);
 }
 
-TEST(Verify, HasNoEnergyToBalanceWhereEveryLayerAbsorbs) {
+TEST(Verify, SkipsEnergyWhereEveryLayerAbsorbs) {
     Recipe recipe = explicit_recipe();
     recipe.albedo = {0.75, 0.9};
     VerifyOptions options;

@@ -59,7 +59,7 @@ TEST(Bake, StoresBothSidesAndAllFluxes) {
     EXPECT_EQ(table.highest_order, 0);
 }
 
-TEST(Bake, StopsTheSeriesWhereTheRecipeDoes) {
+TEST(Bake, StopsTheSeriesAtTheRecipesOrder) {
     Recipe recipe = explicit_recipe();
     recipe.orders = 3;
     recipe.discretisation.azimuth_samples = 12;
@@ -93,7 +93,7 @@ TEST(Bake, ObeysAnExplicitDiscretisation) {
     EXPECT_EQ(table.attributes.at("modes"), "7");
 }
 
-TEST(Bake, StoresOneSideWhereOneIsAsked) {
+TEST(Bake, StoresOnlyTheSideAsked) {
     Recipe recipe = explicit_recipe();
     recipe.transmission = false;
     const Table reflecting = bake(recipe);
@@ -109,7 +109,7 @@ TEST(Bake, StoresOneSideWhereOneIsAsked) {
                      "transmission");
 }
 
-TEST(Bake, MeetsItsToleranceAtPointsThatItHasNotSeen) {
+TEST(Bake, MeetsItsToleranceAtOtherPoints) {
     for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
         const Table table = bake(recipe);
         EXPECT_GT(table.measured_error, 0);
@@ -151,7 +151,7 @@ TEST(Bake, MeetsItsToleranceOverGround) {
     }
 }
 
-TEST(Bake, OverBlackGroundHoldsWhatTheBareLayerReflects) {
+TEST(Bake, OverBlackGroundEqualsTheBareLayer) {
     const Table bare = bake(over({}, explicit_recipe()));
     const Table black = bake(over(LowerBoundary::surface(0), explicit_recipe()));
     ASSERT_EQ(black.reflection_multiple.size(), bare.reflection_multiple.size());
@@ -171,7 +171,7 @@ TEST(Bake, OverBlackGroundHoldsWhatTheBareLayerReflects) {
     }
 }
 
-TEST(Bake, OverGroundSolvesEverySchemeAlike) {
+TEST(Bake, OverGroundAgreesBetweenSchemes) {
     const LowerBoundary ground = LowerBoundary::layer(PhaseFunction::henyey_greenstein(-0.3), 0.8);
     const Table harmonic = bake(over(ground, explicit_recipe()));
     const Table classic = bake(over(ground, explicit_recipe("classic")));
@@ -180,7 +180,7 @@ TEST(Bake, OverGroundSolvesEverySchemeAlike) {
                     1e-4 * harmonic.reflection_multiple[i]);
 }
 
-TEST(Bake, GivesTheSameBitsOnAnyNumberOfThreads) {
+TEST(Bake, IsIndependentOfThreads) {
     for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
         const Table one = bake(recipe, on_threads(1));
         for (const int threads : {2, 7}) {
@@ -192,7 +192,7 @@ TEST(Bake, GivesTheSameBitsOnAnyNumberOfThreads) {
     }
 }
 
-TEST(Bake, GivesTheSameBitsFromItsResolvedRecipe) {
+TEST(Bake, IsReproducedByItsResolvedRecipe) {
     for (const Recipe& recipe : {rayleigh_recipe(), deep_recipe()}) {
         const Table table = bake(recipe);
         const std::string& resolved = table.attributes.at("resolved_recipe");
@@ -221,9 +221,9 @@ void expect_solved_layers(const Table& table, const Recipe& recipe) {
                 const auto in = static_cast<int>(i);
                 EXPECT_NEAR(table.plane_albedo[row * mu.size() + i] / layer.plane_albedo(in), 1,
                             float_rounding);
-                const double passed = layer.diffuse_transmittance(in);
-                EXPECT_NEAR(table.diffuse_transmittance[row * mu.size() + i], passed,
-                            float_rounding * passed);
+                const double transmitted = layer.diffuse_transmittance(in);
+                EXPECT_NEAR(table.diffuse_transmittance[row * mu.size() + i], transmitted,
+                            float_rounding * transmitted);
                 for (std::size_t j = 0; j < mu.size(); ++j)
                     for (std::size_t k = 0; k < azimuths; ++k) {
                         const std::size_t at =
@@ -245,17 +245,17 @@ void expect_solved_layers(const Table& table, const Recipe& recipe) {
         }
 }
 
-TEST(Bake, StoresWhatTheSolverGives) {
+TEST(Bake, StoresTheSolversValues) {
     for (const Recipe& recipe : {explicit_recipe(), deep_recipe()})
         expect_solved_layers(bake(recipe), recipe);
 }
 
-TEST(Bake, StoresWhatTheTextbookSchemeGives) {
+TEST(Bake, StoresTheClassicSchemesValues) {
     const Recipe recipe = explicit_recipe("classic");
     expect_solved_layers(bake(recipe), recipe);
 }
 
-TEST(Bake, LosesNoLightWhereNothingIsAbsorbed) {
+TEST(Bake, ConservesEnergyAtAlbedoOne) {
     const Table table = bake(explicit_recipe());
     const std::size_t depths = table.optical_depth.values.size(), mus = table.mu_in.values.size();
     ASSERT_EQ(table.albedo.values.back(), 1);
@@ -270,7 +270,7 @@ TEST(Bake, LosesNoLightWhereNothingIsAbsorbed) {
         }
 }
 
-TEST(Bake, AnswersBetweenItsSamplesAsTheSolverDoes) {
+TEST(Bake, InterpolatesWithinItsTolerance) {
     const Recipe recipe = rayleigh_recipe();
     const Table table = bake(recipe);
     const TableView view = table.view();
@@ -332,7 +332,7 @@ TEST(Bake, HoldsASingleLayer) {
     EXPECT_LE(table.measured_error, 5 * recipe.tolerance);
 }
 
-TEST(Bake, TellsItsConventionsAndChoices) {
+TEST(Bake, HasConventionAttributes) {
     const Table table = bake(explicit_recipe());
     for (const char* name :
          {"convention_reflection", "convention_transmission", "convention_multiple",

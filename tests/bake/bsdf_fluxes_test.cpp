@@ -43,13 +43,13 @@ Recipe layer_recipe(const char* phase, const char* depth, const char* albedo,
                         range("optical_depth", depth) + range("albedo", albedo) + rest);
 }
 
-TEST(BsdfOfTable, ScattersWhatTheTableSaysIsScattered) {
+TEST(BsdfOfTable, ReflectsAndTransmitsTheTableFluxes) {
     expect_fluxes(bake(layer_recipe("henyey_greenstein:g=0.6", "1.0", "0.95")), 1e-3, 0.12);
     expect_fluxes(bake(layer_recipe("rayleigh", "0.1", "1.0")), 1e-3, 0.12);
     expect_fluxes(bake(layer_recipe("isotropic", "8.0", "1.0")), 1e-3, 0.12);
 }
 
-TEST(BsdfOfTable, ScattersWhatCloudAndGroundSendBack) {
+TEST(BsdfOfTable, ReflectsThePlaneAlbedoOverGround) {
     const Table table = bake(
         layer_recipe("henyey_greenstein:g=0.5", "1.0", "0.95", "[below]\nlambert_albedo = 0.3\n"));
     expect_fluxes(table, 1e-3, 0.1);
@@ -61,7 +61,7 @@ TEST(BsdfOfTable, ScattersWhatCloudAndGroundSendBack) {
     EXPECT_EQ(bsdf.pdf(direction(0.5, 1, true), from_below), 0);
 }
 
-TEST(BsdfOfTable, LosesNoLightInAWhiteFurnace) {
+TEST(BsdfOfTable, ConservesEnergyInAWhiteFurnace) {
     for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
         const Table table = bake(layer_recipe(phase, "inf", "1.0", "sides = ['reflection']\n"));
         const Bsdf bsdf(bind(table.view(), infinity, 1));

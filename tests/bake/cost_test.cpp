@@ -22,12 +22,12 @@ namespace {
 using Kind = CostPoint::Kind;
 using Indices = std::vector<std::size_t>;
 
-TEST(Frontier, LeavesOutWhatIsUndercut) {
+TEST(Frontier, LeavesOutDominatedTrades) {
     EXPECT_EQ(find_frontier({{1, 0.5}, {2, 0.6}, {3, 0.1}, {4, 0.2}}), (Indices{0, 2}));
     EXPECT_EQ(find_frontier({{4, 0.2}, {3, 0.1}, {1, 0.5}}), (Indices{2, 1})) << "in any order";
 }
 
-TEST(Frontier, KeepsTheBetterOfTwoThatAreEqualInOne) {
+TEST(Frontier, KeepsTheBetterOfAPartialTie) {
     EXPECT_EQ(find_frontier({{1, 0.5}, {1, 0.4}}), Indices{1}) << "as cheap";
     EXPECT_EQ(find_frontier({{2, 0.5}, {1, 0.5}}), Indices{1}) << "as accurate";
 }
@@ -36,7 +36,7 @@ TEST(Frontier, KeepsTheFirstOfEquals) {
     EXPECT_EQ(find_frontier({{3, 0.9}, {1, 0.5}, {1, 0.5}, {2, 0.3}, {2, 0.3}}), (Indices{1, 3}));
 }
 
-TEST(Frontier, IsAllThatThereIsOfOneAndNothingOfNone) {
+TEST(Frontier, HandlesOneAndNoTrade) {
     EXPECT_EQ(find_frontier({{1, 1}}), Indices{0});
     EXPECT_TRUE(find_frontier({}).empty());
 }
@@ -45,7 +45,7 @@ bool undercuts(const Trade& a, const Trade& b) {
     return a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error);
 }
 
-TEST(Frontier, IsMonotoneAndHoldsJustWhatNoOtherUndercuts) {
+TEST(Frontier, IsMonotoneAndComplete) {
     std::mt19937 random(1);
     std::uniform_int_distribution<int> value(1, 12);  // few values: many ties
     for (int round = 0; round < 200; ++round) {
@@ -102,7 +102,7 @@ std::vector<CostPoint> points_of(Kind kind) {
     return points;
 }
 
-TEST(Cost, ComparesWithASolutionThatDoublingItsNodesDoesNotChange) {
+TEST(Cost, ReferenceIsConverged) {
     EXPECT_LE(measured().study.reference_change, 1e-9);
     for (const CostPoint& point : points_of(Kind::solver))
         EXPECT_LE(2 * point.solver.nodes, measured().study.reference_nodes);
@@ -112,12 +112,12 @@ TEST(Cost, ErrorsFallWithNodes) {
     for (const Scheme scheme : {Scheme::harmonic, Scheme::classic}) {
         double last = 1;
         for (const int nodes : {4, 8, 12}) {
-            double least = 1;  // of all numbers of modes
+            double smallest = 1;  // of all numbers of modes
             for (const CostPoint& point : points_of(Kind::solver))
                 if (point.solver.nodes == nodes && point.solver.scheme == scheme)
-                    least = std::min(least, point.error_largest);
-            EXPECT_LT(least, 0.5 * last) << nodes;
-            last = least;
+                    smallest = std::min(smallest, point.error_largest);
+            EXPECT_LT(smallest, 0.5 * last) << nodes;
+            last = smallest;
         }
     }
 }
@@ -126,36 +126,36 @@ TEST(Cost, ErrorsFallWithModes) {
     double one = 0, three = 0;  // Rayleigh scattering has three
     for (const CostPoint& point : points_of(Kind::solver)) {
         if (point.solver.nodes != 12 || point.solver.scheme != Scheme::harmonic) continue;
-        if (point.solver.modes == 1) one = point.error_most;
-        if (point.solver.modes == 3) three = point.error_most;
+        if (point.solver.modes == 1) one = point.error_99_9;
+        if (point.solver.modes == 3) three = point.error_99_9;
     }
     EXPECT_GT(three, 0);
     EXPECT_GT(one, 10 * three);
 }
 
-TEST(Cost, ErrorsOfASolverBoundThoseOfALayerSolvedByItself) {
+TEST(Cost, SolverErrorsBoundASingleLayer) {
     const auto solve = [](int nodes) {
         SolverOptions solver;
         solver.nodes = nodes;
         return solve_layer(recipe().phase_function, 1, 2, floor_cosines(), solver);
     };
     const LayerSolution coarse = solve(6), fine = solve(64);
-    double most = 0;
+    double largest = 0;
     for (int i = 0; i < coarse.mu.size(); ++i)
         for (int j = 0; j < coarse.mu.size(); ++j) {
             const double expected = fine.reflection(i, j, 1.2).total;
-            most = std::max(most, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
-                                      std::max(expected, reflection_floor(fine)));
+            largest = std::max(largest, std::abs(coarse.reflection(i, j, 1.2).total - expected) /
+                                            std::max(expected, reflection_floor(fine)));
         }
     double stated = 1;
     for (const CostPoint& point : points_of(Kind::solver))
         if (point.solver.nodes == 6 && point.solver.scheme == Scheme::harmonic)
             stated = std::min(stated, point.error_largest);
-    EXPECT_GT(most, 1e-9);
-    EXPECT_LE(most, 1.01 * stated);  // modes that add less than a thousandth are left out
+    EXPECT_GT(largest, 1e-9);
+    EXPECT_LE(largest, 1.01 * stated);  // modes that add less than a thousandth are left out
 }
 
-TEST(Cost, MeasuresTheRecipesOwnToleranceAndItsNeighbours) {
+TEST(Cost, MeasuresNeighbouringTolerances) {
     for (const Kind kind : {Kind::solver, Kind::table}) {
         std::vector<double> chosen;
         for (const CostPoint& point : points_of(kind))
@@ -181,17 +181,17 @@ TEST(Cost, BytesAreThoseOfTheSamples) {
     EXPECT_EQ(own.bytes, 4.0 * static_cast<double>(solve_table(resolved).sample_count()));
 }
 
-TEST(Cost, ErrorsOfATableAreThoseThatVerifyFinds) {
+TEST(Cost, TableErrorsAgreeWithVerify) {
     VerifyOptions options;
     options.samples = 6000;
     Verification verification = verify(bake(recipe()), options);
     const CostPoint own = own_table();
     // two samples of 6000 of one distribution, whose tail is steep
     EXPECT_NEAR(own.error_median / error_quantile(verification.samples, 0.5), 1, 0.1);
-    EXPECT_NEAR(own.error_most / error_quantile(verification.samples, 0.999), 1, 0.3);
+    EXPECT_NEAR(own.error_99_9 / error_quantile(verification.samples, 0.999), 1, 0.3);
 }
 
-TEST(Cost, VariesEveryAxisByItselfAndAllTogether) {
+TEST(Cost, VariesEveryAxisAndAllTogether) {
     const std::vector<CostPoint> tables = points_of(Kind::table);
     for (const char* const varied : {"mu_samples", "azimuth_samples", "albedo_samples",
                                      "optical_depth_samples_per_octave", "all"}) {
@@ -200,10 +200,10 @@ TEST(Cost, VariesEveryAxisByItselfAndAllTogether) {
         });
         EXPECT_GE(count, 1) << varied;
     }
-    const auto [least, most] = std::minmax_element(
+    const auto [smallest, largest] = std::minmax_element(
         tables.begin(), tables.end(),
         [](const CostPoint& a, const CostPoint& b) { return a.bytes < b.bytes; });
-    EXPECT_GT(least->error_most, most->error_most);
+    EXPECT_GT(smallest->error_99_9, largest->error_99_9);
 }
 
 TEST(Cost, MeasuresNoTableTwice) {
@@ -218,14 +218,14 @@ TEST(Cost, MeasuresNoTableTwice) {
     EXPECT_EQ(std::adjacent_find(sampled.begin(), sampled.end()), sampled.end());
 }
 
-TEST(Cost, TellsOfEveryPointHowFarItIsFromTheFrontier) {
+TEST(Cost, ComparesEveryPointWithTheFrontier) {
     for (const Kind kind : {Kind::solver, Kind::table}) {
         const std::vector<CostPoint> points = points_of(kind);
         for (const CostPoint& point : points) {
             EXPECT_GT(point.cost(), 0);
             double cheapest = point.cost();
             for (const CostPoint& other : points)
-                if (other.error_most <= point.error_most)
+                if (other.error_99_9 <= point.error_99_9)
                     cheapest = std::min(cheapest, other.cost());
             EXPECT_EQ(point.times_frontier, point.cost() / cheapest);
             if (point.on_frontier) {
@@ -250,7 +250,7 @@ std::vector<std::string> fields_of(const std::string& line) {
     return fields;
 }
 
-TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
+TEST(Cost, FillsTheColumnsOfEachKind) {
     std::ostringstream csv;
     write_cost(csv, measured().study.points);
     std::istringstream lines(csv.str());
@@ -283,16 +283,16 @@ TEST(Cost, FillsEveryColumnThatBelongsToAPointAndNoOther) {
     EXPECT_EQ(rows, measured().study.points.size());
 }
 
-/// The least error of so many nodes, whatever the modes.
+/// The smallest error with that many nodes.
 double min_error(const CostStudy& study, int nodes, Scheme scheme,
                  ClassicStart start = ClassicStart::diamond, double start_depth = 0) {
-    double least = INFINITY;
+    double smallest = INFINITY;
     for (const CostPoint& point : study.points)
         if (point.kind == Kind::solver && point.solver.nodes == nodes &&
             point.solver.scheme == scheme && point.solver.start == start &&
             point.solver.start_depth == start_depth)
-            least = std::min(least, point.error_largest);
-    return least;
+            smallest = std::min(smallest, point.error_largest);
+    return smallest;
 }
 
 TEST(Cost, SweepsEveryStartOfClassicDoubling) {
@@ -326,7 +326,7 @@ CostStudy study_of(const std::string& lines) {
                         options);
 }
 
-TEST(Cost, MeasuresWhatTheRecipeCountsAndLiesOn) {
+TEST(Cost, RespectsOrdersAndLowerBoundary) {
     const double plain = min_error(study_of(""), 4, Scheme::harmonic);
     for (const char* const lines : {"orders = 3\n", "[below]\nlambert_albedo = 0.8\n",
                                     "[below]\nphase_function = 'rayleigh'\nalbedo = 0.7\n"}) {
@@ -339,7 +339,7 @@ TEST(Cost, MeasuresWhatTheRecipeCountsAndLiesOn) {
             EXPECT_EQ(point.solver.orders, lines[0] == 'o' ? 3 : 0);
             if (point.tolerance != 0.1) continue;
             ++chosen;
-            EXPECT_LE(point.error_most, 0.1) << lines;
+            EXPECT_LE(point.error_99_9, 0.1) << lines;
         }
         EXPECT_EQ(chosen, 2) << "a solver and a table";
         EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
@@ -349,7 +349,7 @@ TEST(Cost, MeasuresWhatTheRecipeCountsAndLiesOn) {
     }
 }
 
-TEST(Cost, MeasuresTheRecipesOwnToleranceHoweverShortTheTime) {
+TEST(Cost, AlwaysMeasuresTheRecipesTolerance) {
     CostOptions options;
     options.seconds = 1e-6;
     const CostStudy study = measure_cost(recipe(), options);
@@ -374,14 +374,14 @@ TEST(Cost, MeasuresASingleSemiInfiniteLayer) {
     EXPECT_GE(study.points.size(), 2u);
 }
 
-TEST(Cost, RefusesToTakeNoTime) {
+TEST(Cost, RefusesZeroSeconds) {
     CostOptions options;
     options.seconds = 0;
     expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
                                           {"measure_cost", "seconds", "above 0", "got 0"});
 }
 
-TEST(Cost, RefusesToTimeNothing) {
+TEST(Cost, RefusesZeroRounds) {
     CostOptions options;
     options.rounds = 0;
     expect_refusal<std::invalid_argument>([&] { measure_cost(recipe(), options); },
@@ -395,7 +395,7 @@ TEST(SolveTable, HoldsTheSamplesOfTheBake) {
     EXPECT_EQ(solved.transmission_multiple, baked.transmission_multiple);
 }
 
-TEST(SolveTable, RefusesAChoiceLeftOpen) {
+TEST(SolveTable, RefusesAnOpenChoice) {
     Recipe open = test::explicit_recipe();
     open.discretisation.mu_samples = 0;
     expect_refusal<std::invalid_argument>([&] { solve_table(open); },

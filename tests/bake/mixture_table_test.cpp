@@ -68,7 +68,7 @@ TEST(MixtureTable, HoldsTheTablesOfItsMixturesOverGround) {
     expect_tables_of_mixtures(recipe);
 }
 
-TEST(MixtureTable, OfTheFirstAloneIsTheTableOfAPlainRecipe) {
+TEST(MixtureTable, AtShareOneIsThePlainTable) {
     const Table table = solve_table(small_recipe());
     Recipe plain = small_recipe();
     plain.mixture.reset();
@@ -104,17 +104,17 @@ TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
         EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
         EXPECT_LE(verification.energy_defect, 1e-6);
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
-        const auto [least, most] =
+        const auto [first, last] =
             std::ranges::minmax(verification.samples, {}, &ErrorSample::mixture);
-        EXPECT_LT(least.mixture, 0.1);  // all of them were looked at
-        EXPECT_GT(most.mixture, 0.9);
+        EXPECT_LT(first.mixture, 0.1);  // the whole range was sampled
+        EXPECT_GT(last.mixture, 0.9);
         options.samples = 32;
         options.bound = true;
         EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));
     }
 }
 
-TEST(MixtureTable, ThatIsCoarseAlongTheMixtureIsFoundOut) {
+TEST(MixtureTable, FailsVerificationWhereCoarse) {
     Recipe recipe = resolve(open_recipe(2e-2, "{ min = 1, max = 1 }"));
     const auto is_met = [&](int mixture_samples) {
         recipe.discretisation.mixture_samples = mixture_samples;
@@ -128,7 +128,7 @@ TEST(MixtureTable, ThatIsCoarseAlongTheMixtureIsFoundOut) {
     EXPECT_FALSE(is_met(2));
 }
 
-TEST(Resolve, TakesMoreMixturesForASmallerTolerance) {
+TEST(Resolve, RefinesTheMixtureWithTolerance) {
     const auto samples = [](double tolerance) {
         return resolve(open_recipe(tolerance, "{ min = 1, max = 1 }"))
             .discretisation.mixture_samples;

@@ -9,12 +9,12 @@
 namespace stratus {
 namespace {
 
-TEST(ThreadCount, IsWhatWasAskedFor) {
+TEST(ThreadCount, IsTheRequestedNumber) {
     EXPECT_EQ(thread_count(1), 1);
     EXPECT_EQ(thread_count(7), 7);
 }
 
-TEST(ThreadCount, IsAtLeastOneWhenLeftOpen) { EXPECT_GE(thread_count(0), 1); }
+TEST(ThreadCount, IsPositiveByDefault) { EXPECT_GE(thread_count(0), 1); }
 
 TEST(ParallelFor, CallsEachIndexOnce) {
     for (const int threads : {0, 1, 2, 7, 100})
@@ -26,7 +26,7 @@ TEST(ParallelFor, CallsEachIndexOnce) {
         }
 }
 
-TEST(ParallelFor, TellsHowManyAreFinishedOneByOne) {
+TEST(ParallelFor, ReportsEveryFinishedCall) {
     std::vector<int> told;  // calls come one at a time: no lock
     parallel_for(
         200, 4, [](int) {}, [&](int done) { told.push_back(done); });
@@ -34,7 +34,7 @@ TEST(ParallelFor, TellsHowManyAreFinishedOneByOne) {
     for (int n = 0; n < 200; ++n) EXPECT_EQ(told[static_cast<std::size_t>(n)], n + 1);
 }
 
-TEST(ParallelFor, PassesOnWhatABodyThrows) {
+TEST(ParallelFor, RethrowsFromTheBody) {
     for (const int threads : {1, 3}) try {
             parallel_for(50, threads, [](int i) {
                 if (i == 17) throw std::runtime_error("cell 17");
@@ -55,7 +55,7 @@ TEST(ParallelFor, StopsAfterAFailure) {
     EXPECT_LE(calls, 2);  // one for each thread
 }
 
-TEST(ParallelFor, PassesOnWhatTheListenerThrows) {
+TEST(ParallelFor, RethrowsFromTheListener) {
     const auto listener = [](int done) {
         if (done == 3) throw std::runtime_error("interrupted");
     };

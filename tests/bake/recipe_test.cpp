@@ -36,7 +36,7 @@ void expect_recipe_refusal(const std::string& text, const std::vector<const char
     expect_refusal<std::invalid_argument>([&] { parse_recipe(text); }, fragments);
 }
 
-TEST(Recipe, HoldsWhatItsTextSays) {
+TEST(Recipe, HoldsItsText) {
     const std::string text =
         "title = \"Rings, \\\"thin\\\"\"\n"
         "phase_function = '0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5'\n"
@@ -77,7 +77,7 @@ TEST(Recipe, HoldsWhatItsTextSays) {
     EXPECT_EQ(recipe.text, text);
 }
 
-TEST(Recipe, LeavesOpenWhatItDoesNotSay) {
+TEST(Recipe, HasDefaults) {
     const Recipe recipe = parse_recipe(recipe_with(""));
     EXPECT_EQ(recipe.title, "");
     EXPECT_TRUE(recipe.reflection);
@@ -100,13 +100,13 @@ TEST(Recipe, MayReachToInfinity) {
     EXPECT_EQ(alone.optical_depth.min, infinity);
 }
 
-TEST(Recipe, TransmitsNothingAtInfinityAlone) {
+TEST(Recipe, RefusesTransmissionAtInfinityAlone) {
     expect_recipe_refusal(
         recipe_but("optical_depth", "optical_depth = { min = inf, max = inf }"),
         {"recipe: sides", "[\"reflection\"]", "inf alone", "got no sides, which bakes both"});
 }
 
-TEST(Recipe, NeedsItsFourKeys) {
+TEST(Recipe, RequiresItsFourKeys) {
     for (const char* key : {"phase_function", "tolerance", "optical_depth", "albedo"})
         expect_recipe_refusal(recipe_but(key, ""), {"recipe", key});
     expect_recipe_refusal("", {"recipe", "phase_function"});
@@ -123,7 +123,7 @@ TEST(Recipe, RefusesUnknownKeysAndNamesTheNearest) {
                           {"recipe", "'discretization'", "'discretisation'"});
 }
 
-TEST(Recipe, RefusesTextThatIsNotToml) {
+TEST(Recipe, RefusesMalformedToml) {
     expect_recipe_refusal("title = \"Rings\"\ntolerance = \n", {"recipe", "line 2"});
     expect_recipe_refusal(recipe_with("albedo = { min = 0, max = 1 }\n"), {"recipe", "line 5"});
 }
@@ -174,13 +174,13 @@ TEST(Recipe, RefusesAlbedosOutOfRange) {
     expect_recipe_refusal(recipe_but("albedo", "albedo = { min = 0.5 }"), {"recipe", "albedo.max"});
 }
 
-TEST(Recipe, RefusesSidesThatThereAreNot) {
+TEST(Recipe, RefusesUnknownSides) {
     expect_recipe_refusal(recipe_with("sides = ['reflection', 'absorption']\n"),
                           {"recipe", "sides", "\"reflection\", \"transmission\"", "absorption"});
     expect_recipe_refusal(recipe_with("sides = []\n"), {"recipe", "sides", "an empty list"});
 }
 
-TEST(Recipe, TakesAllOrdersOrAsManyAsAreNamed) {
+TEST(Recipe, ReadsOrders) {
     EXPECT_EQ(parse_recipe(recipe_with("orders = 'all'\n")).orders, 0);
     EXPECT_EQ(parse_recipe(recipe_with("orders = 3\n")).orders, 3);
     EXPECT_NE(resolved_text(parse_recipe(recipe_with("orders = 3\n"))).find("orders = 3\n"),
@@ -219,13 +219,13 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
                           {"recipe", "discretisation.scheme", "\"classic\"", "monte_carlo"});
 }
 
-TEST(Recipe, RefusesPhaseFunctionsThatThereAreNot) {
+TEST(Recipe, RefusesUnknownPhaseFunctions) {
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'henyey_greenstein:g=1'"),
                           {"g", "1"});
     expect_recipe_refusal(recipe_but("phase_function", "phase_function = 'mie'"), {"mie"});
 }
 
-TEST(ReadRecipe, LooksForPhaseTablesBesideTheRecipe) {
+TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,1\n180,2\n");
     test::set_content(folder / "moon.toml",
@@ -241,14 +241,14 @@ TEST(ReadRecipe, LooksForPhaseTablesBesideTheRecipe) {
               recipe.phase_function.text());
 }
 
-TEST(ReadRecipe, RefusesWhatIsNotAFile) {
+TEST(ReadRecipe, RefusesMissingFilesAndFolders) {
     const test::TemporaryFolder folder;
     for (const std::filesystem::path& path : {folder / "missing.toml", folder.path()})
         expect_refusal<std::runtime_error>([&] { read_recipe(path); },
                                            {path.c_str(), "cannot be read"});
 }
 
-TEST(Recipe, MayPutTheLayerOnGround) {
+TEST(Recipe, ReadsTheLowerBoundary) {
     const Recipe bare = parse_recipe(recipe_with(""));
     EXPECT_FALSE(bare.lower_boundary.is_present());
     const Recipe ground = parse_recipe(recipe_with("[below]\nlambert_albedo = 0.3\n"));
@@ -263,7 +263,7 @@ TEST(Recipe, MayPutTheLayerOnGround) {
     EXPECT_EQ(dust.lower_boundary.albedo, 1);
 }
 
-TEST(Recipe, RefusesTransmissionThroughGround) {
+TEST(Recipe, RefusesTransmissionOverGround) {
     expect_recipe_refusal(
         recipe_with("sides = ['reflection', 'transmission']\n[below]\nlambert_albedo = 0.3"),
         {"recipe: sides", "[\"reflection\"]", "[below]", "nothing pass", "got transmission"});
@@ -343,7 +343,7 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
 }
 
-TEST(Recipe, RefusesADeepestSampleThatTheAxisCannotHave) {
+TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {
     for (const char* range : {"{ min = 1, max = inf }", "{ min = 0.1, max = 8 }"})
         expect_refusal<std::invalid_argument>(
             [&] {
@@ -366,7 +366,7 @@ TEST(Recipe, RefusesRangesTooNarrowToSample) {
         {"albedo.max", "equal to min or 1e-9 above it", "got 1"});
 }
 
-TEST(ResolvedText, IsReadBackAsTheSameRecipe) {
+TEST(ResolvedText, RoundTrips) {
     Recipe recipe = parse_recipe(recipe_with("title = 'A \"title\" with \\ and \u03c4'\n"));
     recipe.phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
     recipe.tolerance = 1.0 / 300;

@@ -25,7 +25,7 @@ TEST(Resolve, FillsInEveryChoice) {
     EXPECT_EQ(d.deepest_optical_depth, 0);  // no infinity, no last sample before it
 }
 
-TEST(Resolve, EndsTheFiniteDepthsOfAnInfiniteAxis) {
+TEST(Resolve, ChoosesTheDeepestFiniteDepth) {
     const Discretisation d = resolve(deep_recipe()).discretisation;
     EXPECT_GE(d.deepest_optical_depth, 0.5);
     EXPECT_LE(d.deepest_optical_depth, 1e4);
@@ -33,7 +33,7 @@ TEST(Resolve, EndsTheFiniteDepthsOfAnInfiniteAxis) {
     EXPECT_EQ(d.azimuth_samples, 1);
 }
 
-TEST(Resolve, LeavesTheRestOfTheRecipeAsItIs) {
+TEST(Resolve, KeepsTheRestOfTheRecipe) {
     const Recipe recipe = rayleigh_recipe(), resolved = resolve(recipe);
     EXPECT_EQ(resolved.title, recipe.title);
     EXPECT_EQ(resolved.tolerance, recipe.tolerance);
@@ -53,12 +53,12 @@ void expect_same(const Discretisation& a, const Discretisation& b) {
     EXPECT_EQ(a.scheme, b.scheme);
 }
 
-TEST(Resolve, RespectsWhatIsGiven) {
+TEST(Resolve, KeepsAnExplicitDiscretisation) {
     const Recipe recipe = explicit_recipe("classic");
     expect_same(resolve(recipe).discretisation, recipe.discretisation);
 }
 
-TEST(Resolve, RespectsEachValueByItself) {
+TEST(Resolve, KeepsEachExplicitValue) {
     const std::vector<std::pair<int Discretisation::*, int>> rows{
         {&Discretisation::nodes, 7},
         {&Discretisation::modes, 2},
@@ -74,12 +74,12 @@ TEST(Resolve, RespectsEachValueByItself) {
     }
 }
 
-TEST(Resolve, FindsNothingToChooseInItsOwnAnswer) {
+TEST(Resolve, IsIdempotent) {
     const Recipe once = resolve(deep_recipe());
     expect_same(resolve(once).discretisation, once.discretisation);
 }
 
-TEST(Resolve, ChoosesTheSameOnAnyNumberOfThreads) {
+TEST(Resolve, IsIndependentOfThreads) {
     BakeOptions one, three;
     one.threads = 1;
     three.threads = 3;
@@ -87,7 +87,7 @@ TEST(Resolve, ChoosesTheSameOnAnyNumberOfThreads) {
                 resolve(rayleigh_recipe(), three).discretisation);
 }
 
-TEST(Resolve, SpendsMoreOnASmallerTolerance) {
+TEST(Resolve, RefinesWithTolerance) {
     Recipe strict = rayleigh_recipe();
     strict.tolerance = 1e-3;
     const Discretisation coarse = resolve(rayleigh_recipe()).discretisation;
@@ -108,7 +108,7 @@ TEST(Resolve, SamplesASingleAlbedoAndDepthOnce) {
     EXPECT_EQ(d.optical_depth_samples_per_octave, 1);
 }
 
-TEST(Resolve, SaysWhatItChoseAndWhy) {
+TEST(Resolve, NotesEveryChoice) {
     std::string notes;
     BakeOptions options;
     options.note = [&](const std::string& line) { notes += line + "\n"; };

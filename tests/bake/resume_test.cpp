@@ -14,10 +14,10 @@
 namespace stratus::test {
 namespace {
 
-/// Finished pieces in memory; after `most` of them it asks the work to stop.
+/// Finished pieces in memory; from `max_pieces` on it asks the work to stop.
 struct MemoryLog {
     std::map<std::string, std::vector<char>> pieces;
-    std::size_t most = 1000000;
+    std::size_t max_pieces = 1000000;
     std::atomic<int> kept{0};
     std::mutex mutex;
 
@@ -38,7 +38,7 @@ struct MemoryLog {
         };
         options.log.stop = [this] {
             const std::lock_guard lock(mutex);
-            return pieces.size() >= most;
+            return pieces.size() >= max_pieces;
         };
         return options;
     }
@@ -79,7 +79,7 @@ std::ostream& operator<<(std::ostream& stream, const Case& row) { return stream 
 
 class Resume : public testing::TestWithParam<Case> {};
 
-TEST_P(Resume, EndsWithTheBitsOfABakeThatWasNeverStopped) {
+TEST_P(Resume, GivesTheBitsOfAnUninterruptedBake) {
     const Recipe recipe = GetParam().recipe();
     MemoryLog undisturbed;
     const Table whole = bake(recipe, undisturbed.options(2));
@@ -88,7 +88,7 @@ TEST_P(Resume, EndsWithTheBitsOfABakeThatWasNeverStopped) {
 
     MemoryLog log;
     int stops = 0;
-    for (log.most = all / 3;; log.most += all / 3) {
+    for (log.max_pieces = all / 3;; log.max_pieces += all / 3) {
         const int threads = stops % 3 + 1;
         log.kept = 0;
         const std::size_t before = log.pieces.size();
@@ -101,8 +101,8 @@ TEST_P(Resume, EndsWithTheBitsOfABakeThatWasNeverStopped) {
         } catch (const WorkStopped&) {
             ++stops;
             // pieces at work are finished first
-            EXPECT_GE(log.pieces.size(), log.most);
-            EXPECT_LE(log.pieces.size(), log.most + static_cast<std::size_t>(threads));
+            EXPECT_GE(log.pieces.size(), log.max_pieces);
+            EXPECT_LE(log.pieces.size(), log.max_pieces + static_cast<std::size_t>(threads));
             EXPECT_EQ(log.pieces.size(), before + static_cast<std::size_t>(log.kept));
         }
     }
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
                                          Case{"Mixtures", recipe_of_mixtures}),
                          [](const auto& row) { return row.param.name; });
 
-TEST(ResumeRefusal, NamesAPieceOfAnotherSize) {
+TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {
     MemoryLog log;
     bake(explicit_recipe(), log.options(1));
     log.pieces["attempt 0, depths from 0, albedos from 0"].push_back('x');
@@ -143,7 +143,7 @@ double difference(const std::vector<float>& a, const std::vector<float>& b) {
 
 class InstructionSets : public testing::TestWithParam<InstructionSet> {};
 
-TEST_P(InstructionSets, ChangeATableByNoMoreThanItsRounding) {
+TEST_P(InstructionSets, AgreeToRounding) {
     Recipe recipe = explicit_recipe();
     recipe.tolerance = 1e-4;  // below which samples keep all bits of a float
     BakeOptions options;
@@ -161,7 +161,7 @@ TEST_P(InstructionSets, ChangeATableByNoMoreThanItsRounding) {
         EXPECT_NEAR(table.diffusion_exponent[a], widest.diffusion_exponent[a], 1e-12);
 }
 
-TEST_P(InstructionSets, ComeToTheSameChoices) {
+TEST_P(InstructionSets, AgreeOnChoices) {
     BakeOptions options;
     const std::string chosen = resolved_text(resolve(rayleigh_recipe(), options));
     if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";

@@ -30,7 +30,7 @@ void expect_stack_refusal(const std::string& text, const std::vector<const char*
     expect_refusal<std::invalid_argument>([&] { parse_stack(text); }, fragments);
 }
 
-TEST(StackFile, HoldsWhatItsTextSays) {
+TEST(StackFile, HoldsItsText) {
     const Stack stack = parse_stack(air + deep("4") + "[below]\nlambert_albedo = 0.3\n");
     ASSERT_EQ(stack.layers.size(), 2u);
     EXPECT_EQ(stack.layers[0].phase_function.text(), PhaseFunction::rayleigh().text());
@@ -43,7 +43,7 @@ TEST(StackFile, HoldsWhatItsTextSays) {
     EXPECT_EQ(stack.lower_boundary.albedo, 0.3);
 }
 
-TEST(StackFile, MayEndInALayerWithoutEnd) {
+TEST(StackFile, MayEndInASemiInfiniteLayer) {
     const Stack last = parse_stack(air + deep("inf"));
     EXPECT_TRUE(std::isinf(last.layers[1].optical_depth));
     EXPECT_FALSE(last.lower_boundary.is_present());
@@ -54,7 +54,7 @@ TEST(StackFile, MayEndInALayerWithoutEnd) {
     EXPECT_EQ(below.lower_boundary.phase_function.text(), PhaseFunction::lambert_sphere().text());
 }
 
-TEST(StackFile, FindsThePhaseFunctionsBesideIt) {
+TEST(StackFile, FindsPhaseFunctionsBesideIt) {
     const test::TemporaryFolder folder;
     test::set_content(folder / "dust.csv", "phase_angle_deg,value\n0,2\n90,1\n180,1\n");
     test::set_content(folder / "stack.toml",
@@ -66,10 +66,10 @@ TEST(StackFile, FindsThePhaseFunctionsBesideIt) {
                                        {"missing.toml", "cannot be read"});
 }
 
-TEST(StackFile, RefusesToHoldNoLayers) {
+TEST(StackFile, RefusesNoLayers) {
     expect_stack_refusal("", {"stack: layers", "[[layers]]", "none"});
-    expect_stack_refusal("layers = 3", {"stack: layers", "[[layers]]", "something else"});
-    expect_stack_refusal("layers = [3]", {"stack: layers", "[[layers]]", "something else"});
+    expect_stack_refusal("layers = 3", {"stack: layers", "[[layers]]", "another value"});
+    expect_stack_refusal("layers = [3]", {"stack: layers", "[[layers]]", "another value"});
     expect_stack_refusal("[layers]\nalbedo = 1", {"stack: layers", "[[layers]]"});
 }
 
@@ -93,13 +93,13 @@ TEST(StackFile, RefusesValuesOutOfRange) {
                          {"below.albedo", "[0, 1]", "-0.5"});
 }
 
-TEST(StackFile, RefusesLayersWithoutEndAboveSomethingElse) {
+TEST(StackFile, RefusesSemiInfiniteLayersAboveOthers) {
     expect_stack_refusal(deep("inf") + air, {"layer 1.optical_depth", "finite", "inf"});
     expect_stack_refusal(deep("inf") + "[below]\nlambert_albedo = 0",
                          {"layer 1.optical_depth", "finite", "inf"});
 }
 
-TEST(StackFile, RefusesGroundOfBothKindsAndOfNone) {
+TEST(StackFile, RefusesIncompleteLowerBoundaries) {
     expect_stack_refusal(air + "[below]\nlambert_albedo = 0.3\nalbedo = 1",
                          {"below", "lambert_albedo alone", "both"});
     expect_stack_refusal(air + "[below]\n", {"below", "lambert_albedo alone", "got nothing"});
@@ -110,7 +110,7 @@ TEST(StackFile, RefusesGroundOfBothKindsAndOfNone) {
     expect_stack_refusal("below = 3\n" + air, {"below", "a table"});
 }
 
-TEST(StackFile, RefusesWhatIsNotToml) { expect_stack_refusal("[[layers]\n", {"stack: line 1"}); }
+TEST(StackFile, RefusesMalformedToml) { expect_stack_refusal("[[layers]\n", {"stack: line 1"}); }
 
 }  // namespace
 }  // namespace stratus

@@ -29,7 +29,7 @@ struct CostPoint {
     SolverOptions solver;           // what is timed, or what solved the table
     Discretisation discretisation;  // table: how it is sampled
 
-    double error_median = 0, error_most = 0, error_largest = 0;  // most: 99.9 % are within
+    double error_median = 0, error_99_9 = 0, error_largest = 0;  // 99_9: 99.9 % are within
     double solve_seconds = 0;                                    // solver: one layer, one thread
     double bake_seconds = 0;  // table: all threads; with choosing and checking where tolerance did
     double bytes = 0;         // table: samples of both sides in memory
@@ -49,7 +49,7 @@ struct CostStudy {
 };
 
 struct CostOptions {
-    double seconds = 120;  // after which nothing new is begun; a sweep goes from cheap to dear
+    double seconds = 120;  // after which no measurement starts; sweeps go from cheap to expensive
     int rounds = 6;        // of timing; the best counts
     int threads = 0;       // 0: all; what is timed runs alone on one
     std::function<void(const std::string& line)> note;

@@ -1,4 +1,4 @@
-// Independent cells on several threads.
+// A parallel loop.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@ namespace stratus {
 int thread_count(int requested);
 
 /// Calls body(i) for i = 0 .. count - 1 on `threads` threads (0: all), each i once, in no set
-/// order; each i must write only to its own slot. `finished`, if any, is told how many are done,
-/// one call at a time. The first exception is passed on.
+/// order; each i must write only to its own slot. `finished`, if any, receives the number done so
+/// far; calls to it are serialised. The first exception is rethrown.
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished = nullptr);
 

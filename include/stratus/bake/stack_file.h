@@ -3,11 +3,11 @@
 //     [[layers]]                      # top first, as many as there are
 //     phase_function = "rayleigh"
 //     albedo = 1.0
-//     optical_depth = 0.2             # finite; of the last one inf too, when nothing lies beneath
+//     optical_depth = 0.2             # finite; the last one may be inf where there is no [below]
 //
 //     [below]                         # may be left out
-//     lambert_albedo = 0.3            # a surface; or phase_function and albedo: a layer without
-//     end
+//     lambert_albedo = 0.3            # a surface; or phase_function and albedo: a semi-infinite
+//                                     # layer
 #pragma once
 
 #include <stratus/transfer/stack.h>
@@ -18,7 +18,7 @@
 
 namespace stratus {
 
-/// Layers and what lies beneath them: what solve_stack asks for.
+/// The arguments of solve_stack.
 struct Stack {
     std::vector<StackLayer> layers;  // top first
     LowerBoundary lower_boundary;

@@ -1,9 +1,8 @@
-// What a long piece of work has finished, so that it need not start over after an interruption.
+// Finished pieces of a long computation, so that it can resume after an interruption.
 //
-// Work is cut into pieces with names. A piece is looked for before it is done and kept after;
-// names and results follow from the recipe alone, so work that goes on with a log ends with the
-// bytes of work that was never interrupted, on any number of threads. All three functions may be
-// left empty.
+// Every piece has a name; it is looked up before it is computed and kept after. Names and results
+// follow from the recipe alone, so a resumed computation gives the bytes of an uninterrupted one,
+// on any number of threads. All three functions may be left empty.
 #pragma once
 
 #include <functional>
@@ -17,11 +16,11 @@ namespace stratus {
 
 /// Threads  all three are called from several at once.
 struct WorkLog {
-    /// What came of a piece; nothing where it is still to be done.
+    /// The result of a finished piece; none of one that is still to do.
     std::function<std::optional<std::vector<char>>(const std::string& piece)> find;
     std::function<void(const std::string& piece, std::span<const char> result)> keep;
-    /// Asked before every piece: true ends the work with WorkStopped once all pieces at work are
-    /// finished and kept.
+    /// Called before every piece: true ends the work with WorkStopped once all running pieces are
+    /// kept.
     std::function<bool()> stop;
 };
 

@@ -6,7 +6,7 @@
 #include <csv.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cstddef>
 #include <fstream>
 #include <istream>
 #include <stdexcept>
@@ -17,36 +17,31 @@ namespace {
 using Quotes = ::io::double_quote_escape<',', '"'>;
 using Blanks = ::io::trim_chars<' ', '\t', '\r'>;
 
-[[noreturn]] void refuse(const std::string& name, long line, const std::string& what) {
+[[noreturn]] void refuse(const std::string& name, int line, const std::string& what) {
     throw std::invalid_argument("read_csv: " + name + ", line " + std::to_string(line) + ": " +
                                 what);
 }
 
-/// The whole text, ending in a line break: without one, the library of 2016 reads beyond it.
-std::string read_text(std::istream& stream, const std::string& name) {
-    std::string text;
-    std::getline(stream, text, '\0');
-    if (stream.bad()) throw std::runtime_error("read_csv: cannot read " + name);
-    if (!stream.eof())  // the library's lines are C strings
-        refuse(name, 1 + std::count(text.begin(), text.end(), '\n'), "must be text, got a byte 0");
-    return text + '\n';
-}
-
 /// The fields of a line, which is overwritten.
-std::vector<std::string> split(char* line) {
+std::vector<std::string> split(std::string& text, const std::string& name, int line) {
+    if (text.find('\0') != std::string::npos)  // the library's lines are C strings
+        refuse(name, line, "must be text, got a byte 0");
     std::vector<std::string> fields;
-    while (line != nullptr) {
-        char *begin, *end;
-        ::io::detail::chop_next_column<Quotes>(line, begin, end);
-        Blanks::trim(begin, end);
-        Quotes::unescape(begin, end);
-        fields.emplace_back(begin, end);
+    try {
+        for (char *left = text.data(), *begin, *end; left != nullptr;) {
+            ::io::detail::chop_next_column<Quotes>(left, begin, end);
+            Blanks::trim(begin, end);
+            Quotes::unescape(begin, end);
+            fields.emplace_back(begin, end);
+        }
+    } catch (const ::io::error::escaped_string_not_closed&) {
+        refuse(name, line, "a quoted field must end in its line");
     }
     return fields;
 }
 
 std::vector<std::string> read_header(const std::vector<std::string>& fields,
-                                     const std::string& name, long line) {
+                                     const std::string& name, int line) {
     std::vector<std::string> columns;
     for (const std::string& column : fields) {
         double number;
@@ -62,7 +57,7 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
 
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
 std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTable& table,
-                             long line) {
+                             int line) {
     if (fields.size() != table.columns.size())
         refuse(table.name, line,
                "a row must have " + std::to_string(table.columns.size()) + " values, got " +
@@ -73,19 +68,6 @@ std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTa
             refuse(table.name, line,
                    "column '" + table.columns[c] + "' must be a number, got '" + fields[c] + "'");
     return row;
-}
-
-/// Adds a line, unless it is blank or a comment.
-void add_line(char* content, int line, CsvTable& table) {
-    content += std::strspn(content, " \t\r");
-    if (*content == '\0' || *content == '#') return;
-    const std::vector<std::string> fields = split(content);
-    if (table.columns.empty()) {
-        table.columns = read_header(fields, table.name, line);
-    } else {
-        table.rows.push_back(read_row(fields, table, line));
-        table.lines.push_back(line);
-    }
 }
 
 }  // namespace
@@ -104,16 +86,21 @@ int CsvTable::column(const std::string& wanted) const {
 CsvTable read_csv(std::istream& stream, const std::string& name) {
     CsvTable table;
     table.name = name;
-    const std::string text = read_text(stream, name);
-    ::io::LineReader lines(name, text.data(), text.data() + text.size());
-    const auto line = [&] { return static_cast<int>(lines.get_file_line()); };
-    try {
-        while (char* const content = lines.next_line()) add_line(content, line(), table);
-    } catch (const ::io::error::escaped_string_not_closed&) {
-        refuse(name, line(), "a quoted field must end in its line");
-    } catch (const ::io::error::line_length_limit_exceeded&) {
-        refuse(name, line(), "a line must be shorter than 16 MiB");
+    std::string text;
+    for (int line = 1; std::getline(stream, text); ++line) {
+        const char* const byte_order_mark = "\xEF\xBB\xBF";  // spreadsheets begin with one
+        if (line == 1 && text.compare(0, 3, byte_order_mark) == 0) text.erase(0, 3);
+        const std::size_t first = text.find_first_not_of(" \t\r");
+        if (first == std::string::npos || text[first] == '#') continue;
+        const std::vector<std::string> fields = split(text, name, line);
+        if (table.columns.empty()) {
+            table.columns = read_header(fields, name, line);
+        } else {
+            table.rows.push_back(read_row(fields, table, line));
+            table.lines.push_back(line);
+        }
     }
+    if (stream.bad()) throw std::runtime_error("read_csv: cannot read " + name);
     if (table.columns.empty())
         throw std::invalid_argument("read_csv: " + name +
                                     ": a header naming the columns must come first, got nothing");

@@ -53,14 +53,6 @@ TEST(Csv, SkipsCommentsAfterBlanks) {
     EXPECT_EQ(read("a\n  # one\n1\n \t\r\n2\n").lines, (std::vector<int>{3, 5}));
 }
 
-// The library reads blocks of 16 MiB.
-TEST(Csv, MayBeLargerThanTheReadersBuffer) {
-    std::string text = "a\n";
-    for (int line = 0; line < 36; ++line) text += '#' + std::string(1 << 20, 'x') + "\n1\n";
-    EXPECT_EQ(read(text).rows.size(), 36u);
-    EXPECT_EQ(read(text).lines.back(), 73);
-}
-
 TEST(Csv, MayHaveNoRows) { EXPECT_TRUE(read("a,b\n").rows.empty()); }
 
 struct Refusal {
@@ -96,11 +88,6 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Csv, RefusesAZeroByteWithItsLine) {
     expect_refusal<std::invalid_argument>([] { read(std::string("a,b\n1,2\0,3\n", 12)); },
                                           {"some.csv", "line 2", "text", "byte 0"});
-}
-
-TEST(Csv, RefusesALineTooLongForTheLibrary) {
-    expect_refusal<std::invalid_argument>([] { read("a\n" + std::string(1 << 24, ' ') + "1\n"); },
-                                          {"some.csv", "line 2", "shorter than 16 MiB"});
 }
 
 TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {

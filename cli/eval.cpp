@@ -198,8 +198,7 @@ class LayerLookup {
                 OutsideTable outside)
         : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
-            slices_.push_back(
-                bind(table_, layer.optical_depth, layer.albedo, effects, outside));
+            slices_.push_back(bind(table_, layer.optical_depth, layer.albedo, effects, outside));
             clamped_ = clamped_ || slices_.back().clamped();
             return &slices_.back();
         };
@@ -303,8 +302,8 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)
-            list += (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " +
-                    names[axis];
+            list +=
+                (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
     std::cerr << "stratus: warning: of " << points.size()
               << " rows some lie outside the table, their multiple scattering comes from its edge: "
@@ -364,9 +363,8 @@ void run_eval(const EvalOptions& options) {
 
     const Asked effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    const std::vector<Answer> answers =
-        answers_of(view, points, query, effects,
-                   options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    const std::vector<Answer> answers = answers_of(
+        view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, options.density);
 
     write_answer(options.output, [&](std::ostream& out) {

@@ -16,6 +16,7 @@
 #include "table_option.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <map>
@@ -248,9 +249,14 @@ class LayerLookup {
         const auto in = static_cast<float>(geometry.mu_in),
                    out = static_cast<float>(geometry.mu_out),
                    azimuth = static_cast<float>(geometry.azimuth);
-        if (single_) {
-            answer.reflected.single = double{single_->reflection(in, out, azimuth)};
-            answer.transmitted.single = double{single_->transmission(in, out, azimuth)};
+        if (single_) {  // by vectors, which resolve the peak of opposition
+            const auto sine = [](double mu) { return std::sqrt((1 - mu) * (1 + mu)); };
+            const double s = sine(geometry.mu_out);
+            const Vector wi{static_cast<float>(-sine(geometry.mu_in)), 0, in};
+            const auto x = static_cast<float>(s * std::cos(geometry.azimuth)),
+                       y = static_cast<float>(s * std::sin(geometry.azimuth));
+            answer.reflected.single = pi * double{single_->eval(wi, {x, y, out})};
+            answer.transmitted.single = pi * double{single_->eval(wi, {x, y, -out})};
         }
         if (multiple_) {
             answer.reflected.multiple = double{multiple_->reflection(in, out, azimuth)};

@@ -279,7 +279,9 @@ stratus::Effects reflection_alone() {
     return effects;
 }
 
-const auto bound = [](const Table& table) { return stratus::bind(table.view(), 2, 0.95, reflection_alone()); };
+const auto bound = [](const Table& table) {
+    return stratus::bind(table.view(), 2, 0.95, reflection_alone());
+};
 const auto bound_rgb = [](const Table& table) {
     return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, reflection_alone());
 };

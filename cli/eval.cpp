@@ -16,6 +16,7 @@
 #include "table_option.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <map>
@@ -198,8 +199,7 @@ class LayerLookup {
                 OutsideTable outside)
         : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
-            slices_.push_back(
-                bind(table_, layer.optical_depth, layer.albedo, effects, outside));
+            slices_.push_back(bind(table_, layer.optical_depth, layer.albedo, effects, outside));
             clamped_ = clamped_ || slices_.back().clamped();
             return &slices_.back();
         };
@@ -249,9 +249,14 @@ class LayerLookup {
         const auto in = static_cast<float>(geometry.mu_in),
                    out = static_cast<float>(geometry.mu_out),
                    azimuth = static_cast<float>(geometry.azimuth);
-        if (single_) {
-            answer.reflected.single = double{single_->reflection(in, out, azimuth)};
-            answer.transmitted.single = double{single_->transmission(in, out, azimuth)};
+        if (single_) {  // by vectors, which resolve the peak of opposition
+            const auto sine = [](double mu) { return std::sqrt((1 - mu) * (1 + mu)); };
+            const double s = sine(geometry.mu_out);
+            const Vector wi{static_cast<float>(-sine(geometry.mu_in)), 0, in};
+            const auto x = static_cast<float>(s * std::cos(geometry.azimuth)),
+                       y = static_cast<float>(s * std::sin(geometry.azimuth));
+            answer.reflected.single = pi * double{single_->eval(wi, {x, y, out})};
+            answer.transmitted.single = pi * double{single_->eval(wi, {x, y, -out})};
         }
         if (multiple_) {
             answer.reflected.multiple = double{multiple_->reflection(in, out, azimuth)};
@@ -303,8 +308,8 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)
-            list += (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " +
-                    names[axis];
+            list +=
+                (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
     std::cerr << "stratus: warning: of " << points.size()
               << " rows some lie outside the table, their multiple scattering comes from its edge: "
@@ -364,9 +369,8 @@ void run_eval(const EvalOptions& options) {
 
     const Asked effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
-    const std::vector<Answer> answers =
-        answers_of(view, points, query, effects,
-                   options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
+    const std::vector<Answer> answers = answers_of(
+        view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
     if (effects.multiple) warn_of_clamped(points, answers, view, options.density);
 
     write_answer(options.output, [&](std::ostream& out) {

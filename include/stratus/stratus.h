@@ -66,9 +66,9 @@ typedef struct stratus_table_info {
     stratus_range optical_depth, albedo, mu_in, mu_out, azimuth;
     int has_reflection, has_transmission; /* 1 or 0 */
     int has_lower_boundary; /* 1: reflection is that of the layer over its lower boundary */
-    int highest_order;     /* of scattering; 0: all */
-    double tolerance;      /* relative error asked for at the bake; 0: unknown */
-    double measured_error; /* largest relative error met at the bake's own check */
+    int highest_order;      /* of scattering; 0: all */
+    double tolerance;       /* relative error asked for at the bake; 0: unknown */
+    double measured_error;  /* largest relative error met at the bake's own check */
 } stratus_table_info;
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info);
@@ -151,8 +151,8 @@ size_t stratus_slice_bytes(const stratus_slice* slice);
 /* 1 where stratus_slice_bind_clamped() had to clamp; 0 for null. */
 int stratus_slice_clamped(const stratus_slice* slice);
 
-/* R or diffuse T; value[channels], 0 for a side that was not asked for. Over a lower boundary T is 0:
- * nothing leaves the far side of both. */
+/* R or diffuse T; value[channels], 0 for a side that was not asked for. Over a lower boundary T is
+ * 0: nothing leaves the far side of both. */
 int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
                              float* value);
 int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,

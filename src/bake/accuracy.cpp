@@ -292,7 +292,8 @@ void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
         Effects effects;
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
-        const Slice slice = bind(table.at_mixture(at.mixture), at.optical_depth, at.albedo, effects);
+        const Slice slice =
+            bind(table.at_mixture(at.mixture), at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);
         const auto mu_out = static_cast<float>(at.geometry.mu_out);
         const auto azimuth = static_cast<float>(at.geometry.azimuth);

@@ -26,11 +26,11 @@ int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_si
 LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int mixture,
                     BeyondDeepest beyond) noexcept {
     LayerQuery query{table.albedo.stencil(albedo),
-                std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
-                optical_depth,
-                mixture,
-                table.extrapolation_length,
-                0};
+                     std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
+                     optical_depth,
+                     mixture,
+                     table.extrapolation_length,
+                     0};
     if (table.has_mixture())
         query.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
                                                                 table.second_extrapolation_length,
@@ -66,8 +66,7 @@ class BlendBuilder {
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),
-          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count *
-                      table.azimuth.count) {
+          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count) {
         blend_.samples = samples;
     }
 
@@ -90,9 +89,9 @@ class BlendBuilder {
         }
         blend_.optical_depth = queries[0].optical_depth;
         blend_.fades = table_.has_lower_boundary() &&
-                        table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
-                        table_.optical_depth.count > 0 &&
-                        blend_.optical_depth < table_.optical_depth.lowest;
+                       table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
+                       table_.optical_depth.count > 0 &&
+                       blend_.optical_depth < table_.optical_depth.lowest;
         return blend_;
     }
 
@@ -154,8 +153,8 @@ class BlendBuilder {
         if (weight_[at] == 0) return false;
         const double share = mixture_share_ * share_of_mixture;
         if (share != 0)
-            blend_.term[blend_.count++] = {
-                at * term_size_, static_cast<float>(share * double{weight_[at]}), depth};
+            blend_.term[blend_.count++] = {at * term_size_,
+                                           static_cast<float>(share * double{weight_[at]}), depth};
         return true;
     }
 

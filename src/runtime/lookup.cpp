@@ -22,7 +22,8 @@ struct Directions {
 int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
 
 /// Samples of a stencil; weights beyond a short axis are 0 and point at its last sample.
-void set_samples(const AxisView& axis, const Stencil& stencil, int (&sample)[stencil_size]) noexcept {
+void set_samples(const AxisView& axis, const Stencil& stencil,
+                 int (&sample)[stencil_size]) noexcept {
     for (int i = 0; i < stencil_size; ++i) sample[i] = std::min(stencil.first + i, axis.count - 1);
 }
 

@@ -78,10 +78,9 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
 LayerBlend blend_of(const TableView& table, Side which, double albedo, double optical_depth) {
     const auto blend = which == Side::reflection ? reflection_blend : transmission_blend;
     const bool is_deep = optical_depth > table.optical_depth.highest;
-    const BeyondDeepest beyond =
-        is_deep && is_depth_known(table, which, albedo, optical_depth)
-            ? BeyondDeepest::follows_diffusion
-            : BeyondDeepest::is_clamped;
+    const BeyondDeepest beyond = is_deep && is_depth_known(table, which, albedo, optical_depth)
+                                     ? BeyondDeepest::follows_diffusion
+                                     : BeyondDeepest::is_clamped;
     LayerBlend found = blend(table, albedo, optical_depth, beyond);
     if (is_scattered_once(table, albedo, optical_depth)) found.count = 0;
     return found;
@@ -89,8 +88,7 @@ LayerBlend blend_of(const TableView& table, Side which, double albedo, double op
 
 /// Cosines of a background's curve where no table gives them.
 AxisView background_axis() {
-    static const AxisView axis =
-        make_axis(AxisScale::arcsine_of_fourth_root, 0.01, 1, 24).view();
+    static const AxisView axis = make_axis(AxisScale::arcsine_of_fourth_root, 0.01, 1, 24).view();
     return axis;
 }
 
@@ -265,8 +263,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
 }
 
 template <int channels>
-void SliceOf<channels>::bind_background(const TableView* table,
-                                        const PhaseFunction& phase_function,
+void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
                                         const Effects& effects) {
     if (one_sided_) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
@@ -445,10 +442,11 @@ template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) const noexcept {
     float value[channels];
     for (int c = 0; c < channels; ++c)
-        value[c] = one_sided_ ? 0
-                              : static_cast<float>(source_seen_through(
-                                    double{forward_phase_}, medium_.albedo[c],
-                                    medium_.optical_depth[c], double{mu}));
+        value[c] =
+            one_sided_
+                ? 0
+                : static_cast<float>(source_seen_through(double{forward_phase_}, medium_.albedo[c],
+                                                         medium_.optical_depth[c], double{mu}));
     return value_of(value, 1);
 }
 

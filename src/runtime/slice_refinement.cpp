@@ -157,8 +157,8 @@ class RelativeErrors {
         }
         const double exceptions = rare * static_cast<double>(errors_.size());
         int bin = 0;
-        for (std::size_t above = count[0]; static_cast<double>(above) <= exceptions && bin + 1 < bins;
-             above += count[bin])
+        for (std::size_t above = count[0];
+             static_cast<double>(above) <= exceptions && bin + 1 < bins; above += count[bin])
             ++bin;
         return highest * std::exp2(-static_cast<double>(bin) / bins_an_octave);
     }
@@ -175,7 +175,11 @@ class Refinement {
   public:
     Refinement(const TableView& table, const LayerBlend& blend, int channel,
                const SingleScattering& single)
-        : table_(table), blend_(blend), channel_(channel), single_(single), sheet_(summed(table, blend)) {
+        : table_(table),
+          blend_(blend),
+          channel_(channel),
+          single_(single),
+          sheet_(summed(table, blend)) {
         if (!blend_.fades) return;
         for (int i = 0; i < sheet_.count[0]; ++i)
             for (int j = 0; j < sheet_.count[1]; ++j)
@@ -199,7 +203,8 @@ class Refinement {
                 const double factor = divided_by(in, out);
                 for (int k = 0; k < columns; k += azimuth_step) {
                     const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
-                    const double total = at(i) * factor + single_(channel_, in, out, table_.azimuth.value(k));
+                    const double total =
+                        at(i) * factor + single_(channel_, in, out, table_.azimuth.value(k));
                     of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
                     if (in >= 0.1 && out >= 0.1) largest = std::max(largest, total);
                 }
@@ -216,13 +221,14 @@ class Refinement {
                     for (int k = 1; k < probed; ++k) {
                         const double bend =
                             double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
-                        const double total =
-                            double{row[k]} * factor + single_(channel_, in, out, azimuth_at(k, probed));
+                        const double total = double{row[k]} * factor +
+                                             single_(channel_, in, out, azimuth_at(k, probed));
                         of_azimuth.add(bend / 8 * factor, total);
                     }
                 }
         }
-        return {of_mu.quantile(darkest_share * largest), of_azimuth.quantile(darkest_share * largest)};
+        return {of_mu.quantile(darkest_share * largest),
+                of_azimuth.quantile(darkest_share * largest)};
     }
 
     /// All samples: row i over mu holds mu' = 0 .. i + 1 by azimuth, `stride` apart.
@@ -236,7 +242,8 @@ class Refinement {
         for (int i = 0; i <= places.intervals; ++i) {
             std::fill(row.value.begin(), row.value.end(), 0.0f);
             add_rows_of(finer, cosines[size(i)], finer.count[1] * azimuths, row.row(0, 0));
-            for (int j = 0; j <= i + 1; ++j) {  // one column beyond `intervals`, which is never read
+            for (int j = 0; j <= i + 1;
+                 ++j) {  // one column beyond `intervals`, which is never read
                 const Stencil& stencil = cosines[size(std::min(j, places.intervals))];
                 const float* from[stencil_size] = {};
                 for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);

@@ -209,8 +209,7 @@ TableView Table::view() const noexcept {
     view.mu_out = mu_out.view();
     view.azimuth = azimuth.view();
     if (!reflection_multiple.empty()) view.reflection_multiple = reflection_multiple.data();
-    if (!transmission_multiple.empty())
-        view.transmission_multiple = transmission_multiple.data();
+    if (!transmission_multiple.empty()) view.transmission_multiple = transmission_multiple.data();
     view.reflection_weight = reflection_weight.data();
     view.transmission_weight = transmission_weight.data();
     view.mu_in_weight = mu_in_weight.data();

@@ -197,8 +197,7 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
     }
     if (!tables_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
-    if (!tables_->mixture.values.empty())
-        mixture = tables_->mixture.view().stencil(matter.mixture);
+    if (!tables_->mixture.values.empty()) mixture = tables_->mixture.view().stencil(matter.mixture);
     double all = 0;
     for (int k = 0; k < stencil_size; ++k) {
         if (mixture.weight[k] == 0) continue;

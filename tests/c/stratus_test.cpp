@@ -197,9 +197,9 @@ TEST_F(C, BindsToTheBitsOfCpp) {
 TEST_F(C, SeesNoMoreThanABackground) {
     const double depth = 1, albedo = 1;
     stratus_slice* slice = nullptr;
-    ASSERT_EQ(stratus_slice_bind_single("henyey_greenstein:g=0.85", 1, &depth, &albedo, nullptr,
-                                        &slice),
-              STRATUS_OK);
+    ASSERT_EQ(
+        stratus_slice_bind_single("henyey_greenstein:g=0.85", 1, &depth, &albedo, nullptr, &slice),
+        STRATUS_OK);
     float background = 0, source = 0;
     ASSERT_EQ(stratus_slice_background(slice, 1, &background), STRATUS_OK);
     ASSERT_EQ(stratus_slice_source_behind(slice, 1, &source), STRATUS_OK);

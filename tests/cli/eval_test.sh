@@ -84,7 +84,7 @@ query $every 0.5,0.5,180,1.5,0.9
 expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.25
 expect_rows 1 "f[\"reflection\"] > $plain"
 expect_ok eval full.h5 --query query.csv --effects single,reflection --opposition hapke:width=0.05,amplitude=0.5
-expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { print 1.5 * R }')" 1e-5
+expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { print 1.5 * R }')" 2e-5  # a slice samples the bump
 query $every 0.5,0.5,180,1.2,0.9
 expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.2 --opposition blinn
 expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { e = exp(-3); print R * 2 / (1 + e) }')" 1e-5  # [Blinn82] 5.2

@@ -566,7 +566,8 @@ TEST(Binding, RefusesWhatIsOutOfRange) {
     using Error = std::invalid_argument;
     Table table = smooth_table(true);
     const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, -1, 0.5); }, {"bind", "optical_depth", "[0, inf]", "-1"});
+    expect_refusal<Error>([&] { bind(view, -1, 0.5); },
+                          {"bind", "optical_depth", "[0, inf]", "-1"});
     expect_refusal<Error>([&] { bind(view, std::nan(""), 0.5); }, {"optical_depth", "nan"});
     expect_refusal<Error>([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
     expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});

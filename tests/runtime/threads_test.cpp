@@ -96,8 +96,7 @@ class SharedTable : public testing::TestWithParam<Function> {};
 
 TEST_P(SharedTable, GivesManyThreadsTheBitsThatItGivesOne) {
     const Table table = every_kind();
-    const Shared shared{table, every_kind_over_ground(),
-                        Bsdf(bind(table.view(), 2, 0.7))};
+    const Shared shared{table, every_kind_over_ground(), Bsdf(bind(table.view(), 2, 0.7))};
     const std::vector<Point> points = random_points(200);
     const auto values_at_all_points = [&] {
         std::vector<double> values;

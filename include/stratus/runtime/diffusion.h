@@ -9,8 +9,8 @@
 
 namespace stratus {
 
-/// q of a mixture of two kinds of scattering, of which `mixture` is the share of the first: 1 / q
-/// goes with 1 - g, and g mixes.
+/// q of a mixture of two kinds of scattering, `mixture` the share of the first: 1 / q is in
+/// proportion to 1 - g, and g mixes linearly.
 double mixed_extrapolation_length(double first, double second, double mixture) noexcept;
 
 /// How transmission falls with depth: q k / sinh(k (tau + q)), at k = 0 q / (tau + q); 0 at

@@ -1,14 +1,14 @@
-// What a scene calls for: effects of a layer, each asked for by name and paid for only then.
+// Effects of a layer, each asked for by name and paid for only then.
 //
 // Effects are chosen when a slice is bound (slice.h), once for all its lookups. How they combine:
 //
 //   density      particles that fill the share D of the volume: every order sees the depth
 //                tau / (1 - D). [Blinn82] 5.1
 //   opposition   less shadow where the light comes from behind the eye: single scattering on the
-//                lit side alone is multiplied by 1 + bump; what was scattered twice no longer knows
-//                where it came from. [Blinn82] 5.2
-//   background   what is seen through the layer: the beam and the light that was scattered forward
-//                out of it once. [Blinn82] 2.5
+//                lit side alone is multiplied by 1 + bump; light scattered twice has lost the
+//                direction that it came from. [Blinn82] 5.2
+//   background   the share of a uniform background that is seen through the layer: the beam and the
+//                diffuse transmittance of the orders asked for (SliceOf::background)
 #pragma once
 
 namespace stratus {

@@ -5,18 +5,19 @@
 // diffusion scales (diffusion.h); between the deepest finite sample and the one at infinity,
 // reflection follows the diffusion law.
 //
-// Where something lies beneath the layer (below.h), reflection is that of both, single scattering
-// counts light that met only what lies beneath, once, and samples are interpolated as they are:
-// what has met the ground vanishes neither with the depth nor with the albedo of the layer.
+// Over a lower boundary (lower_boundary.h) reflection is that of both. Single scattering includes
+// light that the boundary alone reflected, once, and samples are interpolated as they are: light
+// from the boundary vanishes neither with the depth nor with the albedo of the layer.
 //
 // Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
 // upper end of optical depth are clamped for the multiply scattered part (single scattering stays
 // exact). Below the first optical depth the multiply scattered part follows what it is divided by,
-// in thin layers tau^2, as physics has it; over a surface it fades with the light that the layer
-// takes out of the beams; over a layer without end it is clamped.
+// in thin layers tau^2, as physics has it; over a surface it is in proportion to what the layer
+// extinguishes; over a semi-infinite layer it is clamped. Slices extend a table further, and refuse
+// what it does not know (slice.h).
 //
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
-// limit), the neighbour of higher albedo, which decays more slowly, speaks for it.
+// limit), the neighbour of higher albedo, which decays more slowly, is used instead.
 //
 // A table with a mixture axis is looked up through a view of one mixture, `view.at_mixture(f)`. The
 // up to four samples around it are each looked up as a table of their own and joined by a cubic;
@@ -44,8 +45,8 @@ struct Scattered {
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept;
 
-/// Diffuse T of the layer at one geometry, 0 where something lies beneath; the beam that passes
-/// straight is `direct_transmittance`.
+/// Diffuse T of the layer at one geometry, 0 over a lower boundary; the unscattered beam is
+/// `direct_transmittance`.
 Scattered transmission(const TableView& table, double albedo, double optical_depth,
                        const Geometry& geometry) noexcept;
 

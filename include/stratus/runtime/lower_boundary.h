@@ -1,7 +1,8 @@
-// What lies beneath a layer: nothing, a Lambert surface, or a layer without end of its own kind.
+// The lower boundary of a layer: none, a Lambert surface, or a semi-infinite layer with a phase
+// function of its own.
 //
 // Light that reaches it through a layer of optical depth tau, is scattered there once and leaves
-// again has the closed form exp(-tau/mu0) exp(-tau/mu) times R of order 1 of what lies beneath.
+// again has the closed form exp(-tau/mu0) exp(-tau/mu) times the boundary's R of order 1.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -11,7 +12,7 @@ namespace stratus {
 
 struct LowerBoundary {
     enum class Kind {
-        none,     // all that passes is lost
+        none,     // transmitted light is lost
         surface,  // Lambert: R = albedo at every geometry
         layer,    // semi-infinite
     };
@@ -25,7 +26,7 @@ struct LowerBoundary {
     bool is_present() const noexcept { return kind != Kind::none; }
 };
 
-/// Light scattered once in what lies beneath a layer, seen through it. 0 over nothing.
+/// Light scattered once at the boundary, seen through the layer. 0 without one.
 ///
 /// Range    optical_depth [0, inf], that of the layer above.
 double single_reflection_of_boundary(const LowerBoundary& boundary, double optical_depth,

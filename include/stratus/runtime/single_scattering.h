@@ -3,8 +3,8 @@
 //
 // Follows [Blinn82] sections 2.4 to 2.7 in the normalisation of this project: R = pi I / (mu0 F0),
 // so that a white Lambert surface has R = 1, a BRDF is R / pi, and Blinn's brightness is
-// B = 4 mu0 R. mu0 (`mu_in`) and mu (`mu_out`) are cosines in (0, 1]; the side is told by the
-// function's name. `azimuth` is between the two directions of *propagation*, 0 = forward side.
+// B = 4 mu0 R. mu0 (`mu_in`) and mu (`mu_out`) are cosines in (0, 1]; the function's name says
+// which side. `azimuth` is between the two directions of *propagation*, 0 = forward side.
 // Optical depth may be infinity.
 #pragma once
 
@@ -38,17 +38,17 @@ double single_reflection(double phase_value, double albedo, double optical_depth
 /// T of order 1 (diffuse), (w/4) phi (exp(-tau/mu0) - exp(-tau/mu)) / (mu0 - mu). [Blinn82] 2.4,
 /// bottom lit
 ///
-/// Reaches its limit (w/4) phi (tau/mu^2) exp(-tau/mu) at mu = mu0 smoothly; 0 at infinite depth.
+/// Regular at mu = mu0, where it is (w/4) phi (tau/mu^2) exp(-tau/mu); 0 at infinite depth.
 double single_transmission(double phase_value, double albedo, double optical_depth, double mu_in,
                            double mu_out) noexcept;
 
-/// The beam that passes straight through, exp(-tau / mu).
+/// The unscattered beam, exp(-tau / mu).
 double direct_transmittance(double optical_depth, double mu) noexcept;
 
-/// The share of a beam that a layer takes out of it, 1 - exp(-tau / mu), exact for thin layers too.
+/// The share of a beam that a layer extinguishes, 1 - exp(-tau / mu), exact for thin layers too.
 double intercepted_share(double optical_depth, double mu) noexcept;
 
-// Blinn's own brightness functions, B = 4 mu0 R (or T), for those who compare with the paper.
+// Blinn's own brightness functions, B = 4 mu0 R (or T), for comparison with the paper.
 
 /// B seen from the lit side. [Blinn82] 2.4
 double brightness_top_lit(double phase_value, double albedo, double optical_depth, double mu_in,
@@ -58,7 +58,7 @@ double brightness_top_lit(double phase_value, double albedo, double optical_dept
 double brightness_bottom_lit(double phase_value, double albedo, double optical_depth, double mu_in,
                              double mu_out) noexcept;
 
-/// B of a layer without end (dust, deep atmospheres): w phi mu0 / (mu0 + mu), Hapke and Irvine.
+/// B of a semi-infinite layer (dust, deep atmospheres): w phi mu0 / (mu0 + mu), Hapke and Irvine.
 /// [Blinn82] 2.7
 double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
                                 double mu_out) noexcept;
@@ -71,6 +71,6 @@ double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
 /// The paper adds the constant w phi, which would not vanish for an empty layer; this is the limit
 /// of its own bottom-lit formula at mu = mu0 (B with F0 = 1).
 double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
-                    double mu) noexcept;
+                           double mu) noexcept;
 
 }  // namespace stratus

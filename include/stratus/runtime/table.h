@@ -40,7 +40,7 @@ struct TableView {
     const float* transmission_multiple = nullptr;
 
     // What samples are multiplied by before they are interpolated (lookup.h): over (mixture,
-    // albedo, optical_depth) for either side, and over (optical_depth, mu); 1 over a lower boundary.
+    // albedo, optical_depth) for either side, and over (optical_depth, mu); 1 over a boundary.
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;

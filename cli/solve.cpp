@@ -172,94 +172,109 @@ void require_scheme(const CLI::Option* option, const std::string& scheme,
             scheme);
 }
 
+/// Refuses options that the scheme does not know, and a layer that is not described in full.
+void check_given(const CLI::App& solve, const std::string& scheme) {
+    const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
+    for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
+        if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
+    require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
+    for (const char* name : {"--start", "--start-depth"})
+        require_scheme(solve.get_option(name), scheme, {"classic"});
+    require_scheme(solve.get_option("--sublayers"), scheme, {"markov"});
+    for (const char* name : {"--photons", "--seed", "--threads"})
+        require_scheme(solve.get_option(name), scheme, {"photons"});
+}
+
+void add_layer_options(CLI::App& solve, SolveCommand& command) {
+    solve.add_option("--phase", command.phase,
+                     "Phase function, one of\n" + phase_function_help());
+    solve.add_option("--albedo", command.question.albedo, "Single-scattering albedo, [0, 1]")
+        ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));
+    solve
+        .add_option("--optical-depth", command.question.optical_depth,
+                    "Vertical optical depth, [0, inf]")
+        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+    solve
+        .add_option("--nodes", command.question.nodes,
+                    "Gauss nodes of the solver, [1, 512]. Default: 32; h-function 64, markov 16")
+        ->check(whole_number(1, 512));
+    solve
+        .add_option("--scheme", command.question.scheme,
+                    "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
+                    "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
+                    "isotropic only), markov (Markov chain), photons (Monte Carlo)")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
+}
+
+/// Options that some schemes know.
+void add_scheme_options(CLI::App& solve, SolveCommand& command) {
+    solve
+        .add_option("--orders", command.question.orders,
+                    "Light scattered at most this often, [1, 200]; harmonic and markov tell "
+                    "every order")
+        ->check(whole_number(1, 200));
+    solve
+        .add_option("--start", command.question.start,
+                    "classic: diamond (default) or single, the thin layer's start")
+        ->check(CLI::IsMember({"single", "diamond"}));
+    solve
+        .add_option("--start-depth", command.question.start_depth,
+                    "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
+                    "1e-3 of the smallest cosine")
+        ->check(number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
+    solve
+        .add_option("--sublayers", command.question.sublayers,
+                    "markov: sublayers, even, [4, 1024]. Default: 32")
+        ->check(whole_number(4, 1024));
+    solve
+        .add_option("--photons", command.question.photons,
+                    "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")
+        ->check(whole_number(2, 1'000'000'000'000));
+    solve.add_option("--seed", command.question.seed, "photons: another draw. Default: 1")
+        ->check(whole_number(0, 1'000'000'000'000'000'000));
+    solve
+        .add_option("--threads", command.question.threads,
+                    "photons: threads; 0: one for each processor. The answer is the same")
+        ->check(whole_number(0, 1024));
+}
+
+/// Stacks, and what is asked.
+void add_question_options(CLI::App& solve, SolveCommand& command) {
+    solve
+        .add_option("--layers", command.layers,
+                    "TOML file of a stack: tables [[layers]], top first, with phase_function, "
+                    "albedo, optical_depth; beneath them [below] with lambert_albedo, or with "
+                    "phase_function and albedo")
+        ->check(file_name())
+        ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
+                   solve.get_option("--optical-depth"), solve.get_option("--scheme"),
+                   solve.get_option("--orders"));
+    CLI::Option* const query = solve
+                                   .add_option("--query", command.query,
+                                               "CSV with columns mu_in, mu_out, azimuth_deg; - is "
+                                               "standard input. Without: fluxes only")
+                                   ->check(file_name());
+    solve
+        .add_option("--mu-in", command.mu_in,
+                    "Cosines at which fluxes are given, (0, 1], comma between")
+        ->delimiter(',')
+        ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
+        ->excludes(query);
+    solve.add_option("-o,--output", command.output, "File to write. Default or -: standard output")
+        ->check(file_name());
+    solve.add_flag("--quiet", command.quiet, "No notes");
+}
+
 }  // namespace
 
 void add_solve(CLI::App& app) {
     auto command = std::make_shared<SolveCommand>();
     CLI::App* solve =
         app.add_subcommand("solve", "Solve a layer or a stack exactly, without a table");
-    CLI::Option* const phase = solve->add_option(
-        "--phase", command->phase, "Phase function, one of\n" + phase_function_help());
-    CLI::Option* const albedo =
-        solve->add_option("--albedo", command->question.albedo, "Single-scattering albedo, [0, 1]")
-            ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));
-    CLI::Option* const optical_depth =
-        solve
-            ->add_option("--optical-depth", command->question.optical_depth,
-                         "Vertical optical depth, [0, inf]")
-            ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
-    solve
-        ->add_option("--nodes", command->question.nodes,
-                     "Gauss nodes of the solver, [1, 512]. Default: 32; h-function 64, markov 16")
-        ->check(whole_number(1, 512));
-    CLI::Option* const scheme =
-        solve
-            ->add_option(
-                "--scheme", command->question.scheme,
-                "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "
-                "classic (textbook doubling), h-function (Chandrasekhar's H, X and Y; "
-                "isotropic only), markov (Markov chain), photons (Monte Carlo)")
-            ->capture_default_str()
-            ->check(CLI::IsMember({"harmonic", "classic", "h-function", "markov", "photons"}));
-    CLI::Option* const orders =
-        solve
-            ->add_option("--orders", command->question.orders,
-                         "Light scattered at most this often, [1, 200]; harmonic and markov tell "
-                         "every order")
-            ->check(whole_number(1, 200));
-    CLI::Option* const start =
-        solve
-            ->add_option("--start", command->question.start,
-                         "classic: diamond (default) or single, the thin layer's start")
-            ->check(CLI::IsMember({"single", "diamond"}));
-    CLI::Option* const start_depth =
-        solve
-            ->add_option("--start-depth", command->question.start_depth,
-                         "classic: optical depth of the thin layer at most, [1e-15, 1]. Default: "
-                         "1e-3 of the smallest cosine")
-            ->check(
-                number("in [1e-15, 1]", [](double depth) { return depth >= 1e-15 && depth <= 1; }));
-    CLI::Option* const sublayers =
-        solve
-            ->add_option("--sublayers", command->question.sublayers,
-                         "markov: sublayers, even, [4, 1024]. Default: 32")
-            ->check(whole_number(4, 1024));
-    CLI::Option* const photons =
-        solve
-            ->add_option("--photons", command->question.photons,
-                         "photons: how many for each mu_in, [2, 1e12]. Default: 1000000")
-            ->check(whole_number(2, 1'000'000'000'000));
-    CLI::Option* const seed =
-        solve->add_option("--seed", command->question.seed, "photons: another draw. Default: 1")
-            ->check(whole_number(0, 1'000'000'000'000'000'000));
-    CLI::Option* const threads =
-        solve
-            ->add_option("--threads", command->question.threads,
-                         "photons: threads; 0: one for each processor. The answer is the same")
-            ->check(whole_number(0, 1024));
-    CLI::Option* const layers =
-        solve
-            ->add_option("--layers", command->layers,
-                         "TOML file of a stack: tables [[layers]], top first, with phase_function, "
-                         "albedo, optical_depth; beneath them [below] with lambert_albedo, or with "
-                         "phase_function and albedo")
-            ->check(file_name())
-            ->excludes(phase, albedo, optical_depth, scheme, orders);
-    CLI::Option* query = solve
-                             ->add_option("--query", command->query,
-                                          "CSV with columns mu_in, mu_out, azimuth_deg; - is "
-                                          "standard input. Without: fluxes only")
-                             ->check(file_name());
-    solve
-        ->add_option("--mu-in", command->mu_in,
-                     "Cosines at which fluxes are given, (0, 1], comma between")
-        ->delimiter(',')
-        ->check(number("in (0, 1]", [](double mu) { return mu > 0 && mu <= 1; }))
-        ->excludes(query);
-    solve
-        ->add_option("-o,--output", command->output, "File to write. Default or -: standard output")
-        ->check(file_name());
-    solve->add_flag("--quiet", command->quiet, "No notes");
+    add_layer_options(*solve, *command);
+    add_scheme_options(*solve, *command);
+    add_question_options(*solve, *command);
     solve->footer(
         "Examples:\n"
         "  stratus solve --phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --mu-in "
@@ -270,17 +285,8 @@ void add_solve(CLI::App& app) {
         "--optical-depth 1\n"
         "  stratus solve --layers tables/stacks/haze_over_ground.toml --mu-in 0.5,1");
     solve->callback([=] {
-        for (const CLI::Option* needed : {phase, albedo, optical_depth})
-            if (layers->count() == 0 && needed->count() == 0)
-                throw CLI::RequiredError(needed->get_name());
-        const std::string& of = command->question.scheme;
-        require_scheme(orders, of, {"harmonic", "markov", "photons"});
-        require_scheme(start, of, {"classic"});
-        require_scheme(start_depth, of, {"classic"});
-        require_scheme(sublayers, of, {"markov"});
-        for (const CLI::Option* option : {photons, seed, threads})
-            require_scheme(option, of, {"photons"});
-        command->asked = query->count() > 0;
+        check_given(*solve, command->question.scheme);
+        command->asked = solve->get_option("--query")->count() > 0;
         run_solve(*command);
     });
 }

@@ -26,8 +26,7 @@ std::vector<DoublingTask> conservative_tasks(const std::vector<int>& modes, doub
 
 }  // namespace
 
-// ---- series
-// --------------------------------------------------------------------------------------
+// ---- series ------------------------------------------------------------------------------------
 
 OrderedLadder::Series OrderedLadder::nothing() const {
     Series series;
@@ -102,8 +101,7 @@ OrderedLadder::Series OrderedLadder::parallel_sum(const Series& P, const Series&
     return sum(1, P, -1, product(P, product(inverse(sum(1, P, 1, Q)), P)));
 }
 
-// ---- layers
-// --------------------------------------------------------------------------------------
+// ---- layers ------------------------------------------------------------------------------------
 
 /// depth times (diag((1 - w f)/mu) - w (1 - f) kernel).
 OrderedLadder::Series OrderedLadder::scattered(double depth, const Pack* kernel_of_order_1) const {

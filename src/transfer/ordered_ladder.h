@@ -1,9 +1,9 @@
 // Neumann orders one by one: the light scattered exactly n times, up to eight azimuthal modes at
-// once.
+// once. Phase kernels and SIMD products are those of the harmonic scheme; the doubling is not.
 //
 // Every matrix of a layer is a power series in the albedo, R = sum_n w^n R_n, and doubling is done
 // on the series: products become Cauchy products, and no matrix is ever inverted, for light that is
-// not scattered only crosses the layer. From the start on all terms of doubling are positive where
+// not scattered is only transmitted. From the start on all terms of doubling are positive where
 // the kernels are, so every order comes out to rounding, however weak. One run serves all albedos;
 // it costs n^2 / 2 products where the sum of all orders costs one.
 //

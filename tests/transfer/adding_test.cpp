@@ -119,7 +119,8 @@ TEST(Adding, BalancesTheFluxAbsorbedBelow) {
               rounding);
     const LayerMode ground = opaque(random_layer(random));
     const VectorXd entering = s - ground.reflection.leftCols(nodes) * s.head(nodes);
-    const VectorXd taken = net_flux_between(layer, ground, entering, nodes);
+    const VectorXd taken = layer.beam.cwiseProduct(entering) +
+                           diffuse_flux_between(layer, ground, entering, nodes).col(0);
     const VectorXd back = add(layer, ground, nodes).reflection.leftCols(nodes) * s.head(nodes);
     EXPECT_LE((s - back - taken).cwiseAbs().maxCoeff(), rounding);
 }

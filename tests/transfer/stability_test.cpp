@@ -124,8 +124,8 @@ TEST(LayerSolution, ReportsNegativeValues) {
 
 /// (4/3) k/(1-g) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law of diffusion.
 TEST_P(Stability, TransmitsByTheLawOfDiffusion) {
-    // What the nodes leave, and k.
-    const double tolerance = GetParam().nodes == 2 ? 0.3 : GetParam().nodes == 8 ? 1e-2 : 1e-3;
+    // What the nodes leave (two of them, near normal, 46 percent), and k.
+    const double tolerance = GetParam().nodes == 2 ? 0.5 : GetParam().nodes == 8 ? 1e-2 : 1e-3;
     for (const double w : {1 - 1e-9, 1 - 1e-15, 1.0})
         for (const double tau : {1e6, 1e12}) {
             const LayerSolution layer = solve(w, tau, 1);

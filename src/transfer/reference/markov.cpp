@@ -38,8 +38,8 @@ double caught_within(double z) {
     return sum;
 }
 
-/// The layer cut into K sublayers, and the shares of light that fly between them, downwards. What
-/// flies up is the mirror image, k <-> K - 1 - k.
+/// The layer divided into K sublayers, and the shares of light that fly between them, downwards.
+/// What flies up is the mirror image, k <-> K - 1 - k.
 struct Discretisation {
     int K;
     MatrixXd start;   // n x K: of a beam from above, what first collides in a sublayer
@@ -301,7 +301,7 @@ MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
     const char* const caller = "markov";
     require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
     require(optical_depth >= 0 && !std::isinf(optical_depth), caller, "optical_depth",
-            "in [0, inf) (a layer without end cannot be cut into sublayers)", optical_depth);
+            "in [0, inf) (a semi-infinite layer cannot be divided into sublayers)", optical_depth);
     require(options.sublayers >= 4 && options.sublayers <= max_states && options.sublayers % 2 == 0,
             caller, "sublayers", "even and in [4, 8192]", options.sublayers);
     require(options.modes >= 0, caller, "modes", ">= 0", options.modes);

@@ -101,7 +101,7 @@ Direction beam_direction(double mu, double azimuth, double up) {
     return {sine * std::cos(azimuth), sine * std::sin(azimuth), up * mu};
 }
 
-Direction turned(const Direction& from, double v, double azimuth) {
+Direction scattered(const Direction& from, double v, double azimuth) {
     const double cosine = 1 - 2 * v, sine = 2 * std::sqrt(v * (1 - v));
     const double a = sine * std::cos(azimuth), b = sine * std::sin(azimuth);
     const double flat = std::sqrt(from.x * from.x + from.y * from.y);
@@ -138,10 +138,10 @@ enum Face { lit, far };
 /// exit, then fluxes.
 template <class Number>
 struct Tallies {
-    struct Exit {
+    struct Radiance {
         std::array<Number, 2> single{}, multiple{};  // by side
     };
-    std::vector<Exit> exits;
+    std::vector<Radiance> exits;
     std::array<Number, 2> flux{};
     Number absorbed{};
 
@@ -177,7 +177,7 @@ class PhotonRun {
           angles_(phase_function) {}
 
     Tallies<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
-        std::vector<Exit> exits;
+        std::vector<ExitDirection> exits;
         for (const Geometry& of : beam.geometries)
             exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1),
                              beam_direction(of.mu_out, of.azimuth, -1)});
@@ -196,7 +196,7 @@ class PhotonRun {
     }
 
   private:
-    struct Exit {
+    struct ExitDirection {
         double mu;
         Direction up, down;
     };
@@ -210,7 +210,7 @@ class PhotonRun {
     static constexpr double thin_depth = 0.1;  // below, see `scatter`
     static constexpr int max_collisions = 100'000'000;
 
-    void follow(double mu_in, const std::vector<Exit>& exits, Random& random,
+    void follow(double mu_in, const std::vector<ExitDirection>& exits, Random& random,
                 Tallies<double>& photon) const {
         Direction direction = beam_direction(mu_in, 0, -1);
         double depth = 0, weight = 1, min_weight = 0;
@@ -275,7 +275,7 @@ class PhotonRun {
             const double z = optical_depth_ * (u < 1 ? u : std::exp(u - 1));
             to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
         } else {
-            to = turned(from, angles_.sample(random), azimuth);
+            to = scattered(from, angles_.sample(random), azimuth);
         }
         const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
         double density = angles_.density(v);
@@ -288,7 +288,7 @@ class PhotonRun {
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
     void book_collision(double weight, double depth, const Direction& direction,
-                        const std::vector<Exit>& exits, Tallies<double>& photon) const {
+                        const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const double height[] = {depth, optical_depth_ - depth};
@@ -303,7 +303,7 @@ class PhotonRun {
     /// A flight is a beam onto the part of the layer ahead: all that its next collision can send
     /// towards an exit is single scattering there, dimmed by the part behind if it turns back.
     void book_flight(double weight, const Flight& flight, const Direction& direction,
-                     const std::vector<Exit>& exits, Tallies<double>& photon) const {
+                     const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
         const double w = weight * albedo_;
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];

@@ -1,4 +1,4 @@
-// Inner loops of the lane files: small blocks held in registers.
+// Inner loops of the SIMD files: small blocks held in registers.
 #pragma once
 
 #include "doubling_steps.h"

@@ -1,10 +1,10 @@
 // Doubling as an arithmetic-harmonic mean, and the way back to R and T.
 //
 // Seen from its mid-plane a layer splits light into a part symmetric about it and an antisymmetric
-// part; the symmetric positive matrices Y and Z of the two parts hold everything:
+// part; the symmetric positive matrices Y and Z of the two parts hold everything (T with the
+// beam on its diagonal):
 //
-//     R + T = (I + Y)^-1 (I - Y)        R - T = (I + Z)^-1 (I - Z)        (T with the beam on its
-//     diagonal)
+//     R + T = (I + Y)^-1 (I - Y)        R - T = (I + Z)^-1 (I - Z)
 //
 // Two equal layers put together, tanh 2x and coth 2x, are one step of the arithmetic-harmonic mean:
 //

@@ -1,5 +1,5 @@
-// Eight azimuthal modes (or albedos) of a layer, worked on side by side in the lanes of wide
-// registers.
+// The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer side by side,
+// one a lane.
 //
 // Every file of this folder is compiled once for each instruction set, inside a namespace of that
 // name, and chosen when the program runs (dispatch.cpp). They use raw memory and include no header
@@ -38,17 +38,15 @@ struct SimdLayer {
     const double* s;       // directions, sqrt(2 mu weight) (weight 1 for the extra ones)
 
     Pack albedo, co_albedo;  // w and 1 - w
-    Pack half_depth;         // h = tau / 2 of the layer as it stands
-    Pack
-        conserving;  // 1 in lanes of mode 0, where the light absorbed is known exactly; 0 elsewhere
+    Pack half_depth;         // h = tau / 2, current
+    Pack conserving;         // 1 in lanes of mode 0, whose absorption is known exactly; 0 elsewhere
     bool any_conserving;
-    bool has_gap;  // the place of Y holds G = Z - Y
+    bool has_gap;  // Y holds G = Z - Y
 
-    SimdMatrix scatter_odd;   // (P+ - P-)/2, the part of odd l - m, times s_i s_j / (2 mu_i mu_j);
-                              // no diagonal
-    SimdMatrix scatter_even;  // (P+ + P-)/2, the part of even l - m, times the same; no diagonal
-    SimdMatrix Y, Z;  // admittances of the even and odd part of the light, see doubling.cpp; with
-                      // has_gap Y's place holds the gap G = Z - Y
+    // (P+ - P-)/2 and (P+ + P-)/2, the parts of odd and even l - m, times s_i s_j / (2 mu_i mu_j);
+    // no diagonal.
+    SimdMatrix scatter_odd, scatter_even;
+    SimdMatrix Y, Z;     // admittances of the even and odd part of the light, see doubling.cpp
     Pack* gap_diagonal;  // of Z - Y, carried from the start: no cancellation however deep
     Pack* absorbed;      // a = Y s in conserving lanes
 
@@ -59,16 +57,16 @@ struct SimdLayer {
     Pack* vector[3];         // directions each
 };
 
-/// What phase kernels are made of: per lane the azimuthal mode, and chi_l.
+/// Input of the phase kernels: the azimuthal mode of each lane, and chi_l.
 struct PhaseSeries {
     int mode[lane_count];
     const double* moments;
     int moment_count;
-    Pack* legendre;  // 2 x moment_count rows of `directions`: P_l^m normalised, and the same times
-                     // (2l + 1) chi_l
+    // 2 x moment_count rows of `directions`: P_l^m normalised, and the same times (2l + 1) chi_l
+    Pack* legendre;
 };
 
-/// Two factors of a product F G, each diag + K, kernels row by row; null: nothing. The diagonals
+/// Two factors of a product F G, each diag + K, kernels row by row; null: 0. The diagonals
 /// are the same in every lane. F is symmetric.
 struct ProductFactors {
     const double *F_diagonal, *G_diagonal;

@@ -105,9 +105,8 @@ void phase_kernels(const PhaseSeries& phase, SimdLayer& layer) {
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);
     if (layer.any_conserving) conserve_energy(layer);
-    for (
-        int i = 0; i < n;
-        ++i)  // the scaling of doubling_steps.h, and 1 / (2 sqrt(mu_i^2 mu_j^2)) of a unit of depth
+    // The scaling of doubling_steps.h, and 1 / (2 mu_i mu_j) of a unit of depth.
+    for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
             const double scale = layer.s[i] * layer.s[j] / (2 * layer.mu[i] * layer.mu[j]);
             layer.scatter_odd.K[i * layer.stride + j] *= scale;

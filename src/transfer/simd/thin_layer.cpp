@@ -6,11 +6,11 @@
 //     Y = tanh(h sqrt(BA)) sqrt(BA)^-1 B      Z = [tanh(h sqrt(AB)) sqrt(AB)^-1 A]^-1
 //
 // Lambert's continued fraction tanh(z)/z = 1/(1 + z^2/(3 + z^2/(5 + ...))) becomes, with b = h B
-// and W = (h A)^-1, a chain of parallel sums of symmetric matrices, P : Q = (P^-1 + Q^-1)^-1 = P -
-// P (P + Q)^-1 P:
+// and W = (h A)^-1, a chain of parallel sums of symmetric matrices,
 //
-//     Y = b : (3 W + (b/5 : (7 W + (b/9 : 11 W))))        Z = W + (b/3 : (5 W + (b/7 : (9 W +
-//     b/11))))
+//     P : Q = (P^-1 + Q^-1)^-1 = P - P (P + Q)^-1 P
+//     Y = b : (3 W + (b/5 : (7 W + (b/9 : 11 W))))
+//     Z = W + (b/3 : (5 W + (b/7 : (9 W + b/11))))
 //
 // Six levels leave less than 2e-13 of the row of the smallest cosine at z = 1/2, and (z/z_0)^12 of
 // that elsewhere.

@@ -1,7 +1,7 @@
-// Isotropic scattering solved exactly by Chandrasekhar's functions: a witness that shares neither
-// equations nor code with doubling.
+// Isotropic scattering solved exactly by Chandrasekhar's functions: a reference solver that
+// shares neither equations nor code with doubling, only the Gauss nodes.
 //
-// A layer without end has one function, H, a finite one has two, X and Y; R and T between any two
+// A semi-infinite layer has one function, H, a finite one has two, X and Y; R and T between any two
 // directions follow in closed form [C60]:
 //
 //     R = (w/4) (X X0 - Y Y0) / (mu + mu0)        T = (w/4) (X Y0 - Y X0) / (mu0 - mu)

@@ -1,10 +1,11 @@
-// Multiple scattering as a Markov chain [EH78]: a witness that neither doubles nor adds.
+// Multiple scattering as a Markov chain [EH78]: a reference solver that neither
+// doubles nor adds; it shares nodes and single scattering with the solver.
 //
-// The layer is cut into sublayers. A state of light is the sublayer in which it was scattered last
+// The layer is divided into sublayers. A state of light is the sublayer in which it was scattered last
 // and the direction in which it left; from there it flies on and is scattered in some sublayer
 // again (Q) or leaves. With B what a beam brings to every state and E what every state sends on
 // towards the exits, orders n >= 2 of the Neumann series are E Q^(n-2) B, all of them E (I - Q)^-1
-// B. Flights are integrated exactly over sublayers that glow evenly; that leaves an error of order
+// B. Flights are integrated exactly over sublayers of uniform source; that leaves an error of order
 // K^-2 in their number K, which is extrapolated from K/2, K and 2 K. Order 1 is the closed form.
 #pragma once
 
@@ -57,8 +58,8 @@ struct MarkovSolution {
 /// Solves one layer at the cosines `mu` (none: at the Gauss nodes) by the chain.
 ///
 /// Source   [EH78]; the layer is folded at its mid-plane, which halves the matrices.
-/// Range    albedo [0, 1]; optical_depth [0, inf): no number of sublayers fills a layer without
-///          end; mu [1e-100, 1].
+/// Range    albedo [0, 1]; optical_depth [0, inf): sublayers cannot fill a semi-infinite
+///          layer; mu [1e-100, 1].
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy K = 32: 1e-5 of R and T at depth 1, 5e-4 at depth 8 (cosines from 0.02), eight times
 ///          better with each doubling of K. The stated error is some 3 to 50 times what is left of

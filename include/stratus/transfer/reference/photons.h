@@ -1,9 +1,9 @@
-// Photons followed one by one through a homogeneous layer: a witness that shares nothing with the
-// solver but the closed form of single scattering.
+// Photons followed one by one through a homogeneous layer: a reference solver that shares
+// nothing with the solver but the closed form of single scattering.
 //
 // Every photon carries a weight and is never lost: its flights are made to end inside the layer,
 // and Russian roulette ends paths that hardly matter. Before each flight all that its collision can
-// send towards every asked direction is booked (next-event estimation), averaged over the whole
+// send towards every asked direction is tallied (next-event estimation), averaged over the whole
 // flight: a flight is a beam onto the part of the layer ahead, which scatters it once. One path
 // serves all geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
 #pragma once

@@ -124,8 +124,8 @@ TEST(LayerSolution, ReportsNegativeValues) {
 
 /// (4/3) k/(1-g) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law of diffusion.
 TEST_P(Stability, TransmitsByTheLawOfDiffusion) {
-    // What the nodes leave (two of them, near normal, 46 percent), and k.
-    const double tolerance = GetParam().nodes == 2 ? 0.5 : GetParam().nodes == 8 ? 1e-2 : 1e-3;
+    // What the nodes leave in T and in k; two of them come to half of T under a forward peak.
+    const double tolerance = GetParam().nodes == 2 ? 0.7 : GetParam().nodes == 8 ? 1e-2 : 1e-3;
     for (const double w : {1 - 1e-9, 1 - 1e-15, 1.0})
         for (const double tau : {1e6, 1e12}) {
             const LayerSolution layer = solve(w, tau, 1);
@@ -133,7 +133,8 @@ TEST_P(Stability, TransmitsByTheLawOfDiffusion) {
             const double k = std::sqrt(3 * (1 - w) * (1 - w * asymmetry()));
             const double law = 4.0 / 3 / (1 - asymmetry()) / q * transmission_scale(tau, k, q);
             if (law < 1e-290) continue;
-            EXPECT_NEAR(layer.total_transmittance / law, 1, tolerance * std::max(1.0, k * tau))
+            EXPECT_NEAR(std::log(layer.total_transmittance / law), 0,
+                        tolerance * std::max(1.0, k * tau))
                 << at(layer);
         }
 }

@@ -101,8 +101,8 @@ int main(int argc, char** argv) {
     };
     // Semi-infinite dust, so that nothing is transmitted; a little redder than white.
     const stratus::Table table = stratus::read_table(argv[1]);
-    stratus::RgbSlice dust =
-        stratus::bind_rgb(table.view(), {infinity, infinity, infinity}, {1, 0.97, 0.9});
+    stratus::RgbSlice dust = stratus::bind_rgb(
+        table.view(), {stratus::infinity, stratus::infinity, stratus::infinity}, {1, 0.97, 0.9});
     const Scene scene{stratus::RgbBsdf(std::move(dust)), number(3, 2.5f), number(4, 0.05f),
                       static_cast<int>(number(5, 100)), unit({1, -1, 1})};
 

@@ -24,8 +24,8 @@ bool is_ring(const Rings& rings, double radius) noexcept {
     return radius >= rings.profile.inner() && radius <= rings.profile.outer();
 }
 
-/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the planet
-/// is neglected.
+/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the
+/// planet is neglected.
 Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
     const Vector3 point = view.ray.at(distance);
     const Vector3 normal = globe_normal(point, rings.flattening);

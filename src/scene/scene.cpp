@@ -52,8 +52,8 @@ Scene read_panel(const toml::table& table, const Source& source) {
     return scene;
 }
 
-/// Puts the keys of `change` in place of those of `table`, in tables within it one by one. Nodes are
-/// moved: a copied one forgets its line.
+/// Overrides keys of `table` by those of `change`, in nested tables one by one. Nodes are moved: a
+/// copy has no line number.
 void merge(toml::table& table, toml::table&& change) {
     for (auto&& [key, node] : change) {
         toml::table* const inner = node.as_table();

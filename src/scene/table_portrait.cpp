@@ -27,8 +27,8 @@ constexpr int sphere_samples = 2;  // along both sides of a pixel
 // ---- Depths and albedos
 
 /// Finite depths, evenly spread in the logarithm over the part of the axis where layers differ
-/// (below 0.1 nearly all light is transmitted, above 32 hardly any, and 10 is close to infinity), at
-/// the roundest numbers that keep them apart.
+/// (below 0.1 nearly all light is transmitted, above 32 hardly any, and 10 is close to infinity),
+/// at the roundest numbers that keep them apart.
 std::vector<double> shown_finite_depths(const AxisView& axis) {
     if (axis.count == 0) return {};
     if (axis.lowest == axis.highest) return {axis.lowest};

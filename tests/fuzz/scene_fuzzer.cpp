@@ -1,4 +1,4 @@
-// Any text at all as a scene.
+// Arbitrary text as a scene.
 #include <stratus/scene/scene.h>
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string text(data, data + size);
-    for (const char* opens : {"file", ".png", ".exr", ".csv"})  // whatever it names
+    for (const char* opens : {"file", ".png", ".exr", ".csv"})  // texts that name files
         if (text.find(opens) != std::string::npos) return 0;
     try {
         stratus::parse_scene(text);

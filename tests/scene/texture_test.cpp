@@ -41,7 +41,7 @@ TEST(DepthMap, CloudsHaveTheRequestedCoverage) {
 }
 
 TEST(Noise, IsContinuous) {
-    // The finest of eight octaves changes by its own size within 2^-7, or by no more than twice that.
+    // The finest of eight octaves changes by at most twice its own size within 2^-7.
     for (int k = 0; k < 3000; ++k) {
         const Vector3 point{0.0137 * k, 1 - 0.0071 * k, 0.5 + 0.003 * k};
         EXPECT_NEAR(noise(point, 1), noise(point + Vector3{1e-7, 1e-7, 1e-7}, 1), 1e-5);

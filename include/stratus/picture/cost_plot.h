@@ -36,8 +36,8 @@ struct PlotPanel {
 
 /// Draws panels to `svg` itself; callers who need it whole or not at all wrap it.
 ///
-/// Errors   std::invalid_argument for no panel, a panel without points, or x or y that is not above 0
-///          and finite; std::runtime_error naming the path and the reason when the file cannot be
+/// Errors   std::invalid_argument for no panel, a panel without points, or x or y that is not above
+///          0 and finite; std::runtime_error naming the path and the reason when the file cannot be
 ///          written.
 void draw_cost_plot(const std::vector<PlotPanel>& panels, const std::filesystem::path& svg);
 

@@ -1,9 +1,9 @@
-// A table's portrait: one PNG that shows at a glance what was baked. scene/table_portrait.h computes
-// its content.
+// A table's portrait: one PNG that shows at a glance what was baked. scene/table_portrait.h
+// computes its content.
 //
 // For some optical depths, side by side: lobes in the plane of incidence as in figure 8 of
 // [Blinn82] (the radius is R mu_out above, T mu_out below, so that a thin layer draws its phase
-// function and a white Lambert surface a circle), and a sphere covered with the layer, lit by single
+// function and a white Lambert surface a circle), and a sphere covered with the layer, by single
 // scattering and by all orders.
 #pragma once
 

@@ -32,8 +32,8 @@ class LayerLight {
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
     LayerLight(const Scene& scene, const LayerTables* tables);
 
-    /// A uniform layer on the table's own lower boundary: a scene without ground. The phase function
-    /// is the table's too.
+    /// A uniform layer with the table's phase function and lower boundary, in a scene without
+    /// ground.
     LayerLight(const Scene& scene, const TableView& table);
 
     /// R and diffuse T. `matter` is the scene's, without the effect of density.

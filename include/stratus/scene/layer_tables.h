@@ -1,5 +1,5 @@
-// The tables that a scene's layer is looked up in: the recipe that the scene needs, and what is baked
-// from it.
+// The tables that a scene's layer is looked up in: the recipe that the scene needs, and what is
+// baked from it.
 #pragma once
 
 #include <stratus/bake/bake.h>
@@ -20,8 +20,8 @@ void widen(Range& range, double value) noexcept;
 /// The recipe of the table that a scene needs; none where its effects need no table.
 std::optional<Recipe> needed_recipe(const Scene& scene);
 
-/// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table cannot
-/// serve both.
+/// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table
+/// cannot serve both.
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 
 /// Tables of one layer. Must not be moved while a LayerLight uses them.
@@ -40,8 +40,8 @@ std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe
 
 /// Prepares an existing table for several scenes.
 ///
-/// Errors   std::invalid_argument for a table of another phase function, or that does not cover what
-///          a scene needs.
+/// Errors   std::invalid_argument for a table of another phase function, or that does not cover
+///          what a scene needs.
 std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
 
 /// The layer's matter, if it is uniform.

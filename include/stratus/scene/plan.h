@@ -3,8 +3,8 @@
 //
 // Contributions are measured: a sparse set of the scene's pixels is rendered with all effects and
 // without one. A pixel's change is relative to its brightest channel, or to 1 % of the brightest
-// pixel if that is more. Orders n >= 2 are looked up in tables of tolerance 1e-2, which are quick to
-// bake.
+// pixel if that is more. Orders n >= 2 are looked up in tables of tolerance 1e-2, which are quick
+// to bake.
 #pragma once
 
 #include <stratus/bake/bake.h>

@@ -25,8 +25,8 @@ Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y);
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
                     const Vector3& to_sun);
 
-/// Directions to the sun: its centre, or equal parts of its disk, as many times the number of samples
-/// of a pixel, which divide them among themselves.
+/// Directions to the sun: its centre, or equal parts of its disk, a multiple of the samples of a
+/// pixel, which share them out.
 std::vector<Vector3> sun_directions(const Scene& scene);
 
 struct RenderOptions {

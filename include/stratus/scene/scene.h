@@ -119,8 +119,8 @@ struct RingProfile {
 ///     surface = [0.8, 0.7, 0.5]         # of the planet, Lambert's law; as of [planet]; black
 ///     flattening = 0.1                  # of its poles; 0
 ///
-/// Their [layer] has components = ["lambert_sphere", "henyey_greenstein:g=0.5"], the phase functions
-/// of w1 and w2, and may have an albedo, which multiplies both.
+/// Their [layer] has components = ["lambert_sphere", "henyey_greenstein:g=0.5"], the phase
+/// functions of w1 and w2, and may have an albedo, which multiplies both.
 struct Rings {
     RingProfile profile;
     Texture surface;

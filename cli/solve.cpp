@@ -186,8 +186,7 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
 }
 
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
-    solve.add_option("--phase", command.phase,
-                     "Phase function, one of\n" + phase_function_help());
+    solve.add_option("--phase", command.phase, "Phase function, one of\n" + phase_function_help());
     solve.add_option("--albedo", command.question.albedo, "Single-scattering albedo, [0, 1]")
         ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));
     solve

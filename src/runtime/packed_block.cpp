@@ -120,7 +120,8 @@ std::array<float, functions> scale_to_units(std::vector<float>& values) {
 std::vector<FunctionRow> refined(const LayerShapes& samples, const std::vector<float>& at_samples,
                                  const MuGrid& grid) {
     const AxisView& mu = samples.table().mu_in;
-    const int cosines = mu.count, azimuths = samples.azimuths(), used = std::min(stencil_size, cosines);
+    const int cosines = mu.count, azimuths = samples.azimuths(),
+              used = std::min(stencil_size, cosines);
     const std::size_t row_size = size(azimuths * functions);
     const int count = grid.last() + 2;  // one beyond the last
     std::vector<Stencil> stencils;

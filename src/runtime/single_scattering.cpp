@@ -70,7 +70,7 @@ double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
 }
 
 double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
-                    double mu) noexcept {
+                           double mu) noexcept {
     const double path = optical_depth / mu;
     const double beam = std::exp(-path);
     if (beam == 0) return 0;                                   // infinite depth

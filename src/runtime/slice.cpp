@@ -249,7 +249,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         if (side.kernel.at_angles == nullptr) return 0.0;
         float value[channels];
         side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
-                               static_cast<float>(azimuth), value);
+                              static_cast<float>(azimuth), value);
         return double{value[c]};
     };
     RefinedSamples refined = refine(table, blends, single);
@@ -280,15 +280,18 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
             const double mu = background_mu_.value(i);
             double& value = diffuse[static_cast<std::size_t>(i)];
             if (order_1) value += (all_orders ? -albedo : albedo) * (*order_1)(depth, mu);
-            background_[static_cast<std::size_t>(c)].push_back(static_cast<float>(value / intercepted_share(depth, mu)));
+            background_[static_cast<std::size_t>(c)].push_back(
+                static_cast<float>(value / intercepted_share(depth, mu)));
         }
     }
 }
 
 template <int channels>
 void SliceOf<channels>::set_kernels() {
-    reflection_->kernel = kernel_of<channels>(Side::reflection, reflection_->form, reflection_->orders);
-    transmission_->kernel = kernel_of<channels>(Side::transmission, transmission_->form, transmission_->orders);
+    reflection_->kernel =
+        kernel_of<channels>(Side::reflection, reflection_->form, reflection_->orders);
+    transmission_->kernel =
+        kernel_of<channels>(Side::transmission, transmission_->form, transmission_->orders);
 }
 
 template <int channels>
@@ -432,9 +435,10 @@ template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
     float value[channels];
     for (int c = 0; c < channels; ++c)
-        value[c] = one_sided_ ? 0
-                              : background_share(background_mu_, background_[static_cast<std::size_t>(c)],
-                                                 medium_.optical_depth[c], double{mu});
+        value[c] = one_sided_
+                       ? 0
+                       : background_share(background_mu_, background_[static_cast<std::size_t>(c)],
+                                          medium_.optical_depth[c], double{mu});
     return value_of(value, 1);
 }
 

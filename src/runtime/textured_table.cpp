@@ -138,7 +138,8 @@ class BlockBuilder {
     static SampleRange reach(const SampleRange& cells, int samples) {
         if (samples <= stencil_size) return {0, samples};
         const int first = std::clamp(cells.first - 1, 0, samples - stencil_size);
-        const int last = std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
+        const int last =
+            std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
         return {first, last - first + 1};
     }
 
@@ -192,7 +193,8 @@ class BlockBuilder {
              const SampleRange& depth_cells) {
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto end_of = [](const SampleRange& cells, int samples) {
-            return samples < stencil_size ? stencil_size : std::min(cells.first + cells.count + 1, samples);
+            return samples < stencil_size ? stencil_size
+                                          : std::min(cells.first + cells.count + 1, samples);
         };
         for (int a = albedo_cells.first; a < end_of(albedo_cells, samples_.table().albedo.count);
              ++a)

@@ -20,11 +20,11 @@ struct Plan {
     alignas(64) float corner_weight[4][width];
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], factor[width];
-    CoefficientRow mixed[width][stencil_size];       // of lookups beyond the deepest sample
-    const CoefficientRow* coefficient[width];  // first of the stencil
-    int coefficient_stride[width];             // from one albedo to the next
-    const FunctionRow* function[width];        // (mu, mu') of both places, first azimuth
-    int next_mu[width];                        // rows to the next mu
+    CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
+    const CoefficientRow* coefficient[width];   // first of the stencil
+    int coefficient_stride[width];              // from one albedo to the next
+    const FunctionRow* function[width];         // (mu, mu') of both places, first azimuth
+    int next_mu[width];                         // rows to the next mu
 };
 
 /// A coordinate on an axis: the sample before it, and the first of the cubic's.

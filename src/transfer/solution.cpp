@@ -45,11 +45,4 @@ double LayerSolution::boundary_correction(int in, int out) const {
            single_reflection_of_boundary(lower_boundary, 1, optical_depth, mu(in), mu(out));
 }
 
-Eigen::MatrixXd LayerSolution::boundary_correction() const {
-    Eigen::MatrixXd result(mu.size(), mu.size());
-    for (int i = 0; i < mu.size(); ++i)
-        for (int j = 0; j < mu.size(); ++j) result(i, j) = boundary_correction(i, j);
-    return result;
-}
-
 }  // namespace stratus

@@ -66,12 +66,20 @@ TEST(Plan, NeedsNoReflectionOnTheUnlitSide) {
     EXPECT_TRUE(recipe->transmission);
 }
 
-TEST(Plan, NeedsNoTransmissionOnTheLitSide) {
-    const Scene scene = wide_slab(1, 0.9);
+TEST(Plan, NeedsNoTransmissionOnTheLitSideBeforeABlackBackground) {
+    Scene scene = wide_slab(1, 0.9);
+    scene.background.colour = {0, 0, 0};
     const std::optional<Recipe> recipe = needed_recipe(with_effects(scene, plan_of(scene).effects));
     ASSERT_TRUE(recipe);
     EXPECT_TRUE(recipe->reflection);
     EXPECT_FALSE(recipe->transmission);
+}
+
+TEST(Plan, NeedsTransmissionBeforeABackgroundThatShinesThrough) {
+    const Scene scene = wide_slab(1, 0.9);
+    const std::optional<Recipe> recipe = needed_recipe(with_effects(scene, plan_of(scene).effects));
+    ASSERT_TRUE(recipe);
+    EXPECT_TRUE(recipe->transmission);
 }
 
 TEST(Plan, NeedsNoAzimuthForIsotropicScattering) {
@@ -103,6 +111,7 @@ TEST(Plan, IsIndependentOfOtherScenes) {
 
 TEST(Plan, CostsAreThoseOfTheNeededTables) {
     Scene scene = wide_slab(1, 0.9);
+    scene.background.colour = {0, 0, 0};
     PlanOptions options;
     options.costs = true;
     const Plan plan = plan_scenes({scene}, options)[0];

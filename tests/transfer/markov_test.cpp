@@ -294,7 +294,7 @@ TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     expect_markov_refuses(not_a_number, 1, {1}, {}, {"albedo", "nan"});
     expect_markov_refuses(0.5, -1, {1}, {}, {"markov", "optical_depth", "[0, inf)", "-1"});
     expect_markov_refuses(0.5, not_a_number, {1}, {}, {"optical_depth", "nan"});
-    expect_markov_refuses(0.5, infinity, {1}, {}, {"optical_depth", "without end", "got inf"});
+    expect_markov_refuses(0.5, infinity, {1}, {}, {"optical_depth", "semi-infinite", "got inf"});
     expect_markov_refuses(0.5, 1, {0}, {}, {"mu", "[1e-100, 1]", "got 0"});
     expect_markov_refuses(0.5, 1, {1}, with(0, 32), {"markov", "nodes", "[1, 512]", "got 0"});
     expect_markov_refuses(0.5, 1, {1}, with(513, 4), {"markov", "nodes", "[1, 512]", "513"});

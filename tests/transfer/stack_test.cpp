@@ -398,7 +398,7 @@ TEST(LayerSolution, ReportsTheBoundaryCorrection) {
     const double cosine = cos_scattering_angle_reflected(at);
     EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
                     layer.reflection_correction(0, 1)(dust(cosine), cosine) +
-                    layer.boundary_correction()(0, 1) * forward(cosine),
+                    layer.boundary_correction(0, 1) * forward(cosine),
                 layer.reflection(0, 1, 1).multiple, 1e-14);
     // a surface sees the deeper reach of a truncated beam
     const LayerSolution over =

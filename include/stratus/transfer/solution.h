@@ -91,7 +91,6 @@ class LayerSolution : public ModeSolution {
 
     /// The same of light scattered once by the lower boundary, per unit of its phase function.
     double boundary_correction(int in, int out) const;
-    Eigen::MatrixXd boundary_correction() const;
 
     PhaseFunction phase_function;
     Truncation truncation;

@@ -1,5 +1,5 @@
-// What few nodes make of peaked phase functions: errors of R and T against many nodes, within 10
-// degrees of the forward direction and beyond, with delta-M and as Stratus truncates.
+// Errors of few nodes with peaked phase functions: R and T against many nodes, within 10 degrees of
+// the forward direction and beyond, with delta-M and with the smooth truncation.
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 

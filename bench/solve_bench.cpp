@@ -1,5 +1,5 @@
-// One layer, all modes, at all Gauss nodes, one thread: what method.md calls "2.3 N^3 operations a
-// doubling and mode".
+// One layer, all modes, at all Gauss nodes, one thread: the "2.3 N^3 operations a doubling and
+// mode" of method.md.
 #include <stratus/runtime/instruction_set.h>
 #include <stratus/transfer/solve.h>
 
@@ -26,7 +26,7 @@ void solve(benchmark::State& state, Case of, stratus::Scheme scheme,
     const stratus::InstructionSetLimit limit(widest);
     double spherical_albedo = 0;
     if (!stratus::is_available(widest)) {
-        state.SkipWithError("this processor has none");
+        state.SkipWithError("not available on this processor");
         return;
     }
     for (auto _ : state)

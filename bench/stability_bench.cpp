@@ -1,8 +1,8 @@
-// What textbook doubling makes of the stability matrix, beside ours: a Markdown table.
+// The stability matrix by textbook doubling and by the harmonic scheme: a Markdown table.
 //
-// Three contestants: doubling from single scattering without truncation, as in the textbook;
-// doubling from the diamond rule with our truncation; the harmonic scheme. The depths at which the
-// matrix begins, 0 and 1e-300, are closed forms and left out.
+// Three methods: doubling from single scattering without truncation, as in the textbook; doubling
+// from the diamond rule with delta-M; the harmonic scheme. The first depths of the matrix, 0 and
+// 1e-300, are closed forms and left out.
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/solve.h>
@@ -30,7 +30,7 @@ struct Cell {
     int nodes;
 };
 
-/// Of one cell, or of many: counts and worst.
+/// Results of one cell, or of many: counts and worst errors.
 struct Worst {
     int cells = 0, broken = 0, negative = 0;
     double energy = 0, transmitted = 0;
@@ -54,7 +54,7 @@ SolverOptions options_of(std::size_t contestant, int nodes) {
     return options;
 }
 
-/// By doubling all the way: solve_layer takes over from it in deep conservative layers.
+/// By doubling all the way, also in deep conservative layers, where solve_layer would not.
 LayerSolution solve(const Cell& cell, const SolverOptions& options) {
     if (options.scheme == Scheme::harmonic)
         return solve_layer(cell.of.phase_function, cell.albedo, cell.optical_depth,
@@ -74,7 +74,7 @@ double energy_defect(const LayerSolution& layer) {
     return worst;
 }
 
-/// UTU where 32 nodes resolve the phase function, from twice as many and the harmonic scheme.
+/// UTU by the harmonic scheme with twice the nodes, where 32 nodes resolve the phase function.
 std::optional<double> reference_transmittance(const Cell& cell) {
     if (cell.nodes < 32 || std::isinf(cell.optical_depth)) return {};
     const std::vector<double> next = cell.of.phase_function.moments(2 * cell.nodes + 1);

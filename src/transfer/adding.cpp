@@ -26,7 +26,7 @@ void check(const LayerMode& above, const LayerMode& below, int nodes) {
 
 MatrixXd symmetric(const MatrixXd& K) { return (K + K.transpose()) / 2; }
 
-/// Light that goes back and forth between two layers: solves (I - Q) X = F, Q = R* R or R R*.
+/// Interreflection between two layers: solves (I - Q) X = F, Q = R* R or R R*.
 template <class Factor>
 BeamMatrix between(const Factor& I_minus_Q, const MatrixXd& Q, const BeamMatrix& F, int nodes) {
     MatrixXd K = F.K + Q * F.d.asDiagonal();
@@ -46,7 +46,7 @@ LayerMode add(const LayerMode& above, const LayerMode& below, int nodes) {
     const MatrixXd Q = product(R_star, R, N).K;
     const Eigen::PartialPivLU<MatrixXd> factor(MatrixXd::Identity(N, N) - Q.topLeftCorner(N, N));
 
-    // [HT74], the adding equations: D falls on the layer below, U leaves it.
+    // [HT74], the adding equations: D is incident on the lower layer, U leaves it.
     const BeamMatrix D = between(factor, Q, T_down, N);
     const BeamMatrix U = product(R, D, N);
     LayerMode sum;
@@ -68,7 +68,7 @@ MatrixXd diffuse_flux_between(const LayerMode& above, const LayerMode& below,
     check(above, below, nodes);
     const int N = nodes;
     const MatrixXd bounce = below.reflection.leftCols(N) * above.reflection_below.topRows(N);
-    // weights^T (I - R* R)^-1 T, from the left: few vectors instead of matrices.
+    // weights^T (I - R* R)^-1 T from the left: a few vectors instead of matrices.
     const MatrixXd inner = MatrixXd(MatrixXd::Identity(N, N) - bounce.topLeftCorner(N, N))
                                .partialPivLu()
                                .solve(weights.topRows(N));

@@ -30,8 +30,8 @@ LayerMode BoundaryModes::layer(int mode) {
 MatrixXd BoundaryModes::once(int mode) {
     const auto n = directions_.size();
     if (mode >= count()) return MatrixXd::Zero(n, n);
-    // The weights of uniform illumination sum to 1 from three nodes on, not with fewer: a white
-    // surface absorbs nothing with any number of them.
+    // The weights of uniform illumination sum to 1 only from three nodes on; dividing by their sum
+    // keeps a white surface from absorbing with fewer.
     if (!modes_)
         return MatrixXd::Constant(
             n, n, boundary_.albedo / directions_.s.head(directions_.nodes).squaredNorm());

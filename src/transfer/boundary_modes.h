@@ -14,11 +14,11 @@ namespace stratus {
 
 class BoundaryModes {
   public:
-    /// `truncation` is that of a layer's phase function; a surface has none.
+    /// `truncation` is that of the layer's phase function; unused for a surface.
     BoundaryModes(const LowerBoundary& boundary, const Truncation& truncation,
                   const Directions& directions);
 
-    /// Modes beyond reflect nothing; 0 without a boundary, 1 of a surface.
+    /// Higher modes reflect nothing; 0 without a boundary, 1 for a surface.
     int count() const;
 
     /// R of one mode, an opaque layer.

@@ -1,4 +1,4 @@
-// Doubling the modes of layers of one phase function, and recording them on the way.
+// Doubling of all modes of layers of one phase function, recorded at every depth of a ladder.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -15,7 +15,7 @@ struct ClimbTask {
     struct Albedo {
         double albedo;
         double co_albedo;
-        double first_depth;  // at which the first octave is recorded
+        double first_depth;  // of the first octave
     };
     const Directions& directions;
     const std::vector<double>& moments;
@@ -31,12 +31,12 @@ using RecordMode = std::function<void(int mode, std::size_t albedo, int depth, M
 /// Modes `first` to before `end`, eight (mode, albedo) pairs at a time.
 void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record);
 
-/// The same by textbook doubling (reference/classic.h).
+/// As above, by textbook doubling (reference/classic.h).
 void climb_classic(const ClimbTask& task, const SolverOptions& options, int first, int end,
                    const RecordMode& record);
 
-/// The sum of orders with the weights of each albedo; up to eight modes, all albedos of one first
-/// depth, that of the layers before a share `fraction` was truncated.
+/// The sum of orders with the weights of each albedo; up to eight modes. All albedos share a first
+/// depth, that of the layers before the share `fraction` was truncated.
 void climb_orders(const ClimbTask& task, double fraction,
                   const std::vector<Eigen::VectorXd>& order_weights, int first, int end,
                   const RecordMode& record);

@@ -9,16 +9,16 @@ namespace stratus {
 
 namespace {
 
-/// Reduced depth (1 - g) tau from which a conservative layer transmits by the law of diffusion to
-/// rounding, and short of which doubling still resolves the gap between Y and Z, of order 1/tau.
+/// Reduced depth (1 - g) tau beyond which a conservative layer transmits by the law of diffusion to
+/// rounding; up to it doubling resolves the gap between Y and Z, of order 1/tau.
 constexpr double conservative_depth = 1048576;  // 2^20
 
-/// T of a conservative layer over T of one of depth `deepest`, given T there and at half of it: 1/T
-/// grows in proportion to the depth, by 3/4 (1 - g) [vdH80] or what the nodes make of it.
-double transmitted_share_beyond(double deepest, double of_half, double of_deepest,
+/// T of a conservative layer over T of one of depth `last_depth`, given T there and at half of it:
+/// 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] to the accuracy of the nodes.
+double transmitted_share_beyond(double last_depth, double of_half, double of_last_depth,
                                 double optical_depth) {
-    const double growth = (1 / of_deepest - 1 / of_half) / (deepest / 2);
-    return 1 / (1 + growth * of_deepest * (optical_depth - deepest));
+    const double growth = (1 / of_last_depth - 1 / of_half) / (last_depth / 2);
+    return 1 / (1 + growth * of_last_depth * (optical_depth - last_depth));
 }
 
 }  // namespace
@@ -26,9 +26,9 @@ double transmitted_share_beyond(double deepest, double of_half, double of_deepes
 DepthTarget choose_target(double optical_depth, bool conservative, double asymmetry) {
     if (std::isinf(optical_depth)) return {optical_depth, DepthRegime::infinite, infinity};
     if (optical_depth < thinnest_depth) return {optical_depth, DepthRegime::thin, thinnest_depth};
-    const double deepest = conservative_depth / std::max(1e-16, 1 - asymmetry);
-    if (conservative && optical_depth > deepest)
-        return {optical_depth, DepthRegime::conservative, deepest};
+    const double last_depth = conservative_depth / std::max(1e-16, 1 - asymmetry);
+    if (conservative && optical_depth > last_depth)
+        return {optical_depth, DepthRegime::conservative, last_depth};
     return {optical_depth};
 }
 
@@ -50,7 +50,7 @@ ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittanc
             layer.transmission *= share;
             break;
         }
-        case DepthRegime::conservative: {  // R takes up what T loses; T of higher modes is 0
+        case DepthRegime::conservative: {  // R gains what T loses; T of higher modes is 0
             if (mode > 0) break;
             const double kept = transmitted_share_beyond(
                 target.doubled_depth, half_transmittance,

@@ -1,4 +1,4 @@
-// How a layer of one depth follows from doubling: thin | solved | conservative | infinite.
+// How the layer of a given depth follows from doubling: thin | solved | conservative | infinite.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -6,8 +6,8 @@
 
 namespace stratus {
 
-/// Second-order scattering is below rounding in a layer this thin, and its own stays above the
-/// smallest normal numbers.
+/// In a layer this thin second-order scattering is below rounding, while single scattering is still
+/// a normal number.
 constexpr double thinnest_depth = 1e-280;
 
 enum class DepthRegime {
@@ -26,7 +26,7 @@ struct DepthTarget {
 /// The regime of a depth in [0, inf], for a layer that is conservative or not.
 DepthTarget choose_target(double optical_depth, bool conservative, double asymmetry);
 
-/// What doubling passes through; its last depth becomes the target (reach). Two depths where
+/// The ladder to double through; its last depth becomes the target (reach). Two depths where
 /// conservative, the first of them half the second.
 DepthLadder ladder_to(const DepthTarget& target);
 
@@ -42,7 +42,7 @@ double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& t
 int count_doublings(const Directions& directions, double optical_depth);
 
 /// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
-/// until the rest is rounding, and some for g near 1.
+/// more until the change is below rounding, and a reserve for g near 1.
 int max_doublings_to_infinity(double optical_depth);
 
 }  // namespace stratus

@@ -15,7 +15,7 @@ DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<d
     : directions_(directions), steps_(steps), tasks_(static_cast<int>(tasks.size())) {
     const long n = directions.size(), N = directions.nodes;
     const auto moment_count = static_cast<long>(moments.size());
-    // Odd strides: rows a power of two apart would fall on the same few sets of the cache.
+    // Odd strides: rows a power of two apart would compete for the same few cache sets.
     const long stride = n | 1, elimination_stride = (N + n + 1) | 1;
     const long matrix = n + n * stride;
     const long total = 8 * matrix + N * elimination_stride + (2 + 3) * n + 2 * moment_count * n + 1;
@@ -65,7 +65,7 @@ DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<d
 }
 
 void DoublingLadder::double_depth() {
-    // From tau = 1 on the gap is carried; lanes differ little in depth, the deepest decides.
+    // The gap is carried from tau = 1 on; lanes differ little in depth, the largest decides.
     double deepest = 0;
     for (int lane = 0; lane < tasks_; ++lane) deepest = std::max(deepest, layer_.half_depth[lane]);
     if (!layer_.has_gap && deepest >= 0.25) steps_.use_gap(layer_);

@@ -28,14 +28,14 @@ class DoublingLadder {
 
     void double_depth();
 
-    /// True once twice this depth differs from it by less than rounding in every lane, so that it
-    /// may stand for infinity.
+    /// True once another doubling changes less than rounding in every lane: the depth then counts
+    /// as infinite.
     bool is_converged() const;
 
     /// Doubles until `is_converged`.
     void double_to_infinity();
 
-    /// Works out R and T of all lanes as they stand; then `matrices` reads them lane by lane.
+    /// Computes R and T of all lanes at the current depth; `matrices` then reads them lane by lane.
     void extract();
     ModeMatrices matrices(int lane) const;
     PhaseKernels kernels(int lane) const;

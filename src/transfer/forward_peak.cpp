@@ -14,7 +14,7 @@ namespace stratus {
 
 namespace {
 
-/// Slant depth below which paths are followed to second order only: 1e-5 of what is added.
+/// Slant depth below which F_l is expanded to second order: an error of 1e-5 of the correction.
 constexpr double thin_path = 1e-5;
 
 /// Ein(z) = int_0^z (1 - exp(-t))/t dt = E1(z) + log z + gamma, 0 <= z <= 1.
@@ -32,7 +32,7 @@ double e1(double z) { return z < 700 ? boost::math::expint(1, z) : 0; }
 /// Ein(a s) - Ein(b s) given a - b, which may be much smaller than either; s up to infinity.
 double ein_difference(double a, double b, double a_less_b, double s) {
     const double middle = (a + b) / 2;
-    if (std::abs(a_less_b) < 1e-5 * middle)  // the slope between, to 1e-11
+    if (std::abs(a_less_b) < 1e-5 * middle)  // by the derivative at the middle, to 1e-11
         return a_less_b * (middle * s < 1e-8 ? s : -std::expm1(-middle * s) / middle);
     const bool small_a = a * s < 1, small_b = b * s < 1;
     if (!small_a && !small_b) return std::log(a / b) + (e1(a * s) - e1(b * s));
@@ -65,12 +65,12 @@ ForwardPeak::ForwardPeak(const std::vector<double>& moments, const Truncation& t
         exact_.push_back(std::abs(chi_[l] - rest_[l] - fraction_) < 1e-15);
 }
 
-// G_l and F_l less their limit at large l, which belongs to the beam that goes straight on; with
+// G_l and F_l less their limit at large l, which belongs to the unscattered beam; with
 // a_l = 1 - w f - w c_l and b_l = 1 - w chi_l.
 
 std::vector<double> ForwardPeak::path_moments(double s) const {
     std::vector<double> G(chi_.size());
-    if (s < thin_path) {  // all that is linear in s cancels
+    if (s < thin_path) {  // the terms linear in s cancel
         for (std::size_t l = 0; l < G.size(); ++l)
             G[l] = (2 * static_cast<double>(l) + 1) * (s * s / 2 * path_curvature(l));
         return G;
@@ -149,7 +149,7 @@ std::vector<double> ForwardPeak::transmission(double optical_depth, double mu_in
             sum[l] = factor * (sum[l] - less[l]) / (in - out);
         return sum;
     }
-    // Three Gauss points: F hardly bends over so short a way.
+    // Three Gauss points suffice over so short an interval.
     const double reach = std::sqrt(0.6) * (in - out) / 2, middle = (in + out) / 2;
     sum = path_moments_slope(middle);
     const std::vector<double> before = path_moments_slope(middle - reach);
@@ -174,7 +174,7 @@ std::vector<double> ForwardPeak::sum_orders(const Eigen::VectorXd& weights, Orde
             chi_n *= chi;
             straight_n *= f + c;
             f_n *= f;
-            // less its limit at large l
+            // less the limit at large l
             sum[l] += paths(n) / order * (chi_n - straight_n + f_n - order * f_before * (chi - c));
         }
         sum[l] *= 2 * static_cast<double>(l) + 1;
@@ -192,7 +192,7 @@ double transmitted_path(int n, double optical_depth, double mu_in, double mu_out
     if (std::isinf(optical_depth)) return 0;
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
     const double factor = optical_depth / (4 * mu_in * mu_out);
-    if (std::abs(in - out) > 0.5) {  // by the side where nothing cancels
+    if (std::abs(in - out) > 0.5) {  // the form without cancellation
         const double difference = std::min(in, out) > n
                                       ? boost::math::gamma_q(n, out) - boost::math::gamma_q(n, in)
                                       : boost::math::gamma_p(n, in) - boost::math::gamma_p(n, out);

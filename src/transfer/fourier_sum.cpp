@@ -27,7 +27,7 @@ MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
     return cosines;
 }
 
-/// What no solution changes between one pair of cosines, at a list of azimuths.
+/// Quantities shared by all solutions at one pair of cosines and a list of azimuths.
 struct PairTable {
     const MatrixXd& cosines;  // DirectionGrid::cosines
     std::span<const double> cos_scattering_angle, phase, boundary_phase;

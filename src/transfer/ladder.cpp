@@ -62,7 +62,7 @@ class LadderRun {
     }
 
     std::vector<std::vector<LayerSolution>> run() {
-        // Enough modes at a time to fill whole packs; orders are solved for all albedos at once.
+        // Enough modes at a time to fill the packs; orders are solved for all albedos at once.
         const int albedos = static_cast<int>(problem_.albedos.size());
         const int group =
             by_order() ? lane_count : std::max(2, lane_count / std::min(lane_count, albedos));
@@ -173,7 +173,7 @@ class LadderRun {
         }
     }
 
-    /// The layer and its lower boundary, opaque.
+    /// The layer and its lower boundary as one opaque layer.
     LayerMode over_boundary(const LayerMode& above, int mode) {
         if (above.is_opaque() || mode >= boundary_modes_.count())
             return {above.reflection, {}, {}, {}};
@@ -194,7 +194,7 @@ class LadderRun {
     ClimbTask task_;
     std::vector<std::vector<LayerSolution>> results_;
     std::vector<std::vector<ModeRecorder>> recorders_;
-    double half_transmittance_ = 0;  // of the depth before the target: one albedo then
+    double half_transmittance_ = 0;  // at the depth before the target; one albedo only
 };
 
 }  // namespace

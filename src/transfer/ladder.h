@@ -13,15 +13,15 @@ namespace stratus {
 struct LadderProblem {
     const PhaseFunction& phase_function;
     const std::vector<double>& albedos;
-    std::vector<Eigen::VectorXd> order_weights;  // of each albedo; none: all orders
+    std::vector<Eigen::VectorXd> order_weights;  // of each albedo; empty: all orders
     DepthLadder ladder;
-    std::vector<DepthTarget> targets;  // what the last depths of the ladder become
+    std::vector<DepthTarget> targets;  // depths that the last ones of the ladder lead to
     const std::vector<double>& mu;
     const SolverOptions& options;
     const LowerBoundary& boundary;
 };
 
-/// Every depth of a ladder as it is.
+/// Every depth of a ladder is its own target.
 std::vector<DepthTarget> targets_of(const DepthLadder& ladder);
 
 /// result[albedo][target].

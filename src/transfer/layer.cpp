@@ -7,7 +7,7 @@
 namespace stratus {
 
 Eigen::VectorXd beam_along(const Directions& directions, double optical_depth) {
-    return directions.mu.unaryExpr(  // not Eigen's exp, which stops at 2e-308
+    return directions.mu.unaryExpr(  // Eigen's exp underflows at 2e-308
         [optical_depth](double mu) { return direct_transmittance(optical_depth, mu); });
 }
 

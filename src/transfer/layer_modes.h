@@ -10,7 +10,7 @@
 
 namespace stratus {
 
-/// The layer that is asked for, after truncation.
+/// The requested layer, after truncation.
 struct LayerTask {
     std::vector<double> moments;
     double albedo;
@@ -18,12 +18,12 @@ struct LayerTask {
     double optical_depth;  // [0, inf]
 };
 
-/// Doubles eight modes at a time as they are asked for.
+/// Doubles eight modes at a time, on demand.
 class LayerModes {
   public:
     LayerModes(const Directions& directions, LayerTask task);
 
-    /// Modes beyond are empty: nothing is scattered into them.
+    /// Higher modes are empty: nothing is scattered into them.
     int count() const { return count_; }
 
     /// R, T and beam of a mode below count(); opaque at infinite depth. Valid until the next call.

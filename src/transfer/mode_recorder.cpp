@@ -58,7 +58,7 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     const auto count = solution_.mu.size();
     const VectorXd s = directions_.s.head(N);
     const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
-    // The weights of uniform illumination sum to 1 from three nodes on, not with fewer.
+    // The weights of uniform illumination sum to 1 only from three nodes on.
     const double uniform = s.squaredNorm();
     solution_.spherical_albedo = s.dot(all.reflection.topLeftCorner(N, N) * s) / uniform;
     solution_.plane_albedo = unscale.asDiagonal() * (all.reflection.bottomLeftCorner(count, N) * s);

@@ -1,5 +1,5 @@
-// What every run does with a mode: take single scattering out, keep orders n >= 2 and, of mode 0,
-// the fluxes; and decide from when on modes are negligible.
+// Records solved modes: subtracts single scattering, keeps orders n >= 2 and the fluxes of mode 0,
+// and decides from which mode on the rest is negligible.
 #pragma once
 
 #include <stratus/transfer/adding.h>
@@ -19,8 +19,8 @@ struct SingleFactors {
 
 /// Along all directions.
 struct Beam {
-    Eigen::VectorXd unscattered;  // by the truncated problem: exp(-tau*/mu)
-    Eigen::VectorXd truncated;    // the diffuse light in it: exp(-tau*/mu) - exp(-tau/mu)
+    Eigen::VectorXd unscattered;  // in the truncated problem: exp(-tau*/mu)
+    Eigen::VectorXd truncated;    // its truncated (diffuse) part: exp(-tau*/mu) - exp(-tau/mu)
 };
 
 class ModeRecorder {
@@ -30,12 +30,12 @@ class ModeRecorder {
     ModeRecorder(const Directions& directions, ModeSolution& solution,
                  std::vector<SingleFactors> layers, Beam beam);
 
-    /// Records the next mode: R and T of everything, its lower boundary included. `kernels` of each
+    /// Records the next mode: R and T of the whole, lower boundary included. `kernels` of each
     /// layer; null where that layer scatters nothing into the mode.
     void record(const LayerMode& all, const std::vector<const PhaseKernels*>& kernels,
                 BoundaryModes& boundary);
 
-    /// Mode 0: what arrives at the lower boundary through all that lies `above`.
+    /// Mode 0: the flux that reaches the lower boundary through `above`.
     void record_boundary(const LayerMode& above, BoundaryModes& boundary);
 
     /// True when the last `count` modes add less than this share anywhere.
@@ -56,7 +56,7 @@ class ModeRecorder {
 };
 
 /// Solves modes [first, end) group by group with solve(first, end), until one but the first is
-/// negligible(count): both parities of l - m are seen before stopping when a group has two.
+/// negligible(count): a group of two covers both parities of l - m before stopping.
 template <class Solve, class IsNegligible>
 void solve_groups(int modes, int group, bool may_stop, Solve solve, IsNegligible is_negligible) {
     for (int first = 0; first < modes; first += group) {

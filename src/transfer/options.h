@@ -1,4 +1,4 @@
-// What the solver's options mean: checks, truncation and modes.
+// The solver's options applied: checks, truncation and modes.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -13,12 +13,12 @@ namespace stratus {
 /// Throws std::invalid_argument, naming the option, when one is out of its range.
 void check_options(const SolverOptions& options);
 
-/// As many moments of a phase function as the nodes resolve, truncated where the options say so;
-/// `delta_m` in stacks, where nothing puts back what a narrow peak scatters more than once.
+/// The moments of a phase function that the nodes resolve, truncated as the options say; `delta_m`
+/// in stacks, which have no correction for multiple scattering in a narrow peak.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m);
 
-/// Of the lower boundary's phase function; a surface has none.
+/// Truncation of the lower boundary's phase function; none for a surface.
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options);
 
 /// The lower boundary with the albedo that its single scattering has after truncation. [NT88]
@@ -27,16 +27,16 @@ LowerBoundary truncated(const LowerBoundary& boundary, const Truncation& truncat
 /// Throws std::invalid_argument when its albedo is out of range.
 void check_boundary(const LowerBoundary& boundary);
 
-/// Throws std::runtime_error, asking for more nodes, when a mode of a layer came out not finite.
+/// Throws std::runtime_error, suggesting more nodes, when a mode is not finite.
 void require_finite(const ModeMatrices& layer, int mode, const Directions& directions);
 
-/// A value from its closed form, the same after truncation, and the orders above.
+/// A value from its closed form, that form after truncation, and the higher orders.
 SolvedValue put_together(double single, double corrected, double orders);
 
-/// Modes up to the last moment that is not 0; nothing is scattered into those beyond.
+/// Modes up to the last nonzero moment; nothing is scattered into higher ones.
 int count_modes(const std::vector<double>& moments);
 
-/// The cosines of a solution: those that were asked for, or the Gauss nodes.
+/// The cosines of a solution: the requested ones, or the Gauss nodes.
 Eigen::VectorXd solved_cosines(const Directions& directions);
 
 /// The map that serves both.

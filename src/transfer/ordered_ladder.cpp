@@ -35,7 +35,7 @@ OrderedLadder::Series OrderedLadder::nothing() const {
     return series;
 }
 
-/// The kernel of one order, made of zeros where there was none.
+/// The kernel of one order, created as zeros if empty.
 Pack* OrderedLadder::kernel(Series& of, std::size_t order) const {
     Kernel& K = of.K[order];
     if (K) return packs(K.get());

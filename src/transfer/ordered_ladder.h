@@ -1,14 +1,13 @@
 // Neumann orders one by one: the light scattered exactly n times, up to eight azimuthal modes at
 // once. Phase kernels and SIMD products are those of the harmonic scheme; the doubling is not.
 //
-// Every matrix of a layer is a power series in the albedo, R = sum_n w^n R_n, and doubling is done
-// on the series: products become Cauchy products, and no matrix is ever inverted, for light that is
-// not scattered is only transmitted. From the start on all terms of doubling are positive where
-// the kernels are, so every order comes out to rounding, however weak. One run serves all albedos;
-// it costs n^2 / 2 products where the sum of all orders costs one.
+// Every matrix of a layer is a power series in the albedo, R = sum_n w^n R_n, and the series are
+// doubled: products become Cauchy products, and no matrix is inverted, since order 0 is diagonal.
+// All terms of doubling are positive where the kernels are, so that every order is accurate to
+// rounding, however weak. One run serves all albedos; it costs n^2 / 2 products where the sum of
+// all orders costs one.
 //
-// The orders are those of the layer itself, truncated peaks included: of those w* and tau* are
-// series in w as well.
+// The orders are those of the layer itself. With a truncated peak, w* and tau* are series in w too.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -23,7 +22,7 @@ namespace stratus {
 
 class OrderedLadder {
   public:
-    /// Layers no deeper than the smallest cosine, orders 1 to `highest_order` of 1 to 8 `modes`;
+    /// Layers of depths up to the smallest cosine, orders 1 to `highest_order` of 1 to 8 `modes`;
     /// `truncated` is the share f taken from the peak.
     OrderedLadder(const Directions& directions, const std::vector<double>& moments,
                   double truncated, const std::vector<int>& modes, int highest_order,
@@ -44,8 +43,7 @@ class OrderedLadder {
     };
     using Kernel = std::unique_ptr<double, Free>;  // Packs, as in SimdLayer
 
-    /// sum_k w^k (diag(d_k) + K_k), over all directions; a part that is nothing is empty, and K_0
-    /// always is.
+    /// sum_k w^k (diag(d_k) + K_k), over all directions; zero parts are empty, K_0 always is.
     struct Series {
         std::vector<Eigen::VectorXd> d;
         std::vector<Kernel> K;

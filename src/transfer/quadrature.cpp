@@ -24,9 +24,8 @@ Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& e
                           Eigen::VectorXd(nodes + extra_count),
                           Eigen::VectorXd::Zero(nodes + extra_count),
                           {}};
-    // The non-negative zeros z of P_N, ascending, give x = (1 -+ z)/2; the small ones suffer no
-    // cancellation as z = 1 - 2x is only ever subtracted from 1, which loses at most the 1e-16 that
-    // z itself carries.
+    // The non-negative zeros z of P_N, ascending, give x = (1 -+ z)/2; the small x do
+    // not suffer from cancellation: 1 - z loses at most the 1e-16 by which z itself is uncertain.
     const std::vector<double> zeros = boost::math::legendre_p_zeros<double>(nodes);
     Eigen::Index low = nodes / 2 - 1, high = nodes / 2;
     for (double z : zeros) {

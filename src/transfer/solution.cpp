@@ -11,7 +11,7 @@ namespace {
 using SingleScattering = double (*)(double phase_value, double albedo, double optical_depth,
                                     double mu_in, double mu_out);
 
-/// TMS less the closed form of the layer itself, per unit of phase function. [NT88]
+/// TMS minus the closed form of the layer itself, per unit of phase function. [NT88]
 double single_correction(const LayerSolution& layer, SingleScattering single_scattering,
                          OrderPath path, double in, double out) {
     if (layer.order_weights.size()) return sum_paths(path, layer, 2, in, out);

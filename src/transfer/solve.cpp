@@ -27,7 +27,7 @@ void check(const std::vector<double>& albedos, const SolverOptions& options,
             "0 (all) over a lower boundary", options.orders);
 }
 
-/// Those of all orders up to options.orders; none where that is all.
+/// Weights of the orders up to options.orders; empty when all are solved.
 std::vector<VectorXd> weights_of(const std::vector<double>& albedos, const SolverOptions& options) {
     std::vector<VectorXd> weights;
     for (std::size_t a = 0; options.orders > 0 && a < albedos.size(); ++a)

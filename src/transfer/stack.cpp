@@ -47,7 +47,7 @@ double single_transmission_through(const Surroundings& around, double phase_valu
            single_transmission(phase_value, albedo, depth, mu_in, mu_out);
 }
 
-/// One set of directions for all layers, fine near mu = 1 when any of them needs it.
+/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
 Directions stack_directions(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                             const std::vector<double>& mu, const SolverOptions& options) {
     const auto map_of = [&](const Truncation& truncation) {
@@ -117,7 +117,7 @@ class StackRun {
     }
 
     Beam beam() const {
-        double depth = 0, truncated = 0;  // optical depth left, and taken out by truncation
+        double depth = 0, truncated = 0;  // optical depth after truncation, and truncated
         for (std::size_t k = 0; k < depths_.size(); ++k) {
             const StackLayer& layer = solution_.layers[k];
             depth += depths_[k];
@@ -193,7 +193,7 @@ bool StackSolution::is_opaque() const {
 SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
     const Geometry geometry{mu(in), mu(out), azimuth};
     const double cosine = cos_scattering_angle_reflected(geometry);
-    double single = 0, corrected = 0;  // with the depths as they are, and after truncation
+    double single = 0, corrected = 0;  // with the true depths, and with the truncated ones
     Surroundings around, around_corrected;
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const double phase = layers[k].phase_function(cosine), w = layers[k].albedo;

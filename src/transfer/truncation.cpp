@@ -21,11 +21,11 @@ double Truncation::single_scattering_albedo(double albedo) const {
 
 namespace {
 
-/// Truncated share up to which the sharp end does less harm than moments that are not exact.
+/// Truncated share up to which delta-M's abrupt end does less harm than inexact moments.
 constexpr double smooth_share = 1e-4;
 
-/// max(x, 0) with its corner replaced between -width and width by the quartic that meets both sides
-/// with two derivatives: exactly 0 at x = -width.
+/// max(x, 0), its corner between -width and width replaced by the quartic that matches both sides
+/// to the second derivative: exactly 0 at x = -width.
 double rounded_off(double x, double width) {
     if (std::abs(x) >= width) return std::max(x, 0.0);
     const double u = x / width;
@@ -39,7 +39,7 @@ Truncation truncate_peak(const PhaseFunction& phase_function, int moment_count, 
     std::vector<double> moments = phase_function.moments(moment_count + 2);
     const double last = moments[L];
     const bool forward = last > 1e-15 && moments[L + 1] > 0;  // a backward peak alternates in sign
-    // A large share is chi_l some way before the end: 0.8 to 0.9 do nearly as well.
+    // A large share is chi_l somewhat below L: 0.8 to 0.9 of it do about equally well.
     const auto knee = static_cast<std::size_t>(std::lround(0.85 * moment_count));
     const double f = !delta_m && last > smooth_share ? std::max(moments[knee], last) : last;
     moments.resize(L);

@@ -1,4 +1,4 @@
-// What must be true of adding whatever the layers are: any symmetric R and R*, any T.
+// Identities of adding that hold for any symmetric R and R* and any T.
 #include <stratus/transfer/adding.h>
 
 #include "refusal.h"
@@ -62,7 +62,7 @@ TEST(Adding, IsAssociative) {
     }
 }
 
-TEST(Adding, OfInvertedLayersIsTheInvertedSum) {
+TEST(Adding, OfInvertedLayersIsInverted) {
     std::mt19937 random(2);
     for (int n = 0; n < 20; ++n) {
         const LayerMode a = random_layer(random), b = random_layer(random);
@@ -73,7 +73,7 @@ TEST(Adding, OfInvertedLayersIsTheInvertedSum) {
 }
 
 TEST(Adding, EqualsTheSeriesOfInterreflections) {
-    // Without extra directions the matrices with their beam multiply as they are.
+    // Without extra directions, matrices that include the beam multiply directly.
     std::mt19937 random(3);
     const LayerMode a = random_layer(random), b = random_layer(random);
     auto with_beam = [](const LayerMode& layer) {
@@ -102,7 +102,7 @@ TEST(Adding, OfAnEmptyLayerIsTheIdentity) {
 }
 
 TEST(Adding, BalancesTheFluxAbsorbedBelow) {
-    // Layers that lose nothing: T makes up what R leaves of s, row by row and column by column.
+    // Conservative layers: s = R s + T s, by rows and by columns.
     std::mt19937 random(5);
     const VectorXd s = VectorXd::NullaryExpr(
         size, [&] { return std::uniform_real_distribution<double>(0.2, 1)(random); });

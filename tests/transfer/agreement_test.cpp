@@ -1,5 +1,5 @@
-// One matrix of layers in which every method that applies meets every other, none of them the
-// judge: each pair within the sum of the errors that the two state.
+// A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
+// the sum of the errors that the two state.
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
@@ -29,7 +29,7 @@ struct Layer {
     double optical_depth;
 };
 
-bool has_end(const Layer& of) { return of.optical_depth < infinity; }
+bool is_finite(const Layer& of) { return of.optical_depth < infinity; }
 
 void PrintTo(const Layer& of, std::ostream* out) { *out << of.phase_function.text(); }
 
@@ -43,14 +43,16 @@ std::vector<Layer> list_layers() {
           {"LambertSphere", "lambert_sphere"}})
         for (const auto& [albedo_name, albedo] :
              {std::pair{"Albedo03", 0.3}, {"Albedo09", 0.9}, {"Albedo1", 1.0}})
-            for (const auto& [depth_name, depth] :
-                 {std::pair{"Depth01", 0.1}, {"Depth1", 1.0}, {"Depth8", 8.0}, {"NoEnd", infinity}})
+            for (const auto& [depth_name, depth] : {std::pair{"Depth01", 0.1},
+                                                    {"Depth1", 1.0},
+                                                    {"Depth8", 8.0},
+                                                    {"Infinite", infinity}})
                 all.push_back({std::string(phase) + albedo_name + depth_name,
                                parse_phase_function(text), albedo, depth});
     return all;
 }
 
-// ---- what is compared --------------------------------------------------------------------------
+// ---- compared quantities -----------------------------------------------------------------------
 
 const std::vector<double> cosines{0.1, 0.5, 1};
 constexpr int cosine_count = 3;
@@ -71,8 +73,8 @@ const std::vector<Place> places = [] {
     return all;
 }();
 
-/// R and T at every place, then plane albedos and diffuse transmittances, then both of uniform
-/// light (the second with the beam).
+/// R and T at every geometry, then plane albedos and diffuse transmittances, then both under
+/// uniform illumination (the second with the beam).
 const std::vector<std::string> quantities = [] {
     std::vector<std::string> all;
     for (const char* what : {"R ", "T "})
@@ -96,7 +98,7 @@ struct Stated {
 
 struct Answer {
     std::string method;
-    int nodes;                   // 0: it has none of its own, or none that matter
+    int nodes;                   // 0: none, or none that affect the error
     std::vector<Stated> stated;  // of all quantities
 };
 
@@ -125,7 +127,7 @@ Answer answer(const std::string& method, int nodes, const std::vector<double>& v
     return all;
 }
 
-/// Largest change, as a share, of any value that is more than rounding.
+/// Largest relative change of any value above rounding.
 double largest_change(const std::vector<double>& before, const std::vector<double>& after) {
     double largest = 0;
     for (std::size_t q = 0; q < after.size(); ++q)
@@ -134,8 +136,8 @@ double largest_change(const std::vector<double>& before, const std::vector<doubl
     return largest;
 }
 
-/// All pairs, each within what the two state together. The worst share of that for each pair of
-/// methods goes to the report (--gtest_output).
+/// All pairs agree within the sum of their stated errors. The largest share of it used by each pair
+/// is recorded (--gtest_output).
 void expect_all_agree(const std::vector<Answer>& answers) {
     int comparisons = 0;
     for (const Answer& each : answers)
@@ -165,7 +167,7 @@ void expect_all_agree(const std::vector<Answer>& answers) {
 
 // ---- the methods -------------------------------------------------------------------------------
 
-/// Nodes that leave 1e-9: the moments of the Lambert sphere fall off as a power only.
+/// Nodes for an error of 1e-9: the moments of the Lambert sphere only decay as a power.
 int enough_nodes(const PhaseFunction& phase_function) {
     return phase_function.text() == "lambert_sphere" ? 48 : 32;
 }
@@ -178,7 +180,7 @@ SolverOptions with_enough(const Layer& of) {
     return options;
 }
 
-/// Few nodes, for what costs more than doubling; not truncated, since the chain does not either.
+/// Few nodes, for methods more expensive than doubling; no truncation, as in the chain.
 SolverOptions with_few() {
     SolverOptions options;
     options.nodes = 8;
@@ -191,7 +193,7 @@ LayerSolution solve(const Layer& of, const SolverOptions& options) {
     return solve_layer(of.phase_function, of.albedo, of.optical_depth, cosines, options);
 }
 
-/// What few nodes and modes leave: half as much again as 12 nodes and all modes change.
+/// Error of few nodes and modes: 1.5 times the change to 12 nodes and all modes.
 double left_by_few(const Layer& of, int orders = 0) {
     SolverOptions few = with_few(), more = with_few();
     few.orders = more.orders = orders;
@@ -205,7 +207,7 @@ Answer harmonic(const Layer& of) {
                   values_of(solve(of, with_enough(of))), 1e-12, left_by_enough);
 }
 
-/// With half as many nodes again, so that what nodes leave is tested, too.
+/// With 1.5 times the nodes, to test the error of the nodes too.
 Answer harmonic_finer(const Layer& of) {
     SolverOptions options = with_enough(of);
     options.nodes += options.nodes / 2;
@@ -218,10 +220,10 @@ Answer harmonic_few(const Layer& of) {
                   left_by_few(of));
 }
 
-/// Two parts of 3/8 and 5/8 of the depth; without end, the first has the depth 3/8.
+/// Two parts of 3/8 and 5/8 of the depth; in a semi-infinite layer the first has depth 3/8.
 Answer stack(const Layer& of) {
-    const double first = has_end(of) ? 0.375 * of.optical_depth : 0.375;
-    const double rest = has_end(of) ? 0.625 * of.optical_depth : infinity;
+    const double first = is_finite(of) ? 0.375 * of.optical_depth : 0.375;
+    const double rest = is_finite(of) ? 0.625 * of.optical_depth : infinity;
     const StackSolution solution =
         solve_stack({{of.phase_function, of.albedo, first}, {of.phase_function, of.albedo, rest}},
                     {}, cosines, with_enough(of));
@@ -229,8 +231,9 @@ Answer stack(const Layer& of) {
                   left_by_enough);
 }
 
-/// The diamond rule is of the second order in its start depth: of what halving it changes, a third
-/// is left once it is below all cosines, and half here, where it is above the smallest (4e-9).
+/// The diamond rule is of second order in its start depth: its error is a third of the change on
+/// halving once that depth is below all cosines, and half here, where it exceeds the smallest
+/// (4e-9).
 Answer classic(const Layer& of) {
     SolverOptions options = with_enough(of);
     options.scheme = Scheme::classic;
@@ -242,9 +245,9 @@ Answer classic(const Layer& of) {
                   left_by_enough);
 }
 
-/// Orders that leave less than 1e-10 of the sum, 0 where it takes more than 200, or more than 60 of
-/// an azimuthal series (their cost grows as the square). w^30 = 2e-16 at w = 0.3; w^200 = 7e-10 at
-/// w = 0.9, of orders that fall off as n^(-3/2) besides; in thin layers light escapes.
+/// Orders for an error below 1e-10 of the sum, 0 where that takes more than 200, or more than 60
+/// for an azimuthal series (their cost grows as the square). w^30 = 2e-16 at w = 0.3; w^200 = 7e-10
+/// at w = 0.9, of orders that fall off as n^(-3/2) besides; in thin layers light escapes.
 int orders_needed(const Layer& of) {
     if (of.albedo < 0.5) return 30;
     if (of.optical_depth <= 0.1) return 20;
@@ -252,7 +255,7 @@ int orders_needed(const Layer& of) {
     return of.albedo < 1 && of.phase_function.is_isotropic() ? 200 : 0;
 }
 
-/// Orders 1 to `last` added up. They leave out the beam, which albedo 0 has alone.
+/// Sum of orders 1 to `last`. It lacks the beam, all that is transmitted at albedo 0.
 std::vector<double> sum_orders(const Layer& of, SolverOptions options, int last,
                                std::vector<double>* last_order = nullptr) {
     std::vector<double> sum(quantities.size(), 0.0);
@@ -271,7 +274,7 @@ std::vector<double> sum_orders(const Layer& of, SolverOptions options, int last,
 Answer orders(const Layer& of) {
     std::vector<double> last;
     const std::vector<double> sum = sum_orders(of, with_few(), orders_needed(of), &last);
-    for (std::size_t q = 0; q < sum.size(); ++q)  // no order is above 0.9 of the one before
+    for (std::size_t q = 0; q < sum.size(); ++q)  // no order exceeds 0.9 of the one before
         EXPECT_LE(last[q], 1e-11 * sum[q] + 1e-17) << "too few orders of " << quantities[q];
     return answer("orders", with_few().nodes, sum, 1e-10, left_by_few(of));
 }
@@ -289,7 +292,7 @@ Answer chandrasekhar(const Layer& of) {
     return answer("H, X and Y", 0, values, 1e-10, 0);
 }
 
-/// What the chain states; what the nodes leave on top.
+/// The error that the chain states, plus that of the nodes.
 Answer markov(const Layer& of, int highest_order = 0) {
     MarkovOptions options;
     options.nodes = with_few().nodes;
@@ -309,8 +312,8 @@ Answer markov(const Layer& of, int highest_order = 0) {
     return all;
 }
 
-/// 4 standard errors: once in 16000 numbers by chance; some 2000 are met here. T below 1e-4 is
-/// carried by few photons, whose spread says too little (photons.h).
+/// 4 standard errors, exceeded by chance once in 16000 values; some 2000 are compared. T below 1e-4
+/// is carried by too few photons for a reliable standard error (photons.h).
 Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     std::vector<Geometry> geometries;
     for (const Place& at : places)
@@ -331,7 +334,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     stopped.orders = highest_order;
     const std::vector<double> expected = values_of(solve(of, stopped));
     for (const PhotonGeometry& at : solution.geometries) {
-        const bool few = has_end(of) && expected[all.stated.size()] < 1e-4;
+        const bool few = is_finite(of) && expected[all.stated.size()] < 1e-4;
         state(at.transmission.value.total, few ? infinity : at.transmission.standard_error);
     }
     std::vector<PhotonFluxes> plane;
@@ -354,13 +357,14 @@ class Methods : public testing::TestWithParam<Layer> {};
 TEST_P(Methods, AgreeWithinTheirStatedErrors) {
     const Layer& of = GetParam();
     std::vector<Answer> answers{harmonic(of), harmonic_finer(of), harmonic_few(of), stack(of)};
-    // Without end and absorption photons never stop, and rounding in textbook doubling grows as
-    // fast as R nears its limit. A chain has no end in any case.
-    if (has_end(of) || of.albedo < 1) {
+    // In a conservative semi-infinite layer photon paths have no mean length, and rounding in
+    // textbook doubling grows as fast as R converges. The chain cannot fill any semi-infinite
+    // layer.
+    if (is_finite(of) || of.albedo < 1) {
         answers.push_back(classic(of));
         answers.push_back(photons(of, 10'000));
     }
-    if (has_end(of)) answers.push_back(markov(of));
+    if (is_finite(of)) answers.push_back(markov(of));
     if (orders_needed(of)) answers.push_back(orders(of));
     if (of.phase_function.is_isotropic()) answers.push_back(chandrasekhar(of));
     expect_all_agree(answers);

@@ -1,4 +1,4 @@
-// Textbook doubling: how its starts near the answer, and how it says that it broke down.
+// Textbook doubling: convergence of its starts, and reports of breakdown.
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
@@ -35,8 +35,8 @@ double error(const PhaseFunction& phase_function, ClassicStart start, double sta
     return worst;
 }
 
-/// The power of the start depth that the error falls with, once it is below the smallest of four
-/// nodes' cosines, 3e-4.
+/// The power of the start depth with which the error decreases, once that depth is below the
+/// smallest cosine of four nodes, 3e-4.
 double order(const PhaseFunction& phase_function, ClassicStart start) {
     const double coarse = error(phase_function, start, std::ldexp(1.0, -18));
     return std::log2(coarse / error(phase_function, start, std::ldexp(1.0, -20))) / 2;
@@ -80,7 +80,7 @@ TEST(ClassicDoubling, RefusesAStartDepthOutOfRange) {
 }
 
 TEST(ClassicDoubling, ReportsBreakdown) {
-    // a series of 32 moments of a peak that takes thousands: far below 0 in places, so that R
+    // 32 moments of a peak that needs thousands: the series is so negative in places that R
     // amplifies light
     SolverOptions options;
     options.scheme = Scheme::classic;

@@ -54,7 +54,7 @@ TEST(DiffusionExponent, IsTheDecayRateOfDeepTransmission) {
     options.modes = 1;
     const double at_100 = solve_layer(phase_function, w, 100, {}, options).total_transmittance;
     const double at_101 = solve_layer(phase_function, w, 101, {}, options).total_transmittance;
-    // what the next eigenvalue leaves after 100 mean free paths, and rounding
+    // the next eigenvalue's share after 100 mean free paths, and rounding
     EXPECT_NEAR(std::log(at_100 / at_101) / k, 1, 1e-9);
 }
 

@@ -1,4 +1,4 @@
-// Light is neither made nor lost where nothing is absorbed.
+// Energy conservation without absorption, and absorption with it.
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
@@ -31,7 +31,7 @@ class ConservativeLayer : public testing::TestWithParam<Medium> {
         return options;
     }
 
-    /// A few hundred roundings, however deep the layer and however coarse the quadrature.
+    /// A few hundred roundings, at any depth and with any quadrature.
     static constexpr double tolerance = 1e-13;
 
     static void expect_balance(const LayerSolution& layer) {
@@ -93,8 +93,8 @@ TEST(AbsorbingLayer, AbsorbsLight) {
 }
 
 TEST(AbsorbingLayer, AbsorbsInProportionToDepthWhenThin) {
-    // Of the light that a thin layer intercepts, 1 - w is absorbed; the rest is seen again but for
-    // the O(tau log tau) part that is intercepted twice. 8 nodes: truncated, f = 0.01.
+    // A thin layer absorbs 1 - w of the light it intercepts; the rest leaves, except the
+    // O(tau log tau) part that is intercepted twice. 8 nodes: truncated, f = 0.01.
     const double tau = 1e-12, w = 0.75;
     SolverOptions options;
     options.nodes = 8;

@@ -94,7 +94,7 @@ TEST(SumLegendre, IsTheSumOfThePolynomials) {
     EXPECT_EQ(sum_legendre({}, 0.5), 0);
 }
 
-// ---- what it is for: errors by region ----------------------------------------------------------
+// ---- errors by region --------------------------------------------------------------------------
 
 struct Region {
     std::vector<double> errors;  // relative, ascending
@@ -136,7 +136,7 @@ Regions compare(double g, double tau, int few, int many) {
     return regions;
 }
 
-// The limits are twice what was measured.
+// The limits are twice the measured errors.
 
 TEST(PeakedPhaseFunctions, MatchTheReferenceWith48NodesAt090) {
     const Regions at = compare(0.9, 2, 48, 96);

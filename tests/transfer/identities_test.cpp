@@ -57,7 +57,7 @@ double difference(const LayerSolution& a, const LayerSolution& b) {
 
 // ---- symmetries --------------------------------------------------------------------------------
 
-/// By classic doubling, whose products are not symmetric by construction as the solver's are.
+/// By classic doubling: the products of the harmonic scheme are symmetric by construction.
 TEST(SolveLayer, IsReciprocal) {
     SolverOptions options;
     options.scheme = Scheme::classic;
@@ -117,7 +117,7 @@ TEST(LayerSolution, ReportsThePeakCorrections) {
     const LayerSolution layer = solve_layer(forward, 0.9, 0.7, cosines, with_nodes(8));
     for (int in = 0; in < layer.mu.size(); ++in)
         for (int out = 0; out < layer.mu.size(); ++out) {
-            // the orders alone: 2 sum cos(m pi/2) f_m less f_0, by hand
+            // the Fourier sum alone, 2 sum cos(m azimuth) f_m - f_0
             double orders_up = 0, orders_down = 0;
             for (std::size_t m = 0; m < layer.reflection_modes.size(); ++m) {
                 const double c = (m ? 2 : 1) * std::cos(static_cast<double>(m) * 1.1);
@@ -142,8 +142,8 @@ TEST(LayerSolution, ReportsThePeakCorrections) {
 
 // ---- self-agreement ----------------------------------------------------------------------------
 
-/// Mode m of R or T between Gauss nodes as a matrix whose product is an integral over the
-/// hemisphere, from values at azimuths that are enough for phase functions of the second degree.
+/// Mode m of R or T between Gauss nodes as a scaled matrix (layer.h), from enough azimuths for
+/// phase functions of the second degree.
 MatrixXd mode_matrix(const LayerSolution& layer, const Directions& nodes, Side side, int mode) {
     constexpr int count = 6;
     MatrixXd matrix = MatrixXd::Zero(layer.mu.size(), layer.mu.size());
@@ -221,7 +221,7 @@ TEST(SolveLayer, AgreesWithTwiceTheNodes) {
         const char* name;
         PhaseFunction phase_function;
         int nodes;
-        double tolerance;  // what half the nodes leave
+        double tolerance;  // error of half the nodes
     } rows[] = {
         {"isotropic", isotropic, 24, 3e-8},
         {"rayleigh", rayleigh, 24, 3e-8},
@@ -243,7 +243,7 @@ TEST(SolveLayer, AgreesWithTextbookDoubling) {
     classic.scheme = Scheme::classic;
     for (const PhaseFunction& phase_function : {rayleigh, forward})
         for (const double tau : {0.01, 1.0, 16.0})
-            // its diamond start at 1e-3 of the smallest cosine
+            // error of the diamond start at 1e-3 of the smallest cosine
             EXPECT_LE(difference(solve_layer(phase_function, 0.9, tau, cosines, classic),
                                  solve_layer(phase_function, 0.9, tau, cosines, with_nodes(16))),
                       1e-6)
@@ -253,13 +253,13 @@ TEST(SolveLayer, AgreesWithTextbookDoubling) {
 class InstructionSets : public testing::TestWithParam<InstructionSet> {};
 
 TEST_P(InstructionSets, GiveTheSameValues) {
-    if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+    if (!is_available(GetParam())) GTEST_SKIP() << "not available on this processor";
     const SolverOptions options = with_nodes(13);  // odd: every kind of block has an edge
     for (const double w : {0.6, 1.0})
         for (const double tau : {1e-3, 1.0, 300.0}) {
             const LayerSolution widest = solve_layer(forward, w, tau, cosines, options);
             const InstructionSetLimit limit(GetParam());
-            // sums in another order, fused or not
+            // sums in a different order, fused or not
             EXPECT_LE(difference(solve_layer(forward, w, tau, cosines, options), widest), 1e-12)
                 << w << ' ' << tau;
         }
@@ -274,7 +274,7 @@ TEST(SolveLayer, AgreesWithAndWithoutTruncation) {
     const struct {
         double g;
         int nodes;
-        double tolerance;  // the first moment left out, g^(2 nodes), and the quadrature
+        double tolerance;  // first omitted moment, g^(2 nodes), and quadrature
     } rows[] = {{0.3, 24, 1e-9}, {0.5, 24, 1e-9}, {0.75, 48, 1e-8}};
     for (const auto& row : rows) {
         const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(row.g);
@@ -312,7 +312,7 @@ TEST(SolveLayer, SolvesTheRequestedModes) {
     for (const int modes : {1, 3, 11, 16, 40}) {
         options.modes = modes;
         const LayerSolution layer = solve_layer(forward, 0.9, 1, cosines, options);
-        // 2 N moments carry no more than 2 N modes
+        // 2 N moments have no more than 2 N modes
         EXPECT_EQ(layer.reflection_modes.size(), static_cast<std::size_t>(std::min(modes, 16)));
         EXPECT_EQ(layer.transmission_modes.size(), layer.reflection_modes.size());
     }
@@ -348,8 +348,8 @@ TEST(SolveLayer, UsesTheGaussNodesByDefault) {
         for (int out = 0; out < 12; ++out)
             for (const Side side : {Side::reflection, Side::transmission}) {
                 const double expected = total(extra, side, in, out, 1);
-                // On the diagonal the matrices of the Gauss nodes hold the beam too, of which
-                // rounding is left: 1e-16 / (2 mu weight), much at the first nodes.
+                // On the diagonal the matrices of the Gauss nodes also hold the beam, whose
+                // rounding is 1e-16 / (2 mu weight), large at the first nodes.
                 const double rounding =
                     1e-13 * expected + (in == out ? 1e-15 / (nodes.s(in) * nodes.s(in)) : 0);
                 EXPECT_NEAR(total(layer, side, in, out, 1), expected, rounding) << in << ' ' << out;

@@ -1,5 +1,4 @@
-// Chandrasekhar's functions against what is known of them in closed form, and the solver against
-// them.
+// Chandrasekhar's functions against their closed-form properties, and the solver against them.
 #include <stratus/transfer/reference/isotropic.h>
 
 #include <stratus/runtime/constants.h>
@@ -51,7 +50,7 @@ TEST_P(SemiInfiniteLayer, MatchesTheHFunctions) {
         solve_layer(PhaseFunction::isotropic(), w, infinity, cosines, options);
     const IsotropicSolution exact = solve_isotropic(w, infinity, cosines);
     for (int i = 0; i < layer.mu.size(); ++i) {
-        for (int j = 0; j < layer.mu.size(); ++j)  // what 24 nodes leave
+        for (int j = 0; j < layer.mu.size(); ++j)  // error of 24 nodes
             EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-10)
                 << layer.mu(i) << ' ' << layer.mu(j);
         EXPECT_NEAR(layer.plane_albedo(i), exact.plane_albedo(i), 1e-10) << layer.mu(i);
@@ -73,7 +72,7 @@ TEST_P(IsotropicLayer, MatchesDoubling) {
             solve_layer(PhaseFunction::isotropic(), w, tau, cosines, options);
         const IsotropicSolution exact = solve_isotropic(w, tau, cosines);
         for (int i = 0; i < layer.mu.size(); ++i) {
-            for (int j = 0; j < layer.mu.size(); ++j) {  // what 48 nodes leave in thin layers
+            for (int j = 0; j < layer.mu.size(); ++j) {  // error of 48 nodes in thin layers
                 EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-9)
                     << tau << ' ' << layer.mu(i) << ' ' << layer.mu(j);
                 EXPECT_NEAR(layer.transmission(i, j, 1).total / exact.transmission(i, j), 1, 1e-9)
@@ -107,7 +106,7 @@ TEST_P(IsotropicLayer, TransmitsAsXAndY) {
     for (const double tau : {0.1, 1.0, 8.0}) {
         const IsotropicSolution layer = solve_isotropic(GetParam(), tau, cosines);
         for (int i = 0; i < layer.mu.size(); ++i)
-            for (int j = 0; j < i; ++j)  // what cancels is below 1e3 times what is left
+            for (int j = 0; j < i; ++j)  // cancellation loses a factor below 1e3
                 EXPECT_NEAR(GetParam() / 4 * (layer.X(i) * layer.Y(j) - layer.Y(i) * layer.X(j)) /
                                 (layer.mu(j) - layer.mu(i)) / layer.transmission(i, j),
                             1, 1e-12)

@@ -48,7 +48,7 @@ TEST(SolveLayer, ScattersOnceBelowTheThinnestDepth) {
         EXPECT_EQ(layer.reflection(in, 1, 1).total, layer.reflection(in, 1, 1).single);
         EXPECT_EQ(layer.transmission(in, 1, 1).total, layer.transmission(in, 1, 1).single);
         EXPECT_GT(layer.reflection(in, 1, 1).total, 0);
-        // half of 0.8 tau/mu goes either way: Rayleigh scattering is even
+        // half of 0.8 tau/mu each: Rayleigh scattering is even
         EXPECT_NEAR(layer.plane_albedo(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
         EXPECT_NEAR(layer.diffuse_transmittance(in) / (0.4e-300 / layer.mu(in)), 1, 1e-12);
     }
@@ -67,7 +67,7 @@ TEST(SolveLayer, TransmitsOnlyTheBeamAtAlbedoZero) {
         }
         EXPECT_NEAR(layer.spherical_albedo, 0, 1e-15);
         const double beam = std::isinf(tau) ? 0 : 2 * boost::math::expint(3, tau);
-        // what 32 nodes of the forward map leave of the beam's integral, mu exp(-tau/mu)
+        // error of 32 nodes of the forward map in the integral of the beam, mu exp(-tau/mu)
         EXPECT_NEAR(layer.total_transmittance, beam, 1e-12) << tau;
     }
 }
@@ -85,9 +85,8 @@ TEST(SolveLayer, ScattersInProportionToASmallAlbedo) {
 }
 
 TEST(SolveLayer, ApproachesSingleScatteringAsTauLogTau) {
-    // Averaged over a thin isotropic layer, the light that has scattered once falls on every part
-    // of it with strength tau (3/2 - gamma - log tau), of which w/2 is scattered again:
-    // (w / 2 tau) times the double integral of E_1(|t - t'|).
+    // The ratio of orders 2 and 1 in a thin isotropic layer is (w / 2 tau) times the double
+    // integral of E_1(|t - t'|) over it, (w/2) tau (3/2 - gamma - log tau).
     const double w = 0.8, gamma = 0.57721566490153286;
     for (const double tau : {1e-3, 1e-4, 1e-5}) {
         const LayerSolution layer = solve_layer(isotropic, w, tau, {0.5, 1}, with_nodes(48));
@@ -105,7 +104,7 @@ TEST(SolveLayer, ReachesTheInfiniteLayerWithDepth) {
     for (const PhaseFunction& phase_function : {isotropic, forward}) {
         const LayerSolution deep = solve_layer(phase_function, 0.9, 500, cosines);
         const LayerSolution infinite = solve_layer(phase_function, 0.9, infinity, cosines);
-        // exp(-2 k tau) < 1e-100 is missing; the rest is rounding
+        // exp(-2 k tau) < 1e-100; the rest is rounding
         for (int in = 0; in < deep.mu.size(); ++in) {
             EXPECT_NEAR(deep.plane_albedo(in), infinite.plane_albedo(in), 1e-14);
             for (int out = 0; out < deep.mu.size(); ++out) {
@@ -137,8 +136,8 @@ TEST(SolveLayer, ReachesTheConservativeInfiniteLayerAsOneOverDepth) {
 }
 
 TEST(SolveLayer, IsContinuousWhereDoublingStops) {
-    // At w = 1 doubling stops where (1 - g) tau = 2^20 and the law of diffusion goes on; just
-    // before, rounding leaves T a relative error of 1e-16 tau.
+    // At w = 1 doubling stops where (1 - g) tau = 2^20, and the law of diffusion takes over; just
+    // before that, T has a relative rounding error of 1e-16 tau.
     const double stop = std::ldexp(1.0, 20) / (1 - forward.asymmetry());
     const LayerSolution before = solve_layer(forward, 1, 0.999 * stop, cosines, with_nodes(16));
     const LayerSolution after = solve_layer(forward, 1, 1.001 * stop, cosines, with_nodes(16));

@@ -1,4 +1,4 @@
-// The Markov chain meets the solver within the errors that it states.
+// The Markov chain agrees with the solver within its stated errors.
 #include <stratus/transfer/reference/markov.h>
 
 #include <stratus/runtime/angle.h>
@@ -65,12 +65,13 @@ TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
         for (int out = 0; out < 5; ++out)
             for (const double azimuth : azimuths) {
                 const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
-                    // 1e-10: modes left out
+                    // 1e-10: omitted modes
                     EXPECT_NEAR(value.value.total, expected.total,
                                 value.error + 1e-10 * expected.total)
                         << in << ' ' << out << ' ' << azimuth;
                     EXPECT_EQ(value.value.single, expected.single);
-                    EXPECT_LT(value.error, 0.05 * expected.total + 1e-6) << "error says nothing";
+                    EXPECT_LT(value.error, 0.05 * expected.total + 1e-6)
+                        << "stated error too large";
                 };
                 meets(chain.reflection(in, out, azimuth), layer.reflection(in, out, azimuth));
                 meets(chain.transmission(in, out, azimuth), layer.transmission(in, out, azimuth));
@@ -82,7 +83,7 @@ TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
     }
     EXPECT_NEAR(chain.layer.spherical_albedo, layer.spherical_albedo, chain.flux_error);
     EXPECT_NEAR(chain.layer.total_transmittance, layer.total_transmittance, chain.flux_error);
-    EXPECT_LT(chain.flux_error, 1e-2 * of.optical_depth);  // and says something
+    EXPECT_LT(chain.flux_error, 1e-2 * of.optical_depth);  // and is small
 }
 
 /// All modes; six of them, and other layers, in agreement_test.
@@ -99,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(layers()), [](con
 });
 
 TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
-    // The nodes of either leave 1e-9; of K = 32, 4e-6 is left, most of it at mu = mu0 = 0.1.
+    // The nodes of either cause 1e-9; K = 32 causes 4e-6, most of it at mu = mu0 = 0.1.
     const LayerSolution layer = solve_layer({}, 0.99, 1, cosines);
     const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, with(24, 32));
     for (int in = 0; in < 5; ++in)
@@ -111,11 +112,11 @@ TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
         }
 }
 
-// ---- the chain by itself -----------------------------------------------------------------------
+// ---- the chain alone ---------------------------------------------------------------------------
 
 TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
-    // Orders fall off faster than w^n: 300 of them leave 1e-14.
+    // Orders decay faster than w^n: 300 of them suffice for 1e-14.
     const MarkovSolution all = solve_markov(phase_function, 0.9, 2, cosines, with(6, 4));
     const MarkovSolution one_by_one =
         solve_markov(phase_function, 0.9, 2, cosines, with(6, 4, 300));
@@ -180,14 +181,14 @@ TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
                 const double mu = cosines[static_cast<std::size_t>(out)];
                 const double R = second_order(0.8, tau, mu0, mu, true).multiple;
                 const double T = second_order(0.8, tau, mu0, mu, false).multiple;
-                // 1e-8: what 24 nodes leave
+                // 1e-8: error of 24 nodes
                 EXPECT_NEAR(chain.reflection_of_order(2, in, out, 0), R,
                             chain.reflection(in, out, 0).error + 1e-8 * R)
                     << tau << ' ' << mu0 << ' ' << mu;
                 EXPECT_NEAR(chain.transmission_of_order(2, in, out, 0), T,
                             chain.transmission(in, out, 0).error + 1e-8 * T)
                     << tau << ' ' << mu0 << ' ' << mu;
-                EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);  // and says something
+                EXPECT_LT(chain.reflection(in, out, 0).error, 5e-3 * R);
             }
     }
 }
@@ -210,7 +211,7 @@ TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
         return sum;
     };
     EXPECT_NEAR(std::log2(errors(16, false) / errors(32, false)), 2, 0.1);
-    // Extrapolated it is at least the third, thirty times better at K = 32.
+    // Extrapolation is of third order at least, and thirty times more accurate at K = 32.
     EXPECT_GT(std::log2(errors(16, true) / errors(32, true)), 2.8);
     EXPECT_LT(errors(32, true), errors(32, false) / 30);
 }
@@ -257,7 +258,7 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
         if (tau < 1e-100) {
             EXPECT_GT(multiple, tau);  // tau log(1/tau), not rounding
             EXPECT_LT(multiple, 1e4 * tau);
-        } else {  // which the solver finds by subtraction: 5 digits are left of it at 1e-12
+        } else {  // the solver subtracts: 5 digits remain at 1e-12
             EXPECT_NEAR(multiple * R.total / R.multiple, 1, 1e-4) << tau;
         }
     }

@@ -1,7 +1,7 @@
-// Single layers whose values are known from independent computations in long double, 64 nodes.
+// Single layers with reference values from independent computations in long double, 64 nodes.
 //
-// Their fluxes, printed to 1e-12, are tested to 2e-12: nodes from 32 to 128 agree here to 1e-15 on
-// values that are up to 1.7e-12 beside those printed (UTU of the isotropic layer).
+// Their fluxes, printed to 1e-12, are tested to 2e-12: 32 to 128 nodes agree here to 1e-15 on
+// values up to 1.7e-12 from those printed (UTU of the isotropic layer).
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
@@ -38,9 +38,9 @@ TEST(SolveLayer, GivesTheReferenceValuesOfADeepWaterCloud) {
     EXPECT_NEAR(layer.spherical_albedo, 0.829685445149, 2e-12);
     EXPECT_NEAR(layer.total_transmittance, 0.170314554851, 2e-12);
     EXPECT_NEAR(layer.plane_albedo(0), 0.783313343541, 2e-12);
-    // 0.8574584715 in the list that the other values come from is what one quadrature of 64 nodes
-    // gives without having converged, 1.4e-6 off: four quadratures, with and without truncation,
-    // of 96 to 160 nodes agree on the value here. 64 nodes and truncation leave the tolerance.
+    // The source of the other values lists 0.8574584715, from an unconverged quadrature of 64 nodes
+    // and 1.4e-6 off: four quadratures of 96 to 160 nodes, with and without truncation, agree on
+    // the value here. The tolerance is the error of 64 nodes with truncation.
     EXPECT_NEAR(layer.reflection(0, 0, 0).total, 0.8574596442, 1e-8);
 }
 
@@ -72,8 +72,8 @@ TEST(SolveLayer, KeepsRelativeAccuracyOfDeepTransmission) {
     EXPECT_NEAR(solve(isotropic, 1, 1e6, {}, 24).total_transmittance / 1.3333314388e-6, 1, 1e-10);
     for (const double tau : {1e3, 1e6, 1e9, 1e12, 1e14, 1e300}) {
         const double expected = 4.0 / 3 / (tau + 1.4208921792);  // 2 x 0.7104460896
-        // Rounding leaves some 1e-16 of the light that comes in, which is tau times as much of what
-        // gets through; at 2^42 = 4.4e12 the doubling stops.
+        // Rounding is some 1e-16 of the incident light, hence 1e-16 tau of the transmitted light;
+        // at 2^42 = 4.4e12 doubling stops.
         const double tolerance = 1e-9 + 2e-16 * std::min(tau, 4.4e12);
         EXPECT_NEAR(solve(isotropic, 1, tau, {}, 24).total_transmittance / expected, 1, tolerance)
             << tau;

@@ -27,7 +27,7 @@ struct Case {
     const char* phase;
     int nodes;
     double albedo, optical_depth;
-    int orders;  // enough: w^n times the falling of the orders is below 1e-12
+    int orders;  // enough for an error below 1e-12
 };
 
 class NeumannOrders : public testing::TestWithParam<Case> {};
@@ -87,7 +87,7 @@ TEST(NeumannOrders, StartWithTheClosedForm) {
                     phase_function(cos_scattering_angle_reflected(at)), 0.9, 0.7, at.mu_in, 0.3);
                 const double T = single_transmission(
                     phase_function(cos_scattering_angle_transmitted(at)), 0.9, 0.7, at.mu_in, 0.3);
-                // what the modes leave when single scattering is taken out of them is rounding
+                // subtracting single scattering from the modes leaves rounding
                 EXPECT_NEAR(first.reflection(i, 2, azimuth).total, R, 1e-13 * (R + 1));
                 EXPECT_NEAR(first.transmission(i, 2, azimuth).total, T, 1e-13 * (T + 1));
             }
@@ -120,8 +120,8 @@ TEST(NeumannOrders, AreTheSameForEveryAlbedo) {
 }
 
 TEST(NeumannOrders, KeepRelativeAccuracyWhenWeak) {
-    // In a thin layer every order is some tau log(1/tau) times the one before; by adding two halves
-    // of it, the same.
+    // In a thin layer every order is some tau log(1/tau) times the one before; adding two halves of
+    // it must give the same.
     const auto orders = solve_orders(PhaseFunction::isotropic(), 1, 1e-9, {0.3, 0.8}, with(8, 8));
     for (std::size_t n = 1; n < orders.size(); ++n) {
         const double ratio = orders[n].plane_albedo(0) / orders[n - 1].plane_albedo(0);
@@ -149,7 +149,7 @@ TEST(SolveLayer, StopsAtTheRequestedOrder) {
 }
 
 TEST(SolveLayer, OmitsHigherOrders) {
-    // At w = 1 nothing is absorbed: what is missing is light of higher orders.
+    // At w = 1 nothing is absorbed: the missing light is that of higher orders.
     double missing = 1;
     for (int n = 1; n <= 5; ++n) {
         const LayerSolution layer =

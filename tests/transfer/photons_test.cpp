@@ -1,4 +1,4 @@
-// Photons meet the solver and the closed forms within their own standard errors.
+// Photons agree with the solver and the closed forms within their standard errors.
 #include <stratus/transfer/reference/photons.h>
 
 #include <stratus/runtime/angle.h>
@@ -40,8 +40,8 @@ PhotonOptions with_photons(std::uint64_t photons, std::uint64_t seed = 1) {
     return options;
 }
 
-/// Within 4 standard errors: once in 16000 numbers by chance; a few hundred are met here. What is
-/// certain (a standard error of 0) must be met to rounding.
+/// Within 4 standard errors, exceeded by chance once in 16000 values; a few hundred are compared.
+/// Values without error (a standard error of 0) must agree to rounding.
 void expect_meets(const Estimate& estimate, double expected, const std::string& what) {
     EXPECT_NEAR(estimate.value, expected, 4 * estimate.standard_error + 1e-14)
         << what << ", standard error " << estimate.standard_error;
@@ -122,7 +122,7 @@ TEST_P(PhotonsInALayer, ConserveEnergy) {
     }
 }
 
-/// Broader phase functions meet all other methods in agreement_test.
+/// Broader phase functions are compared with all other methods in agreement_test.
 std::vector<Layer> layers() {
     std::vector<Layer> all;
     for (const double albedo : {0.5, 0.99, 1.0})
@@ -136,9 +136,9 @@ INSTANTIATE_TEST_SUITE_P(Layer, PhotonsInALayer, testing::ValuesIn(layers()), []
     return row.param.name + std::to_string(row.index);
 });
 
-// ---- what else photons must do -----------------------------------------------------------------
+// ---- properties --------------------------------------------------------------------------------
 
-/// Neither direction knows of the other: what the solver imposes, found by chance.
+/// The solver imposes reciprocity; photons do not.
 TEST(Photons, AreReciprocal) {
     const PhotonSolution there_and_back =
         solve_photons(PhaseFunction::henyey_greenstein(0.5), 0.95, 1,
@@ -154,7 +154,7 @@ TEST(Photons, AreReciprocal) {
 }
 
 TEST(Photons, KeepRelativeAccuracyInThinLayers) {
-    // At tau = 1e-6 one photon in 1e11 would collide twice by itself.
+    // At tau = 1e-6 only one analog photon in 1e11 would collide twice.
     const Geometry at{0.5, 0.9, 1};
     const PhotonValue R =
         solve_photons({}, 1, 1e-6, {at}, with_photons(20'000)).geometries[0].reflection;
@@ -164,7 +164,7 @@ TEST(Photons, KeepRelativeAccuracyInThinLayers) {
 }
 
 TEST(Photons, AcceptNegativeSeriesAndTables) {
-    // Both lobes of a series cut short, and a table with a peak and a kink.
+    // A truncated series with negative lobes, and a table with a peak and a kink.
     std::vector<double> chi{1};
     for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
     const PhaseFunction series = PhaseFunction::from_moments(chi);
@@ -210,19 +210,19 @@ TEST(Photons, StopAfterTheRequestedOrder) {
     EXPECT_EQ(R.value.multiple, 0);
     EXPECT_EQ(R.standard_error, 0);
     EXPECT_GT(R.single.value, 0);
-    // Order n grows like w^n: what albedo 1 adds in order 2, albedo 1/2 adds a quarter of.
+    // Order n is proportional to w^n: order 2 at albedo 1/2 is a quarter of that at albedo 1.
     options.highest_order = 2;
     const PhotonValue whole = solve_photons({}, 1, 1, {at}, options).geometries[0].reflection;
     const PhotonValue half = solve_photons({}, 0.5, 1, {at}, options).geometries[0].reflection;
     EXPECT_NEAR(half.value.multiple, whole.value.multiple / 4, 1e-15);
-    // and an infinite layer without absorption ends, too
+    // and paths in a conservative infinite layer end too
     EXPECT_GT(solve_photons({}, 1, infinity, {at}, options).geometries[0].reflection.value.multiple,
               whole.value.multiple);
 }
 
 TEST(Photons, MatchTheMarkovChainOrderByOrder) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
-    MarkovOptions chain_options;  // 16 nodes and 32 sublayers leave 1e-5
+    MarkovOptions chain_options;  // error of 16 nodes and 32 sublayers: 1e-5
     chain_options.orders = 4;
     const MarkovSolution chain = solve_markov(phase_function, 0.9, 1, cosines, chain_options);
     double R = 0, T = 0;
@@ -254,7 +254,7 @@ TEST(Photons, VanishWithoutScattering) {
     EXPECT_EQ(black.plane[0].absorptance.standard_error, 0);
 }
 
-/// Every number that chance has touched.
+/// All random numbers of a solution.
 std::vector<double> numbers(const PhotonSolution& of) {
     std::vector<double> all;
     const auto append = [&](const Estimate& estimate) {

@@ -30,7 +30,7 @@ TEST(GaussDirections, HaveAscendingCosinesBetweenZeroAndOne) {
 
 TEST(GaussDirections, HaveWeightsThatSumToOne) {
     for (const NodeMap map : maps)
-        for (const int nodes : counts)  // a rounding for every node
+        for (const int nodes : counts)  // one rounding per node
             EXPECT_NEAR(gauss_directions(nodes, map).weight.sum(), 1, 1e-15 + 1e-16 * nodes);
 }
 
@@ -47,7 +47,7 @@ TEST(GaussDirections, IntegratePowersOfTheCosineExactly) {
 }
 
 TEST(GaussDirections, ResolveGrazingSingularities) {
-    // int mu log(1/mu) dmu = 1/4, the kind of singularity that the light field has
+    // int mu log(1/mu) dmu = 1/4, a singularity of the kind found in the light field
     const Directions directions = gauss_directions(24, NodeMap::grazing);
     const Eigen::ArrayXd mu = directions.mu.array();
     EXPECT_NEAR((-mu * mu.log()).matrix().dot(directions.weight), 0.25, 1e-11);

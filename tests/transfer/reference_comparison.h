@@ -72,7 +72,7 @@ inline std::vector<Compared> compare_geometries(const std::string& phase, int no
     return all;
 }
 
-/// Fluxes of both files: errors relative to the light that comes in, which is 1.
+/// Fluxes of both files: errors relative to the incident light, which is 1.
 inline std::vector<Compared> compare_fluxes(const std::string& phase, int nodes) {
     const PhaseFunction phase_function = reference_phase_function(phase);
     std::vector<Compared> all;

@@ -21,7 +21,7 @@ TEST_P(DiscreteOrdinates64, AreMatchedInFluxes) {
     EXPECT_LE(worst.error, 1e-10) << worst.row;  // 6e-12 measured
 }
 
-// To what the references themselves can tell: 7e-11 measured (Lambert sphere), 1e-11 for HG 0.85.
+// To the accuracy of the references: 7e-11 measured (Lambert sphere), 1e-11 for HG 0.85.
 INSTANTIATE_TEST_SUITE_P(Phase, DiscreteOrdinates64,
                          testing::Values(Accuracy{"iso", 1e-9}, Accuracy{"rayl", 1e-9},
                                          Accuracy{"lin", 1e-9}, Accuracy{"dhg", 1e-9},
@@ -37,7 +37,7 @@ TEST(DiscreteOrdinates64, AreMatchedByAPeakOf095) {
     EXPECT_LE(all[all.size() / 2].error, 4e-6) << all[all.size() / 2].row;
 }
 
-TEST(DiscreteOrdinates64, AreMetInFluxesByAPeakOf095) {
+TEST(DiscreteOrdinates64, AreMatchedInFluxesByAPeakOf095) {
     const Compared worst = test::compare_fluxes("hg95", 64).back();
     EXPECT_LE(worst.error, 3e-6) << worst.row;  // 1.3e-6 measured
 }

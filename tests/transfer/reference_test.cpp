@@ -1,5 +1,4 @@
-// Few nodes against discrete ordinates: what 24 of them already give where phase functions are
-// smooth.
+// The accuracy of 24 nodes with smooth phase functions, against discrete ordinates.
 #include "reference_comparison.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +21,7 @@ TEST_P(DiscreteOrdinates24, AreMatchedInFluxes) {
     EXPECT_LE(worst.error, 1e-9) << worst.row;  // 5e-10 measured
 }
 
-// what the quadrature leaves at grazing angles of thin layers: 5e-9 measured
+// error of the quadrature at grazing angles of thin layers: 5e-9 measured
 INSTANTIATE_TEST_SUITE_P(Phase, DiscreteOrdinates24,
                          testing::Values(Accuracy{"iso", 1e-8}, Accuracy{"rayl", 1e-8},
                                          Accuracy{"lin", 1e-8}, Accuracy{"dhg", 1e-8}),

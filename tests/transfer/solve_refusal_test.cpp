@@ -1,4 +1,4 @@
-// What the solver refuses, one test a guard, values just outside the range.
+// Refusals of the solver: one test per check, with values just outside the range.
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 

@@ -1,4 +1,4 @@
-// What must hold for every layer that the solver answers for.
+// Checks that hold for every layer that the solver accepts.
 #pragma once
 
 #include <stratus/runtime/constants.h>
@@ -49,7 +49,7 @@ inline void expect_finite(const LayerSolution& layer) {
     });
 }
 
-/// Negative R or T come from a negative series alone, and never unreported.
+/// R or T is negative only where the phase series is, and is always reported.
 inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
     double lowest[2] = {0, 0}, highest[2] = {0, 0};
     for_each_value(layer, [&](int side, const SolvedValue& value, double, int i, int j) {
@@ -62,7 +62,7 @@ inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
     if (positive_series) {
         EXPECT_GE(reported, -1e-9) << at(layer);
     }
-    for (const int side : {0, 1})  // met at a few of the azimuths that the report looks at
+    for (const int side : {0, 1})  // at a few of the azimuths that the report covers
         if (lowest[side] < -1e-9 * highest[side]) {
             EXPECT_LT(reported, -1e-10) << at(layer);
         }

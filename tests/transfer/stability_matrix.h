@@ -1,5 +1,5 @@
-// The hard cases: every kind of phase function, thin to endless, black to white, few nodes to many.
-// For the stability tests and the benchmark that shows what textbook doubling makes of them.
+// Hard cases: every kind of phase function, thin to infinite, black to white, few nodes to many.
+// For the stability tests and the benchmark that compares textbook doubling on them.
 #pragma once
 
 #include <stratus/runtime/constants.h>
@@ -35,7 +35,7 @@ inline const std::vector<double> stability_depths{0,  1e-300, 1e-12, 1e-6,    1,
                                                   64, 1e6,    1e12,  infinity};
 inline const std::vector<double> stability_cosines{1e-6, 0.01, 0.3, 1};
 
-/// Lowest value of the phase series that the solver worked with, as a share of its largest one.
+/// Smallest value of the phase series that the solver used, as a share of its largest one.
 inline double lowest_of_series(const std::vector<double>& moments) {
     double lowest = 0, highest = 0;
     for (int k = -1000; k <= 1000; ++k) {

@@ -1,4 +1,4 @@
-// The stability matrix with many nodes: its corners only, all modes at 128 nodes, two at 256.
+// The corners of the stability matrix with many nodes: all modes at 128 nodes, two at 256.
 #include "stability_checks.h"
 #include "stability_matrix.h"
 

@@ -1,5 +1,4 @@
-// The stability matrix: nothing breaks down, whatever the phase function, albedo, depth and number
-// of nodes.
+// The stability matrix: no breakdown at any phase function, albedo, depth or number of nodes.
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/single_scattering.h>
@@ -47,7 +46,7 @@ class Stability : public testing::TestWithParam<Medium> {
 
 void expect_limits_of_single_scattering(const LayerSolution& layer) {
     const double tau = layer.optical_depth;
-    const double backward_peak = std::max(1.0, layer.phase_function(-1));  // of light turned twice
+    const double backward_peak = std::max(1.0, layer.phase_function(-1));  // scattered twice
     for_each_value(layer, [&](int, const SolvedValue& value, double single, int i, int j) {
         if (tau == 0) {
             EXPECT_EQ(value.total, 0);
@@ -56,7 +55,7 @@ void expect_limits_of_single_scattering(const LayerSolution& layer) {
             EXPECT_NEAR(value.total, 0, rounding) << at(layer);
         }
         if (tau <= 1e-12) {
-            // twice: tau log(tau), at most 30 tau; what truncation changes: tau/mu
+            // second order: tau log(tau), at most 30 tau; truncation: tau/mu
             const double twice = tau * (100 + 2 / layer.mu(i) + 2 / layer.mu(j));
             EXPECT_NEAR(value.total, value.single,
                         (twice + 1e-14) * (value.single + backward_peak * single))
@@ -112,7 +111,7 @@ TEST_P(Stability, IsMonotonicInDepthAndAlbedo) {
 
 TEST(LayerSolution, ReportsNegativeValues) {
     SolverOptions options;
-    options.nodes = 2;  // a series of four moments of a backward peak, -21 percent at its lowest
+    options.nodes = 2;  // four moments of a backward peak: a series with a minimum of -21 %
     const PhaseFunction backward = PhaseFunction::henyey_greenstein(-0.9);
     const LayerSolution layer = solve_layer(backward, 0.99, 1, stability_cosines, options);
     EXPECT_LT(layer.most_negative(), -0.1);
@@ -124,7 +123,7 @@ TEST(LayerSolution, ReportsNegativeValues) {
 
 /// (4/3) k/(1-g) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law of diffusion.
 TEST_P(Stability, TransmitsByTheLawOfDiffusion) {
-    // What the nodes leave in T and in k; two of them come to half of T under a forward peak.
+    // Errors of the nodes in T and in k; with two nodes, half of T under a forward peak.
     const double tolerance = GetParam().nodes == 2 ? 0.7 : GetParam().nodes == 8 ? 1e-2 : 1e-3;
     for (const double w : {1 - 1e-9, 1 - 1e-15, 1.0})
         for (const double tau : {1e6, 1e12}) {

@@ -1,5 +1,4 @@
-// Stacks against photons that are traced one by one: an analog Monte Carlo that knows neither
-// doubling nor adding.
+// Stacks against an analog Monte Carlo, which neither doubles nor adds.
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/stack.h>
 
@@ -70,7 +69,7 @@ Fate trace(const std::vector<StackLayer>& layers, double surface, double mu_in, 
 TEST(Stack, MatchesPhotonFluxes) {
     const std::vector<StackLayer> layers{{rayleigh, 0.95, 0.4}, {isotropic, 0.7, 1.1}};
     const int photons = 200000;
-    const double error = 4 * std::sqrt(0.25 / photons);  // four standard errors at most
+    const double error = 4 * std::sqrt(0.25 / photons);  // four standard errors
     for (const double mu_in : {0.3, 1.0}) {
         const StackSolution free = solve_stack(layers, nothing, {mu_in});
         const Fate fate = trace(layers, -1, mu_in, photons);

@@ -1,5 +1,5 @@
-// Unlike layers on a lower boundary: a stack must agree with its parts, with one layer solved at
-// once, and with closed forms of the ground.
+// Stacks agree with their parts, with a single equivalent layer, and with closed forms for the
+// lower boundary.
 #include <stratus/transfer/stack.h>
 
 #include <stratus/runtime/angle.h>
@@ -37,9 +37,9 @@ SolverOptions with_nodes(int nodes) {
     return options;
 }
 
-/// Largest difference of R and T over all geometries, relative to the brightest of those with the
-/// same light coming in: rounding does not know where a phase function vanishes, as that of dust
-/// does straight ahead.
+/// Largest difference of R and T over all geometries, relative to the brightest one with the same
+/// mu_in: rounding stays the same where a phase function vanishes, as that of dust does at forward
+/// directions.
 template <class A, class B>
 double difference(const A& a, const B& b) {
     double worst = 0;
@@ -87,7 +87,7 @@ TEST(Stack, OfOneLayerEqualsTheLayer) {
                     solve_layer(phase_function, w, tau, cosines, with_nodes(16));
                 const StackSolution stack =
                     solve_stack({{phase_function, w, tau}}, nothing, cosines, with_nodes(16));
-                // At w = 0 nothing but the rounding of R = 0 is left.
+                // At w = 0, R is rounding alone.
                 if (w > 0) {
                     EXPECT_LE(difference(stack, layer), 1e-13) << w << ' ' << tau;
                 }
@@ -140,8 +140,8 @@ TEST(Stack, IsUnchangedBySplittingALayer) {
 }
 
 TEST(Stack, IsUnchangedBySplittingADeepConservativeLayer) {
-    // Light between two such layers goes back and forth tau times: rounding of T grows with it, as
-    // it does where one layer is doubled.
+    // Light is reflected some tau times between two such layers: the rounding of T grows as tau, as
+    // it does when one layer is doubled.
     for (const double tau : {1e4, 1e6, 1e9}) {
         const StackLayer layer{forward, 1, tau};
         const StackSolution whole = solve_stack({layer}, nothing, cosines, with_nodes(16));
@@ -201,7 +201,7 @@ TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
     const StackSolution above = solve_stack(layers, nothing, cosines, with_nodes(16));
     std::reverse(layers.begin(), layers.end());
     const StackSolution under = solve_stack(layers, nothing, cosines, with_nodes(16));
-    EXPECT_GT(std::abs(above.spherical_albedo - under.spherical_albedo), 0.01);  // unlike sides
+    EXPECT_GT(std::abs(above.spherical_albedo - under.spherical_albedo), 0.01);  // the sides differ
     EXPECT_NEAR(above.spherical_albedo_below, under.spherical_albedo, 1e-13);
     EXPECT_NEAR(under.spherical_albedo_below, above.spherical_albedo, 1e-13);
     EXPECT_NEAR(under.total_transmittance / above.total_transmittance, 1, 1e-12);
@@ -231,8 +231,8 @@ TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
                         solve_layer(phase_function, w, tau, cosines, options);
                     const StackSolution over = solve_stack(
                         {{phase_function, w, tau}}, LowerBoundary::surface(A), cosines, options);
-                    // Light falls on the surface along the beam and diffusely, and the layer
-                    // throws back the share s of what the surface reflects.
+                    // Beam and diffuse light reach the surface; the layer reflects the share s of
+                    // what the surface reflects.
                     const double s = layer.spherical_albedo;
                     auto t = [&](int i) {
                         return direct_transmittance(tau, layer.mu(i)) +
@@ -263,9 +263,9 @@ TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
                 }
 }
 
-/// Incident = reflected + absorbed by the layer + absorbed by the ground, the layer's share worked
-/// out from the layer alone; and the ground absorbs 1 - A of what falls on it.
-TEST(Stack, BalancesTheLightThatFallsOnTheGround) {
+/// Incident = reflected + absorbed by the layer + absorbed by the ground, the layer's share
+/// computed from the layer alone; and the ground absorbs 1 - A of the light incident on it.
+TEST(Stack, BalancesTheFluxIncidentOnTheGround) {
     for (const PhaseFunction& phase_function : {isotropic, forward})
         for (const double w : {0.7, 1.0})
             for (const double tau : {0.0, 1e-3, 1.0, 30.0})
@@ -301,7 +301,7 @@ TEST(SolveLayer, SolvesTheLowerBoundaryWithClassicDoubling) {
         const LayerSolution expected =
             solve_layer(rayleigh, 0.9, tau, cosines, with_nodes(16), surface);
         const LayerSolution found = solve_layer(rayleigh, 0.9, tau, cosines, classic, surface);
-        // The diamond start leaves 1e-6.
+        // The diamond start has an error of 1e-6.
         EXPECT_NEAR(found.spherical_albedo, expected.spherical_albedo, 1e-5);
         EXPECT_NEAR(found.total_transmittance, expected.total_transmittance, 1e-5);
     }
@@ -335,7 +335,7 @@ TEST(Stack, BalancesEnergyOverEveryGround) {
         }
 }
 
-TEST(Stack, ConservesLightThroughUnlikeLayers) {
+TEST(Stack, ConservesEnergyThroughDifferentLayers) {
     for (const double tau : {1e-9, 0.3, 100.0, 1e6}) {
         const StackSolution stack =
             solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}, {dust, 1, tau}}, nothing, cosines,
@@ -381,7 +381,7 @@ TEST(SolveLadder, OverABoundaryEqualsStacksOfOneLayer) {
                 EXPECT_LE(difference(ladder[a][d], stack), 1e-12) << a << ' ' << d;
                 EXPECT_LE(difference(ladder[a][d].plane_albedo, stack.plane_albedo), 1e-12);
             }
-        // nothing beneath is seen through a layer without end
+        // a semi-infinite layer hides its lower boundary
         const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40));
         EXPECT_LE(
             difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), boundary),
@@ -400,7 +400,7 @@ TEST(LayerSolution, ReportsTheBoundaryCorrection) {
                     layer.reflection_correction(0, 1)(dust(cosine), cosine) +
                     layer.boundary_correction(0, 1) * forward(cosine),
                 layer.reflection(0, 1, 1).multiple, 1e-14);
-    // a surface sees the deeper reach of a truncated beam
+    // the truncated beam reaches a surface less attenuated
     const LayerSolution over =
         solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), LowerBoundary::surface(0.4));
     EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
@@ -410,7 +410,7 @@ TEST(LayerSolution, ReportsTheBoundaryCorrection) {
     EXPECT_GT(over.boundary_correction(0, 1), 1e-4);
 }
 
-// ---- behaviour ---------------------------------------------------------------------------------
+// ---- other properties --------------------------------------------------------------------------
 
 TEST(Stack, SumsSingleScatteringOfItsLayers) {
     const std::vector<StackLayer> layers{{rayleigh, 0.9, 0.2}, {forward, 0.8, 0.5}};
@@ -436,7 +436,7 @@ TEST(Stack, ConvergesWithNodesOverAPeakedGround) {
     const LowerBoundary boundary = LowerBoundary::layer(PhaseFunction::henyey_greenstein(0.8), 0.9);
     const StackSolution coarse = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(40));
     const StackSolution fine = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(80));
-    EXPECT_LE(difference(coarse, fine), 1e-5);  // HG 0.85 alone leaves 3e-6 with 40 nodes
+    EXPECT_LE(difference(coarse, fine), 1e-5);  // HG 0.85 alone has an error of 3e-6 with 40 nodes
 }
 
 // ---- refusals ----------------------------------------------------------------------------------

@@ -90,7 +90,7 @@ TEST(SolveLayer, ConservesEnergyUnderABackwardPeak) {
     EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
 }
 
-TEST(SolveLayer, RefusesABackwardPeakThatNodesDoNotResolve) {
+TEST(SolveLayer, RefusesAnUnresolvedBackwardPeak) {
     SolverOptions options;
     options.nodes = 8;
     try {

@@ -1,10 +1,10 @@
-// What a truncated forward peak scatters more than once: the light that TMS leaves out.
+// Multiple scattering in a truncated forward peak: the light that TMS leaves out.
 //
-// Truncation takes the share f of the light for unscattered; TMS gives it back to single scattering
-// alone. Light that meets the peak several times, or the peak once and the rest of the phase
-// function near forward as well, keeps nearly to its path: along a path of slant depth s with one
-// turn, its Legendre moments are exponentials. With c_l = (1 - f) chi*_l and q_l = chi_l - c_l, the
-// true layer's light less that of the truncated layer with TMS has the moments
+// Truncation treats the share f of the light as unscattered; TMS corrects single scattering alone.
+// Light scattered several times by the peak, or by the peak and near forward by the rest of the
+// phase function, stays close to its path: along a path of slant depth s with one turn, its
+// Legendre moments are exponentials. With c_l = (1 - f) chi*_l and q_l = chi_l - c_l, the
+// difference between the true layer and the truncated layer with TMS has the moments
 //
 //     F_l(s) = exp(-(1 - w f) s) {exp(w c_l s) [exp(w (q_l - f) s) - 1] - w (q_l - f) s} / s
 //
@@ -14,8 +14,7 @@
 //     R += sum_l (2l+1) P_l(cos Theta) G_l(tau/mu + tau/mu0) / (4 (mu + mu0))
 //     T += sum_l (2l+1) P_l(cos Theta) [G_l(tau/mu0) - G_l(tau/mu)] / (4 (mu - mu0))
 //
-// With delta-M the term of order f^2 in T is the second-order correction of
-// [NT88], IMS.
+// With delta-M the term of order f^2 in T is the second-order correction (IMS) of [NT88].
 #pragma once
 
 #include <stratus/transfer/truncation.h>
@@ -27,9 +26,9 @@
 
 namespace stratus {
 
-/// R (T) per unit of albedo^n of light that meets something that scatters n times on its way in and
-/// out, once to turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)), and [P(n, tau/mu0) - P(n, tau/mu)] /
-/// (4 (mu - mu0)). n = 1 is single scattering of phase value 1.
+/// R (T) per unit of albedo^n of light scattered n times on its way in and out, one of them the
+/// turn: P(n, tau/mu + tau/mu0) / (4 (mu + mu0)) for R, [P(n, tau/mu0) - P(n, tau/mu)] /
+/// (4 (mu - mu0)) for T. n = 1 is single scattering of phase value 1.
 double reflected_path(int n, double optical_depth, double mu_in, double mu_out);
 double transmitted_path(int n, double optical_depth, double mu_in, double mu_out);
 using OrderPath = double (*)(int n, double optical_depth, double mu_in, double mu_out);
@@ -41,8 +40,8 @@ class ForwardPeak {
 
     /// Coefficients of P_l(cos Theta) to add to R (to T) between two cosines.
     ///
-    /// With weights that is sum_n weights[n] times order n of the expansion in w; without, all of
-    /// it. With P the regularised gamma function, order n of G_l(s) is
+    /// With weights: sum_n weights[n] times order n of the expansion in w; without: all orders.
+    /// With P the regularised gamma function, order n of G_l(s) is
     ///
     ///     [chi_l^n - (f + c_l)^n - n f^(n-1) (q_l - f)] P(n, s) / n
     ///
@@ -64,8 +63,8 @@ class ForwardPeak {
     std::vector<double> chi_, rest_;    // chi_l and c_l
 };
 
-/// Moments of a phase function until they no longer show; none where 8192 are not enough (g above
-/// 0.998): such a peak is left to TMS alone.
+/// Moments of a phase function until they are negligible; none where 8192 do not suffice (g above
+/// 0.998), where only TMS is applied.
 std::vector<double> peak_moments(const PhaseFunction& phase_function);
 
 /// sum_l coefficients[l] P_l(x), of one x or of many at once.

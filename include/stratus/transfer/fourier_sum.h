@@ -18,7 +18,7 @@
 
 namespace stratus {
 
-/// The cosines of solutions, in pairs, and azimuths, with what all solutions share there.
+/// All pairs of the cosines of solutions, and azimuths, with the quantities that solutions share.
 class DirectionGrid {
   public:
     /// `max_modes`: as many as any solution has; 2 SolverOptions::nodes always suffice.
@@ -45,7 +45,7 @@ class DirectionGrid {
     const std::vector<double>& phase(Side side) const {
         return side == Side::reflection ? reflected_phase_ : transmitted_phase_;
     }
-    /// Phase value of the lower boundary, 1 of a surface.
+    /// Phase value of the lower boundary, 1 for a surface.
     const std::vector<double>& boundary_phase() const { return boundary_phase_; }
 
   private:

@@ -2,7 +2,7 @@
 //
 // R_ij = s_i s_j R_m(mu_i, mu_j), s_i = sqrt(2 mu_i weight_i) (weight 1 for directions of weight
 // zero), and the same for T. Reciprocity is matrix symmetry, a matrix product over the Gauss nodes
-// is an integral over the hemisphere. T is the diffuse part; the beam that passes straight,
+// is an integral over the hemisphere. T is the diffuse part; the unscattered beam,
 // exp(-tau / mu), is kept apart as a diagonal.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace stratus {
 
-/// What one layer does to light in one azimuthal mode.
+/// One azimuthal mode of a homogeneous layer.
 struct ModeMatrices {
     Eigen::MatrixXd reflection;    // n x n, n = directions.size()
     Eigen::MatrixXd transmission;  // n x n, diffuse

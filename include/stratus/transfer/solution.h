@@ -1,4 +1,4 @@
-// What the solver returns for one layer: its azimuthal modes, its fluxes, and R and T from them.
+// A solved layer: its azimuthal modes, its fluxes, and R and T from them.
 //
 // The Fourier series carries orders n >= 2 of the truncated problem; single scattering is added in
 // closed form with the exact phase function. Values at many directions: fourier_sum.h.
@@ -25,8 +25,8 @@ struct SolvedValue {
     double multiple;
 };
 
-/// What truncation took out at one pair of cosines: TMS less the closed form of the layer itself,
-/// and what the peak scatters more than once (forward_peak.h). 0 without truncation.
+/// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
+/// itself, and multiple scattering in the peak (forward_peak.h). 0 without truncation.
 struct PeakCorrection {
     double single = 0;  // per unit of phase function
     std::vector<double> legendre;
@@ -36,25 +36,25 @@ struct PeakCorrection {
     }
 };
 
-/// What every solution has at a list of cosines.
+/// Results at a list of cosines, common to all solutions.
 struct ModeSolution {
-    Eigen::VectorXd mu;  // the cosines asked for; the Gauss nodes if none were
+    Eigen::VectorXd mu;  // the requested cosines, or the Gauss nodes
     LowerBoundary lower_boundary;
     Truncation boundary_truncation;
 
-    // Orders n >= 2 of mode m of the problem after truncation, out of mu(i), into mu(j). T is 0 where
-    // nothing is transmitted: at infinite depth and over a lower boundary.
+    // Orders n >= 2 of mode m of the problem after truncation, out of mu(i), into mu(j). T is 0
+    // where nothing is transmitted: at infinite depth and over a lower boundary.
     std::vector<Eigen::MatrixXd> reflection_modes;
     std::vector<Eigen::MatrixXd> transmission_modes;
 
-    // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted ones
-    // are those that fall on it, light thrown back and forth between it and the layer included.
+    // Fluxes of all orders over the incident flux. [HT74] Over a lower boundary the transmitted
+    // ones are those incident on it, interreflection with the layer included.
     Eigen::VectorXd plane_albedo;           // at mu
     Eigen::VectorXd diffuse_transmittance;  // at mu
     double spherical_albedo = 0;            // URU
     double total_transmittance = 1;         // UTU: uniform illumination, diffuse and beam
 
-    // What the lower boundary absorbs of the incident flux; empty and 0 without one.
+    // Share of the incident flux absorbed by the lower boundary; empty and 0 without one.
     Eigen::VectorXd ground_absorptance;  // at mu
     double spherical_ground_absorptance = 0;
 };
@@ -69,8 +69,8 @@ class LayerSolution : public ModeSolution {
     // weight of order n in everything here, w^n or 0; empty: all orders
     Eigen::VectorXd order_weights;
 
-    /// R between mu(in) and mu(out) at an azimuth in radians, or at many, for which
-    /// the corrections are computed once.
+    /// R between mu(in) and mu(out) at an azimuth in radians, or at many, for which the corrections
+    /// are computed once.
     SolvedValue reflection(int in, int out, double azimuth) const;
     std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
     /// Diffuse T likewise.
@@ -78,18 +78,19 @@ class LayerSolution : public ModeSolution {
     std::vector<SolvedValue> transmission(int in, int out,
                                           const std::vector<double>& azimuths) const;
 
-    /// How far below 0 R and T fall between any of mu at any azimuth, as a share of their largest
-    /// value (both times mu + mu0, which takes out their growth at grazing angles); 0 when nowhere.
+    /// The most negative R or T between any of mu at any azimuth, as a share of the largest value
+    /// (both times mu + mu0, which cancels their growth at grazing angles); 0 when none is
+    /// negative.
     ///
-    /// Only a truncated phase series that is itself negative brings them there: more nodes help.
+    /// Only a truncated phase series that is itself negative causes this: more nodes help.
     double most_negative() const;
 
-    // What truncation took out of R (out of T) between mu(in) and mu(out), to be added to the
+    // The correction for truncation of R (of T) between mu(in) and mu(out), to be added to the
     // modes.
     PeakCorrection reflection_correction(int in, int out) const;
     PeakCorrection transmission_correction(int in, int out) const;
 
-    /// The same of light scattered once by the lower boundary, per unit of its phase function.
+    /// The same for light scattered once by the lower boundary, per unit of its phase function.
     double boundary_correction(int in, int out) const;
 
     PhaseFunction phase_function;

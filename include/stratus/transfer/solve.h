@@ -1,9 +1,9 @@
 // The solver: reflection and transmission of a homogeneous plane-parallel layer at any geometry.
 //
-// All azimuthal modes are doubled from a thin layer to the depth asked for; single scattering is
-// taken out of every mode in closed form and added again with the exact phase function, so that the
-// Fourier series only carries orders n >= 2. Conventions of the project (README): R = pi I / (mu0
-// F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
+// All azimuthal modes are doubled from a thin layer to the requested depth; single scattering is
+// subtracted from every mode in closed form and added again with the exact phase function, so that
+// the Fourier series only carries orders n >= 2. Conventions of the project (README): R = pi I /
+// (mu0 F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -37,7 +37,7 @@ std::vector<LayerSolution> solve_orders(const PhaseFunction& phase_function, dou
                                         const SolverOptions& options);
 
 /// Solves several albedos at all depths of a ladder: result[a][d], infinity last. The lower
-/// boundary is solved once and serves all depths.
+/// boundary is solved once for all depths.
 std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_function,
                                                      const std::vector<double>& albedos,
                                                      const DepthLadder& ladder,
@@ -52,7 +52,7 @@ std::vector<std::vector<LayerSolution>> solve_ladder(const PhaseFunction& phase_
 double compute_diffusion_exponent(const PhaseFunction& phase_function, double albedo,
                                   const SolverOptions& options = {});
 
-/// The same for several albedos: the phase kernels are worked out once.
+/// The same for several albedos: the phase kernels are computed once.
 std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_function,
                                                 const std::vector<double>& albedos,
                                                 const SolverOptions& options = {});

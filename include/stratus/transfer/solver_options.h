@@ -1,4 +1,4 @@
-// What a caller may ask of the solver.
+// Options of the solver.
 #pragma once
 
 namespace stratus {
@@ -14,18 +14,18 @@ enum class ClassicStart {
     diamond,  // of the second order [W76]
 };
 
-/// What is done to a forward peak that the nodes do not resolve (truncation.h).
+/// How a forward peak that the nodes do not resolve is truncated (truncation.h).
 enum class Truncate {
     nothing,
     delta_m,  // delta-M, with the single-scattering correction
-    smooth,   // large shares smoothly, with all that the peak scatters more than once put back;
+    smooth,   // large shares smoothly, corrected for multiple scattering in the peak;
               // in stacks and over a lower boundary the same as delta_m
 };
 
 struct SolverOptions {
     int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
     int modes = 0;   // azimuthal modes solved; 0: until the rest is negligible
-    int orders = 0;  // [0, 200]; scattering orders above are left out; 0: all
+    int orders = 0;  // [0, 200]; higher scattering orders are left out; 0: all
     Scheme scheme = Scheme::harmonic;
     ClassicStart start = ClassicStart::diamond;  // classic only
     double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of

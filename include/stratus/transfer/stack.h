@@ -1,8 +1,8 @@
-// The solver for stacks: unlike homogeneous layers on top of one another, on a lower boundary.
+// The solver for stacks: homogeneous layers on top of one another, on a lower boundary.
 //
-// Each layer is doubled on its own (solve.h) with a truncation of its own; mode after mode they are
-// then added from the top down [HT74]. Single scattering of the whole stack is closed form: every
-// layer's own, attenuated by the layers that light passes on its way there and back.
+// Each layer is doubled separately (solve.h) with its own truncation; the modes are then added from
+// the top down [HT74]. Single scattering of the stack is in closed form: that of each layer,
+// attenuated by the layers on the way in and out.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>

@@ -1,19 +1,19 @@
 // Peaked phase functions: truncation of the forward peak and the single scattering that goes with
 // it.
 //
-// Of a phase function with more moments than the quadrature resolves, a share f is taken as
-// scattered straight on, that is, not at all [W77]:
+// Where a phase function has more moments than the quadrature resolves, a share f of the light is
+// treated as unscattered [W77]:
 //
-//     tau* = (1 - w f) tau      w* = w (1 - f)/(1 - w f)      chi*_l = (chi_l - f p_l)/(1 - f), l <
-//     L
+//     tau* = (1 - w f) tau      w* = w (1 - f)/(1 - w f)
+//     chi*_l = (chi_l - f p_l)/(1 - f),   l < L
 //
 // delta-M ends the series abruptly, f = chi_L and p_l = 1, and leaves a phase function that ripples
-// at all angles. Where that is more than 1e-4, p_l falls off smoothly over the last moments
-// instead, so that what is taken away is a narrow peak: with g = 0.99 and 48 nodes the errors are
-// 100 times smaller (README).
+// at all angles. Where f exceeds 1e-4, p_l falls off smoothly over the last moments instead, so
+// that a narrow peak is removed: with g = 0.99 and 48 nodes the errors are 100 times smaller
+// (README).
 //
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
-// w*/(1 - f) and tau*. What a narrow peak scatters more than once: forward_peak.h.
+// w*/(1 - f) and tau*. Multiple scattering in a narrow peak: forward_peak.h.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -22,7 +22,7 @@
 
 namespace stratus {
 
-/// The truncated problem for L moments; f = 0 leaves everything as it was.
+/// The truncated problem for L moments; f = 0 changes nothing.
 struct Truncation {
     double fraction = 0;          // f
     std::vector<double> moments;  // chi*_l, l < L

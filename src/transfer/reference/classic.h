@@ -1,8 +1,7 @@
 // Textbook doubling of one mode, kept as a reference solver.
 //
-// Its start, its doubling and its phase kernels are independent of the solver's on purpose; nodes,
-// truncation, single scattering and the sum over modes are the solver's own, so that it is no check
-// on those.
+// Its start, its doubling and its phase kernels are independent of the solver's on purpose. Nodes,
+// truncation, single scattering and the sum over modes are shared with the solver and not checked.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -10,11 +9,14 @@
 
 namespace stratus {
 
-/// A layer that is doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
+/// A layer doubled by  R' = R + T (I - R R)^-1 R T,  T' = T (I - R R)^-1 T.  [HT74]
 ///
-/// Starts at `thin_depth` from the diamond rule, R + T = (I + h B)^-1 (I - h B), R - T = (I + (h
-/// A)^-1)^-1 (I - (h A)^-1) with h = tau/2, A and B as in simd/thin_layer.cpp [W76], or from
-/// single scattering in closed form. The beam is part of T's matrices, on a diagonal of its own.
+/// Starts at `thin_depth` from the diamond rule [W76],
+///
+///     R + T = (I + h B)^-1 (I - h B)      R - T = (I + (h A)^-1)^-1 (I - (h A)^-1)
+///
+/// with h = tau/2, A and B as in simd/thin_layer.cpp, or from single scattering in closed form. The
+/// beam is part of T's matrices, on a diagonal of its own.
 class ClassicLayer {
   public:
     ClassicLayer(const Directions& directions, const PhaseKernels& kernels, int mode, double albedo,
@@ -23,7 +25,7 @@ class ClassicLayer {
     /// Errors   std::runtime_error when the layer is no longer finite.
     void double_depth();
 
-    /// Conservative layers approach their limit as 1/tau: doubles as far as rounding lets them go.
+    /// Conservative layers approach their limit as 1/tau and are doubled as far as rounding allows.
     void double_to_infinity();
 
     ModeMatrices matrices() const { return {reflection_, transmission_}; }

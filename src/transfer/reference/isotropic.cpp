@@ -22,17 +22,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double deepest = 1024;  // cost and, at w = 1, rounding grow with the depth
+constexpr double max_depth = 1024;  // cost and, at w = 1, rounding grow with the depth
 
 // H behaves as mu log(mu) near 0, and 1/(mu + mu') varies there over a distance mu. The
 // double-exponential rule, mu = 1 / (1 + exp(-pi sinh t)), is uniform in log(mu) at that end: the
 // nearest singularity, mu' = -mu, stays pi / (pi cosh t) off the real axis, and a step of 1/64
-// leaves exp(-2 pi 64 / cosh t), below rounding for all mu above exp(-30).
+// leaves an error exp(-2 pi 64 / cosh t), below rounding for all mu above exp(-30).
 constexpr double H_step = 1.0 / 64;
 constexpr int H_steps = 192;  // to t = 3: mu = 2e-14, weighted by mu'
 
-// In the mean of log H and its image every error shrinks to half or less: the linearised map has
-// its eigenvalues in [-1, 0].
+// Averaging log H with its image at least halves every error: the linearised map has its
+// eigenvalues in [-1, 0].
 constexpr int H_iterations = 70;
 
 }  // namespace
@@ -72,16 +72,16 @@ constexpr int stages = 12;
 using Stages = Eigen::Matrix<double, stages, 1>;
 using StageMatrix = Eigen::Matrix<double, stages, stages>;
 
-/// Radau IIA: values at `point` (fractions of a panel, the last one 1) integrate to h A f.
+/// Radau IIA: h A f integrates the values f at `point` (fractions of a panel, the last one 1).
 ///
-/// It damps whatever decays within a panel, and its last stage is the end of the panel.
+/// It is L-stable, and its last stage is the end of the panel.
 struct Radau {
     Stages point;
     StageMatrix A, inverse;
 
     Radau() {
-        // Zeros of P_s - P_{s-1}: eigenvalues of the Legendre recurrence, its last diagonal entry
-        // changed so that 1 is one of them. [G73]
+        // Zeros of P_s - P_{s-1}: eigenvalues of the Legendre recurrence with its last diagonal
+        // entry changed so that 1 is one of them. [G73]
         StageMatrix recurrence = StageMatrix::Zero();
         for (int k = 1; k < stages; ++k)
             recurrence(k, k - 1) = recurrence(k - 1, k) = k / std::sqrt(4.0 * k * k - 1);
@@ -106,8 +106,8 @@ struct Radau {
     }
 };
 
-/// Ends of the panels from 0 to `optical_depth`, twice as far each time up to 1 and then 1 apart: b
-/// has a logarithm at 0, light at grazing angles decays there within a depth mu.
+/// Ends of the panels from 0 to `optical_depth`: doubling up to 1, then at most 1 apart. b has a
+/// logarithm at 0, and light at grazing angles decays within a depth mu.
 std::vector<double> panel_ends(double optical_depth) {
     std::vector<double> ends;
     for (int k = -50; k <= 0 && std::ldexp(1.0, k) < optical_depth; ++k)
@@ -118,10 +118,10 @@ std::vector<double> panel_ends(double optical_depth) {
     return ends;
 }
 
-/// X and Y from depth 0 down, one panel at a time, and R, T and fluxes along with them.
+/// Integrates X and Y from depth 0 down, panel by panel, and R, T and the fluxes along with them.
 ///
-/// What has been scattered is kept apart from the beam, x = X - 1 and y = Y - exp(-tau/mu), so that
-/// the logarithm in b is exact and thin layers keep their digits.
+/// Scattered light is kept apart from the beam, x = X - 1 and y = Y - exp(-tau/mu), so that the
+/// logarithm in b is exact and thin layers keep their relative accuracy.
 class Descent {
   public:
     Descent(double albedo, const Directions& directions)
@@ -177,10 +177,11 @@ class Descent {
     MatrixXd multiple_transmission_;  // orders n >= 2
 };
 
-/// Newton's method for b at the stages: given b every direction has its own linear equations.
+/// Newton's method for b at the stages: given b, the equations of each direction are linear and
+/// independent of the others.
 Descent::Panel Descent::solve_panel(double start, double end) const {
-    constexpr int max_steps = 20;  // 3 are the most that were seen
-    // b to rounding, but for what absorption leaves at great depth
+    constexpr int max_steps = 20;  // at most 3 were observed
+    // b to rounding, except where absorption has reduced it to almost nothing
     constexpr double relative = 1e-14, smallest = 1e-290;
     const Index n = directions_.size();
     const double h = end - start, half = albedo_ / 2;
@@ -244,7 +245,7 @@ void Descent::carry(const Panel& panel) {
         plane_albedo_(i) += integrate(panel.width, rate.cwiseProduct(Y));
         diffuse_(i) = advance(out, panel.width, diffuse_(i), rate.cwiseProduct(X));
         for (Index j = first; i >= first && j < directions_.size(); ++j) {
-            // each pair once, leaving along the more grazing of the two
+            // each pair once, with the more grazing of the two as exit
             if (directions_.mu(j) < mu || (directions_.mu(j) == mu && j < i)) continue;
             const Stages source =
                 albedo_ / 4 / mu / directions_.mu(j) *
@@ -256,7 +257,7 @@ void Descent::carry(const Panel& panel) {
     spherical_albedo_ += integrate(panel.width, albedo_ * panel.mean_Y.array().square());
 }
 
-/// R in closed form: nothing cancels but what cannot be told from single scattering.
+/// R in closed form, scattered light and beam apart to avoid cancellation.
 IsotropicSolution Descent::solution() const {
     const Index N = directions_.nodes;
     IsotropicSolution solution;
@@ -271,7 +272,7 @@ IsotropicSolution Descent::solution() const {
         for (Index j = 0; j < asked_; ++j) {
             const double mu = solution.mu(i), mu0 = solution.mu(j);
             const double x = x_(N + i), x0 = x_(N + j), y = y_(N + i);
-            // X X0 - Y Y0 less that of the beams, 1 - exp(-tau/mu) exp(-tau/mu0)
+            // X X0 - Y Y0 less the term of the beams, 1 - exp(-tau/mu) exp(-tau/mu0)
             const double multiple =
                 x + x0 + x * x0 - y * solution.Y(j) - y_(N + j) * direct_transmittance(depth_, mu);
             solution.reflection(i, j) = single_reflection(1, albedo_, depth_, mu, mu0) +
@@ -312,7 +313,7 @@ IsotropicSolution solve_semi_infinite(double albedo, const VectorXd& mu) {
 IsotropicSolution solve_isotropic(double albedo, double optical_depth,
                                   const std::vector<double>& mu, int nodes) {
     require(albedo >= 0 && albedo <= 1, "solve_isotropic", "albedo", "in [0, 1]", albedo);
-    require((optical_depth >= 0 && optical_depth <= deepest) || optical_depth == infinity,
+    require((optical_depth >= 0 && optical_depth <= max_depth) || optical_depth == infinity,
             "solve_isotropic", "optical_depth", "in [0, 1024] or inf", optical_depth);
     require(nodes >= 1 && nodes <= 512, "solve_isotropic", "nodes", "in [1, 512]", nodes);
     for (const double cosine : mu)

@@ -18,41 +18,41 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// 512 MiB of a dense matrix.
+/// A dense matrix of 512 MiB.
 constexpr int max_states = 8192;
 
-/// Modes that add less than this share of mode 0 are left out: far below the error in K.
+/// Modes below this share of mode 0 are left out: far below the error in K.
 constexpr double mode_tolerance = 1e-10;
 
-/// The least error stated, as a share of the last step in K. With it none of 24000 values of R and
-/// T at K = 32 (isotropic to g = 0.3, depths 0.01 to 8, cosines from 0.02) was off by more than
-/// stated; at K = 16, 38 were.
+/// Smallest error estimate, as a share of the last step in K. With it, none of 24000 values of R
+/// and T at K = 32 (isotropic to g = 0.3, depths 0.01 to 8, cosines from 0.02) was off by more than
+/// its estimate; at K = 16, 38 were.
 constexpr double min_error = 0.1;
 
-/// 1 - (1 - exp(-z))/z: of light that starts evenly over an optical path z, the share that ends in
-/// it.
-double caught_within(double z) {
+/// 1 - (1 - exp(-z))/z: the share of light emitted uniformly along an optical path z that is
+/// extinguished within it.
+double extinguished_within(double z) {
     if (z > 0.5) return 1 + std::expm1(-z) / z;
     double term = z / 2, sum = 0;  // z/2! - z^2/3! + ...
     for (int n = 3; n < 20; ++n, term *= -z / (n - 1)) sum += term;
     return sum;
 }
 
-/// The layer divided into K sublayers, and the shares of light that fly between them, downwards.
-/// What flies up is the mirror image, k <-> K - 1 - k.
+/// The layer divided into K sublayers, and the shares of downward light that pass between them.
+/// Upward light is the mirror image, k <-> K - 1 - k.
 struct Discretisation {
     int K;
-    MatrixXd start;   // n x K: of a beam from above, what first collides in a sublayer
-    MatrixXd escape;  // n x K: of light scattered in a sublayer, what leaves below
-    MatrixXd hit;     // N x K^2: what flies from k to l, at column k K + l
+    MatrixXd start;   // n x K: share of a beam from above that first collides in a sublayer
+    MatrixXd escape;  // n x K: share of light scattered in a sublayer that leaves below
+    MatrixXd hit;     // N x K^2: share from sublayer k that collides in l, at column k K + l
 
     Discretisation(const Directions& directions, double optical_depth, int count)
         : K(count),
           start(directions.size(), K),
           escape(directions.size(), K),
           hit(MatrixXd::Zero(directions.nodes, Eigen::Index{K} * K)) {
-        // Sublayers as thin as K^-3 at both faces, where light changes fastest with depth; a smooth
-        // function of k/K, so that the error remains a series in K^-2.
+        // Sublayers as thin as K^-3 at both faces, where light varies fastest with depth; edges are
+        // a smooth function of k/K, so that the error remains a series in K^-2.
         std::vector<double> edge;
         for (int k = 0; k <= K; ++k) {
             const double x = static_cast<double>(k) / K;
@@ -69,7 +69,7 @@ struct Discretisation {
                 start(i, k) = -std::expm1(-z) * std::exp(-slant(0, k));
                 escape(i, k) = leaving * std::exp(-slant(k + 1, K));
                 if (i >= directions.nodes) continue;
-                hit(i, column(k, k)) = caught_within(z);
+                hit(i, column(k, k)) = extinguished_within(z);
                 for (int l = k + 1; l < K; ++l)
                     hit(i, column(k, l)) =
                         leaving * std::exp(-slant(k + 1, l)) * -std::expm1(-slant(l, l + 1));
@@ -122,8 +122,8 @@ std::vector<MatrixXd> run_chain(const Discretisation& discretisation, const Dire
     return result;
 }
 
-/// R_m of orders n >= 2 between all directions, unscaled, on top of T_m: one after another up to
-/// the highest asked for, or one sum of all.
+/// R_m of orders n >= 2 between all directions, unscaled, stacked on T_m: each order up to the
+/// highest requested, or the sum of all.
 std::vector<MatrixXd> run_mode(const Discretisation& discretisation, const Directions& directions,
                                const PhaseKernels& kernels, double albedo, int orders) {
     const std::vector<MatrixXd> sum =
@@ -145,11 +145,11 @@ struct Extrapolated {
     MatrixXd value, error;
 };
 
-/// From K/2, K and 2 K sublayers: an error of order K^-2 leaves a third of the last step.
+/// Extrapolates from K/2, K and 2 K sublayers: an error of order K^-2 is a third of the last step.
 Extrapolated extrapolate(const MatrixXd& half, const MatrixXd& once, const MatrixXd& twice) {
     const MatrixXd step = twice - once, before = once - half;
     const MatrixXd change = step + (step - before) / 3;
-    // The change passes through 0 where the true error need not.
+    // The last change may vanish where the true error does not.
     return {twice + step / 3, change.cwiseAbs().cwiseMax(min_error * step.cwiseAbs())};
 }
 
@@ -233,7 +233,7 @@ class MarkovRun {
         if (mode == 0) record_fluxes(multiple);
     }
 
-    /// Of all orders, 1 in closed form.
+    /// Fluxes of all orders, order 1 in closed form.
     void record_fluxes(const Extrapolated& multiple) {
         LayerSolution& layer = solution_.layer;
         const double w = layer.albedo, tau = layer.optical_depth;

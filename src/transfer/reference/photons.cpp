@@ -18,7 +18,7 @@ namespace stratus {
 
 namespace {
 
-/// The engine's numbers are the same in every standard library; its distributions' would not be.
+/// Uniform numbers straight from the engine: standard distributions differ between libraries.
 class Random {
   public:
     Random(std::uint64_t seed, std::uint64_t beam, std::uint64_t batch) {
@@ -37,13 +37,13 @@ class Random {
     std::mt19937_64 engine_;
 };
 
-/// Draws how far a scattering turns a photon, in v = (1 - cos Theta)/2, the share of the sphere
-/// within Theta: from |phi| on a grid of Theta, joined by straight lines in v.
+/// Samples the scattering angle as v = (1 - cos Theta)/2, the share of the sphere within Theta,
+/// from |phi| tabulated on a grid of Theta and linear in v between.
 class AngleSampler {
   public:
     explicit AngleSampler(const PhaseFunction& phase_function) {
         // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
-        // far half mirrors the near one.
+        // backward half mirrors the forward one.
         std::vector<double> angles{0};
         double angle = 1e-5;
         while (angle < pi / 2) {
@@ -69,7 +69,7 @@ class AngleSampler {
         return v_[i] + x * (v_[i + 1] - v_[i]);
     }
 
-    /// Of what is drawn, relative to an even spread over the sphere; never 0.
+    /// Sampling density relative to a uniform one over the sphere; never 0.
     double density(double v) const {
         const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
         const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
@@ -82,10 +82,10 @@ class AngleSampler {
                                         ends.begin());
     }
 
-    /// Where phi is smaller, 0 and sign changes included, it is still met (mean 1).
+    /// Floor of the density (mean 1): angles where phi is 0 or changes sign are sampled too.
     static constexpr double min_height = 1e-3;
 
-    std::vector<double> v_, height_;  // at the grid
+    std::vector<double> v_, height_;  // at the grid points
     std::vector<double> cumulative_;  // the density's integral up to each bin's end
 };
 
@@ -109,7 +109,7 @@ Direction scattered(const Direction& from, double v, double azimuth) {
     Direction to{cosine * from.x + a * ex - b * from.z * ey,
                  cosine * from.y + a * ey + b * from.z * ex,
                  cosine * from.z + b * (from.x * ey - from.y * ex)};
-    const double length = std::sqrt(dot(to, to));  // rounding must not add up along a path
+    const double length = std::sqrt(dot(to, to));  // keeps rounding from accumulating along a path
     return {to.x / length, to.y / length, to.z / length};
 }
 
@@ -134,8 +134,8 @@ struct Tally {
 
 enum Face { lit, far };
 
-/// What one photon adds, or the tallies of many: R and T of order 1 and of orders n >= 2 at every
-/// exit, then fluxes.
+/// Contributions of one photon, or tallies of many: R and T of order 1 and of orders n >= 2 in
+/// every exit direction, and the fluxes.
 template <class Number>
 struct Tallies {
     struct Radiance {
@@ -157,11 +157,11 @@ struct Tallies {
     }
 };
 
-/// All photons of one mu_in (0: uniform light) and the directions in which they are looked for.
+/// One mu_in (0: uniform illumination) and the geometries estimated from its photons.
 struct Beam {
     double mu_in = 0;
     std::vector<Geometry> geometries;
-    std::vector<std::size_t> asked_at;  // of each geometry in the list asked for
+    std::vector<std::size_t> asked_at;  // position of each geometry in the request
 };
 
 class PhotonRun {
@@ -187,7 +187,7 @@ class PhotonRun {
         for (std::uint64_t i = 0; i < photons; ++i) {
             photon = {std::move(photon.exits), {}, {}};
             photon.exits.assign(exits.size(), {});
-            // Uniform light falls on the layer as 2 mu dmu.
+            // Uniform illumination has the density 2 mu dmu.
             const double mu_in = beam.mu_in > 0 ? beam.mu_in : std::sqrt(1 - random());
             follow(mu_in, exits, random, photon);
             tallies.add(photon);
@@ -201,13 +201,12 @@ class PhotonRun {
         Direction up, down;
     };
 
-    /// Paths that matter less than this share of what they brought to the second collision are
-    /// ended by roulette.
+    /// Russian roulette begins below this share of the weight at the second collision.
     static constexpr double roulette_share = 0.3;
-    /// Share of first flights that end evenly spread over the way ahead: what deep layers transmit
-    /// in few orders would otherwise hang on a few photons.
+    /// Share of first flights drawn uniformly over the path ahead: in deep layers, transmission in
+    /// few orders would otherwise depend on a few photons.
     static constexpr double even_share = 0.1;
-    static constexpr double thin_depth = 0.1;  // below, see `scatter`
+    static constexpr double thin_depth = 0.1;  // below it, see `scatter`
     static constexpr int max_collisions = 100'000'000;
 
     void follow(double mu_in, const std::vector<ExitDirection>& exits, Random& random,
@@ -216,7 +215,7 @@ class PhotonRun {
         double depth = 0, weight = 1, min_weight = 0;
         double slant = optical_depth_ / mu_in;  // optical distance to the face ahead
         for (int order = 1; order <= max_collisions; ++order) {
-            weight *= -std::expm1(-slant);  // the flight is made to end inside
+            weight *= -std::expm1(-slant);  // the flight is forced to end inside
             if (order == 2) min_weight = roulette_share * std::abs(weight);
             if (order > 2 && std::abs(weight) < min_weight) {
                 if (random() * min_weight >= std::abs(weight)) return;
@@ -228,35 +227,35 @@ class PhotonRun {
 
             photon.absorbed += weight * (1 - albedo_);
             weight *= albedo_;
-            if (order == 1) book_collision(weight, depth, direction, exits, photon);
+            if (order == 1) tally_collision(weight, depth, direction, exits, photon);
             direction = scatter(direction, random, weight);
             const Flight flight = flight_from(depth, direction);
             slant = flight.slant;
             photon.flux[flight.ahead] += weight * std::exp(-slant);
             if (order == highest_order_) return;
-            book_flight(weight, flight, direction, exits, photon);
+            tally_flight(weight, flight, direction, exits, photon);
         }
-        throw std::runtime_error("photons: a photon met 1e8 particles and was still inside");
+        throw std::runtime_error("photons: a photon was still inside after 1e8 collisions");
     }
 
-    /// What lies before a photon that has just been scattered.
+    /// The path ahead of a photon that has just been scattered.
     struct Flight {
-        Face ahead;     // the face that it heads for
+        Face ahead;     // the face it moves towards
         double mu;      // cosine to the normal
-        double before;  // vertical depth of the part of the layer ahead, and of the part behind
-        double behind;
-        double slant;  // before/mu
+        double before;  // vertical optical depth from the photon to the face ahead
+        double behind;  // to the other face
+        double slant;   // before/mu
     };
 
     Flight flight_from(double depth, const Direction& direction) const {
-        const double mu = std::max(std::abs(direction.z), 1e-100);  // 0/0 is no distance
+        const double mu = std::max(std::abs(direction.z), 1e-100);  // avoids 0/0
         const double under = optical_depth_ - depth;
         if (direction.z > 0) return {lit, mu, depth, under, depth / mu};
         return {far, mu, under, depth, under / mu};
     }
 
-    /// The length of a flight of density exp(-x) on (0, slant), or of a mixture of it and an even
-    /// density, with the weight that makes up for that.
+    /// The length of a flight, of density exp(-x) on (0, slant) or of a mixture of that and a
+    /// uniform density, for which `weight` is corrected.
     static double fly(double slant, double even, Random& random, double& weight) {
         const double hit = -std::expm1(-slant);
         if (even == 0 || std::isinf(slant)) return -std::log1p(-random() * hit);
@@ -265,8 +264,8 @@ class PhotonRun {
         return x;
     }
 
-    /// The direction after a collision. In thin layers only those who fly along the layer meet it
-    /// again, so that a share of them is drawn from the density 1/max(|z|, tau) instead.
+    /// The direction after a collision. In thin layers only grazing photons collide again, so a
+    /// share of the directions is drawn from the density 1/max(|z|, tau) instead.
     Direction scatter(const Direction& from, Random& random, double& weight) const {
         const double azimuth = 2 * pi * random();
         Direction to{};
@@ -287,8 +286,8 @@ class PhotonRun {
     }
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
-    void book_collision(double weight, double depth, const Direction& direction,
-                        const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
+    void tally_collision(double weight, double depth, const Direction& direction,
+                         const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const double height[] = {depth, optical_depth_ - depth};
@@ -300,20 +299,20 @@ class PhotonRun {
         }
     }
 
-    /// A flight is a beam onto the part of the layer ahead: all that its next collision can send
-    /// towards an exit is single scattering there, dimmed by the part behind if it turns back.
-    void book_flight(double weight, const Flight& flight, const Direction& direction,
-                     const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
+    /// A flight is a beam onto the part of the layer ahead: its next collision contributes the
+    /// single scattering of that part, attenuated by the part behind where it is reflected.
+    void tally_flight(double weight, const Flight& flight, const Direction& direction,
+                      const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
         const double w = weight * albedo_;
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const Face back = flight.ahead == lit ? far : lit;
             const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
             const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
-            auto& booked = photon.exits[e].multiple;
-            booked[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
-            booked[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
-                            direct_transmittance(flight.behind, mu);
+            auto& tally = photon.exits[e].multiple;
+            tally[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
+            tally[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
+                           direct_transmittance(flight.behind, mu);
         }
     }
 
@@ -342,7 +341,7 @@ void check(double albedo, double optical_depth, const std::vector<Geometry>& geo
     }
 }
 
-/// One beam for each distinct mu_in, then uniform light.
+/// One beam for each distinct mu_in, then uniform illumination.
 std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
     std::vector<Beam> beams;
     for (std::size_t i = 0; i < geometries.size(); ++i) {
@@ -357,7 +356,7 @@ std::vector<Beam> sort_by_beam(const std::vector<Geometry>& geometries) {
     return beams;
 }
 
-/// Tallies of every beam; the batches of a beam are added up in their order, whichever ended first.
+/// Tallies of every beam; its batches are summed in a fixed order, whichever finished first.
 std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<Beam>& beams,
                                       const PhotonOptions& options) {
     constexpr std::uint64_t min_batch = 1024, max_batches = 256;
@@ -385,7 +384,7 @@ std::vector<Tallies<Tally>> run_beams(const PhotonRun& run, const std::vector<Be
     return totals;
 }
 
-/// What leaves without a collision, and the closed forms of order 1; photons add to it.
+/// The unscattered light and the closed forms of order 1, to which photons add the rest.
 PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, double tau,
                            const std::vector<Geometry>& geometries,
                            const std::vector<Beam>& beams) {
@@ -399,11 +398,11 @@ PhotonSolution unscattered(const PhaseFunction& phase_function, double albedo, d
     }
     for (const Beam& beam : beams) {
         PhotonFluxes fluxes;
-        // Of uniform light 2 int exp(-tau/mu) mu dmu = 2 E_3(tau) passes straight.
+        // Uniform illumination: 2 int exp(-tau/mu) mu dmu = 2 E_3(tau).
         fluxes.direct_transmittance = beam.mu_in > 0    ? direct_transmittance(tau, beam.mu_in)
                                       : std::isinf(tau) ? 0
                                                         : 2 * boost::math::expint(3, tau);
-        // Without scattering, all the light that does not pass is absorbed.
+        // Without scattering, all light that is not transmitted is absorbed.
         if (albedo == 0) fluxes.absorptance.value = 1 - fluxes.direct_transmittance;
         if (beam.mu_in == 0) {
             solution.uniform = fluxes;

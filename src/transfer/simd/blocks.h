@@ -5,8 +5,8 @@
 
 namespace stratus::STRATUS_ISA {
 
-// One register's worth of lanes, and the rows and columns of a block of accumulators that fit the
-// registers: 4 x 4 of 32, or 3 x 3 of 16.
+// A register of lanes, and the rows and columns of the largest block of accumulators that fits:
+// 4 x 4 of 32 registers, or 3 x 3 of 16.
 #if defined(__AVX512F__)
 constexpr int word_bytes = 64, block = 4;
 #elif defined(__AVX__)

@@ -5,7 +5,7 @@ namespace stratus::STRATUS_ISA {
 void eliminate(int gauss, int columns, Pack* m, long stride) {
     int i0 = 0;
     auto block_row = [&]<int I>(Tile<I, I>) {
-        // The diagonal block: what the rows above leave of it, then its own small factor.
+        // The diagonal block: subtract the rows above, then factor it.
         Pack factor[I][I];
         for (int i = 0; i < I; ++i)
             for (int j = 0; j < I; ++j)
@@ -19,7 +19,7 @@ void eliminate(int gauss, int columns, Pack* m, long stride) {
         }
         for (int i = 0; i < I; ++i)
             for (int j = i; j < I; ++j) m[(i0 + i) * stride + i0 + j] = factor[i][j];
-        // The rest of these rows.
+        // The remaining columns of these rows.
         auto columns_at = [&]<int J>(int j0, Tile<1, J>) {
             Pack x[I][J];
             for (int i = 0; i < I; ++i)

@@ -1,4 +1,4 @@
-// The one product that doubling, the thin start and the way back to R and T are made of: P C^-1 P.
+// P C^-1 P, the product behind doubling, the thin start and the extraction of R and T.
 //
 // C = diag(c) + K_C positive definite, P = p (diag(d) + K_P) symmetric. With rho = p d / c on the
 // extra directions and 0 on the Gauss nodes, U = (P - rho C)[:, :N], C_NN = L L^T and X = L^-1 U^T,
@@ -19,8 +19,7 @@ struct Scaled {
 /// Eliminates for P C^-1 P. A vector `along`, if not null, is replaced by C^-1 along.
 void eliminate_for(const SimdLayer& layer, Scaled P, SimdMatrix C, Pack* along);
 
-/// Stores combine(i, j, kernel of P C^-1 P) in both triangles of `out`, which may be P's
-/// own kernel.
+/// Stores combine(i, j, kernel of P C^-1 P) in both triangles of `out`; `out` may be P's kernel.
 template <class Combine>
 [[gnu::always_inline]] inline void congruence_kernel(const SimdLayer& layer, Scaled P, SimdMatrix C,
                                                      Pack* out, Combine combine) {

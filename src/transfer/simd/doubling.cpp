@@ -1,22 +1,21 @@
-// Doubling as an arithmetic-harmonic mean, and the way back to R and T.
+// Doubling as an arithmetic-harmonic mean, and the extraction of R and T.
 //
-// Seen from its mid-plane a layer splits light into a part symmetric about it and an antisymmetric
-// part; the symmetric positive matrices Y and Z of the two parts hold everything (T with the
-// beam on its diagonal):
+// Light in a layer is the sum of a part symmetric and a part antisymmetric about the mid-plane. Two
+// symmetric positive matrices, Y and Z, describe the two parts (T with the beam on its diagonal):
 //
 //     R + T = (I + Y)^-1 (I - Y)        R - T = (I + Z)^-1 (I - Z)
 //
-// Two equal layers put together, tanh 2x and coth 2x, are one step of the arithmetic-harmonic mean:
+// Adding two equal layers, tanh 2x and coth 2x, is one step of the arithmetic-harmonic mean:
 //
 //     Z' = (Z + Y)/2        Y' = 2 (Z^-1 + Y^-1)^-1 = 2 Y - Y Z'^-1 Y
 //
-// In thick layers Y and Z grow equal; there the gap G = Z - Y is carried in the place of Y, and T
-// keeps its relative accuracy however deep:
+// In thick layers Y and Z converge; there the gap G = Z - Y is carried in place of Y, and T keeps
+// its relative accuracy at any depth:
 //
 //     Z' = Z - G/2          G' = (1/4) G Z'^-1 G          T = (I + Y)^-1 G (I + Z)^-1
 //
 // Mode 0 conserves energy: the light absorbed under uniform illumination, a = Y s, is known exactly
-// at the start, doubles as a' = Z Z'^-1 a, and is put back into the matrices after every step.
+// at the start and doubles as a' = Z Z'^-1 a; the matrices are corrected to it after every step.
 #include "congruence.h"
 
 namespace stratus::STRATUS_ISA {
@@ -109,8 +108,8 @@ void double_depth(SimdLayer& layer) {
             return 2.0 * Y.K[i * layer.stride + j] - value;
         });
     for (int i = 0; i < n; ++i) {
-        // Squaring doubles the relative error of the gap: begin with it where the difference would
-        // lose more.
+        // Squaring doubles the relative error of the gap: carry it once the difference would lose
+        // more.
         Pack& gap = layer.gap_diagonal[i];
         const Pack squared = 0.25 * gap * gap / Z.d[i];
         if (layer.has_gap) {
@@ -151,7 +150,7 @@ void extract(SimdLayer& layer) {
         for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
     }
     invert(layer, C, E);
-    // T = (E G) O; F = G E = (E G)^T first, so that both products run over rows.
+    // T = (E G) O; F = G E = (E G)^T comes first, so that both products run over rows.
     const SimdMatrix F = layer.spare[0], T = layer.spare[1];
     auto first = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
         Pack sum[I][J] = {};

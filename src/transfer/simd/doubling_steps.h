@@ -1,27 +1,25 @@
-// The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer side by side,
-// one a lane.
+// The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer, one per lane.
 //
-// Every file of this folder is compiled once for each instruction set, inside a namespace of that
-// name, and chosen when the program runs (dispatch.cpp). They use raw memory and include no header
-// with inline functions, so that no code built for a newer processor can end up shared with the
-// rest of the program.
+// Every file of this folder is compiled once per instruction set, in a namespace of that name, and
+// selected at run time (dispatch.cpp). The files use raw memory and include no header with inline
+// functions: the linker could otherwise use code built for a newer processor everywhere.
 //
-// All matrices live over `directions` = `gauss` quadrature nodes followed by extra directions of
+// All matrices are over `directions` = `gauss` quadrature nodes followed by extra directions of
 // weight zero, and have the form diag(d) + K. Products sum over the Gauss nodes alone; the
 // diagonal, which holds the unscattered beam, is never mixed with the diffuse light in K:
 //
 //     (F G) = diag(d e) + (d L + K e + K[:, :N] L[:N, :]),   N = gauss
 //
-// Scaling: with s_i = sqrt(2 mu_i weight_i), weight 1 in place of 0 for the extra directions, K_ij
-// = s_i s_j k(mu_i, mu_j). Reciprocity then is matrix symmetry, and a matrix product is an integral
-// over the hemisphere.
+// Scaling: K_ij = s_i s_j k(mu_i, mu_j) with s_i = sqrt(2 mu_i weight_i), weight 1 in place of 0
+// for the extra directions. Reciprocity then is matrix symmetry, and a matrix product is an
+// integral over the hemisphere.
 #pragma once
 
 namespace stratus {
 
 constexpr int lane_count = 8;
 
-/// One double for each lane.
+/// One double per lane.
 using Pack = double __attribute__((vector_size(64), aligned(64)));
 
 /// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart.
@@ -30,7 +28,7 @@ struct SimdMatrix {
     Pack* K;
 };
 
-/// A layer while it is doubled, and the memory for it.
+/// A layer during doubling, and its memory.
 struct SimdLayer {
     int gauss, directions, stride;
     const double* mu;      // directions
@@ -47,10 +45,10 @@ struct SimdLayer {
     // no diagonal.
     SimdMatrix scatter_odd, scatter_even;
     SimdMatrix Y, Z;     // admittances of the even and odd part of the light, see doubling.cpp
-    Pack* gap_diagonal;  // of Z - Y, carried from the start: no cancellation however deep
+    Pack* gap_diagonal;  // of Z - Y, carried from the start to avoid cancellation
     Pack* absorbed;      // a = Y s in conserving lanes
 
-    SimdMatrix reflection, transmission;  // what `extract` leaves
+    SimdMatrix reflection, transmission;  // results of `extract`
     SimdMatrix spare[2];
     Pack* elimination;       // gauss x elimination_stride: [C_NN | U^T], its factor on return
     int elimination_stride;  // >= gauss + directions + 1
@@ -80,7 +78,7 @@ struct DoublingSteps {
     void (*use_gap)(SimdLayer& layer);
     void (*double_depth)(SimdLayer& layer);
     void (*extract)(SimdLayer& layer);
-    /// out += factor times the kernel of F G; sizes as the layer has them.
+    /// out += factor times the kernel of F G; sizes as in the layer.
     void (*add_product)(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out);
 };
 

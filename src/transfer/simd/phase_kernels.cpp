@@ -1,8 +1,8 @@
 // Azimuthal modes of the phase function between all directions, from its Legendre moments.
 //
 // Addition theorem: with Y_l^m = sqrt((l-m)!/(l+m)!) P_l^m, the mode-m kernel into the same
-// hemisphere is P+ = sum_l (2l+1) chi_l Y_l^m(mu) Y_l^m(mu'), and into the other one P- has the
-// sign (-1)^(l-m). Two products of matrices give both: the sums over even and over odd l - m.
+// hemisphere is P+ = sum_l (2l+1) chi_l Y_l^m(mu) Y_l^m(mu'), and P- into the other one has the
+// sign (-1)^(l-m). Two matrix products give both: the sums over even and over odd l - m.
 #include "blocks.h"
 
 namespace stratus::STRATUS_ISA {
@@ -38,9 +38,8 @@ void legendre_rows(const PhaseSeries& phase, const SimdLayer& layer, int count) 
     }
 }
 
-/// Scales the kernels symmetrically, K <- d K d, until sum_j weight_j K_ij = 1 on every row of the
-/// lanes of mode 0, so that scattering neither makes nor loses energy. The extra rows follow the
-/// Gauss nodes. (Sinkhorn)
+/// Sinkhorn scaling, K <- d K d, until sum_j weight_j K_ij = 1 on every row in the lanes of mode 0,
+/// so that scattering conserves energy. The extra rows are scaled after the Gauss nodes.
 void conserve_energy(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride;
@@ -105,7 +104,7 @@ void phase_kernels(const PhaseSeries& phase, SimdLayer& layer) {
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);
     if (layer.any_conserving) conserve_energy(layer);
-    // The scaling of doubling_steps.h, and 1 / (2 mu_i mu_j) of a unit of depth.
+    // The scaling of doubling_steps.h, and the factor 1 / (2 mu_i mu_j) per unit of depth.
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
             const double scale = layer.s[i] * layer.s[j] / (2 * layer.mu[i] * layer.mu[j]);

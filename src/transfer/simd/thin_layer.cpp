@@ -12,8 +12,8 @@
 //     Y = b : (3 W + (b/5 : (7 W + (b/9 : 11 W))))
 //     Z = W + (b/3 : (5 W + (b/7 : (9 W + b/11))))
 //
-// Six levels leave less than 2e-13 of the row of the smallest cosine at z = 1/2, and (z/z_0)^12 of
-// that elsewhere.
+// Six levels leave a relative error below 2e-13 in the row of the smallest cosine at z_0 = 1/2, and
+// (z/z_0)^12 times that elsewhere.
 #include "congruence.h"
 
 namespace stratus::STRATUS_ISA {

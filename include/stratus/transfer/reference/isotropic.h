@@ -1,8 +1,8 @@
 // Isotropic scattering solved exactly by Chandrasekhar's functions: a reference solver that
 // shares neither equations nor code with doubling, only the Gauss nodes.
 //
-// A semi-infinite layer has one function, H, a finite one has two, X and Y; R and T between any two
-// directions follow in closed form [C60]:
+// A semi-infinite layer is described by one function, H, a finite one by two, X and Y; R and T
+// between any two directions follow in closed form [C60]:
 //
 //     R = (w/4) (X X0 - Y Y0) / (mu + mu0)        T = (w/4) (X Y0 - Y X0) / (mu0 - mu)
 #pragma once
@@ -51,7 +51,7 @@ struct IsotropicSolution {
 ///
 /// Source   dX/dtau = b Y,  dY/dtau = b X - Y/mu,  X(0) = Y(0) = 1,
 ///          b = (w/2) int_0^1 Y dmu'/mu' [C60]; unlike the integral equations of X and Y they have
-///          one solution at w = 1 too, and neither loses digits in deep layers.
+///          a unique solution at w = 1 too, and lose no digits in deep layers.
 /// Range    albedo [0, 1]; optical_depth [0, 1024] or inf; mu in [1e-12, 1]; nodes [1, 512].
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy R, T relative: 1e-10 up to depth 64; at w = 1 rounding grows as tau^2, to 2e-9 at 1024.

@@ -1,12 +1,12 @@
-// Multiple scattering as a Markov chain [EH78]: a reference solver that neither
-// doubles nor adds; it shares nodes and single scattering with the solver.
+// Multiple scattering as a Markov chain [EH78]: a reference solver that neither doubles nor adds;
+// it shares nodes and single scattering with the solver.
 //
-// The layer is divided into sublayers. A state of light is the sublayer in which it was scattered last
-// and the direction in which it left; from there it flies on and is scattered in some sublayer
-// again (Q) or leaves. With B what a beam brings to every state and E what every state sends on
-// towards the exits, orders n >= 2 of the Neumann series are E Q^(n-2) B, all of them E (I - Q)^-1
-// B. Flights are integrated exactly over sublayers of uniform source; that leaves an error of order
-// K^-2 in their number K, which is extrapolated from K/2, K and 2 K. Order 1 is the closed form.
+// The layer is divided into sublayers. A state of light is the sublayer of its last scattering and
+// its direction since; from there it is scattered again in some sublayer (Q) or leaves. With B the
+// first collisions of a beam and E the light that every state sends into the exit directions, order
+// n >= 2 of the Neumann series is E Q^(n-2) B, and their sum E (I - Q)^-1 B. Paths are integrated
+// exactly over sublayers of uniform source; that leaves an error of order K^-2 in their number K,
+// which is extrapolated from K/2, K and 2 K. Order 1 is the closed form.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -26,21 +26,21 @@ struct MarkovOptions {
     bool extrapolate = true;  // false: 2 K sublayers as they are, for studies of convergence
 };
 
-/// R or T and what is left of the error in K: the change from the extrapolation of K/2 and K to
-/// that of K and 2 K.
+/// R or T and an estimate of its error in K: the change from the extrapolation of K/2 and K to that
+/// of K and 2 K.
 struct MarkovValue {
     SolvedValue value;
     double error;
 };
 
-/// Mode m of one order, between all asked cosines.
+/// Mode m of one order, between all requested cosines.
 struct MarkovOrder {
     std::vector<Eigen::MatrixXd> reflection_modes, transmission_modes;
 };
 
 struct MarkovSolution {
     LayerSolution layer;             // R, T and fluxes up to the highest order; no truncation
-    std::vector<MarkovOrder> order;  // order[n - 2] for n = 2 .. orders; none when all are asked
+    std::vector<MarkovOrder> order;  // order[n - 2] for n = 2 .. orders; empty when all are solved
     double flux_error = 0;           // of every flux in `layer`
     Eigen::MatrixXd reflection_error, transmission_error;  // between layer.mu, at any azimuth
 
@@ -62,8 +62,8 @@ struct MarkovSolution {
 ///          layer; mu [1e-100, 1].
 /// Errors   std::invalid_argument naming argument, range and value.
 /// Accuracy K = 32: 1e-5 of R and T at depth 1, 5e-4 at depth 8 (cosines from 0.02), eight times
-///          better with each doubling of K. The stated error is some 3 to 50 times what is left of
-///          the error in K; what the nodes themselves leave (quadrature.h) comes on top.
+///          better with each doubling of K. The stated error is some 3 to 50 times the true error
+///          in K; that of the nodes (quadrature.h) comes on top.
 /// Cost     (4/3) (2 K nodes)^3 operations a mode, and a seventh more.
 MarkovSolution solve_markov(const PhaseFunction& phase_function, double albedo,
                             double optical_depth, const std::vector<double>& mu,

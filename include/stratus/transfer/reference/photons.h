@@ -1,11 +1,11 @@
-// Photons followed one by one through a homogeneous layer: a reference solver that shares
-// nothing with the solver but the closed form of single scattering.
+// Monte Carlo in a homogeneous layer: a reference solver that shares nothing with the solver but
+// the closed form of single scattering.
 //
-// Every photon carries a weight and is never lost: its flights are made to end inside the layer,
-// and Russian roulette ends paths that hardly matter. Before each flight all that its collision can
-// send towards every asked direction is tallied (next-event estimation), averaged over the whole
-// flight: a flight is a beam onto the part of the layer ahead, which scatters it once. One path
-// serves all geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
+// Photons carry a weight; their flights are forced to end inside the layer, and Russian roulette
+// ends paths of low weight. Before each flight the expected contribution of its collision to every
+// requested direction is tallied (next-event estimation), averaged over the whole flight: a flight
+// is a beam onto the part of the layer ahead, which scatters it once. One path serves all
+// geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -22,10 +22,10 @@ namespace stratus {
 using ParallelFor = std::function<void(int count, const std::function<void(int)>& body)>;
 
 struct PhotonOptions {
-    std::uint64_t photons = 1'000'000;  // for each distinct mu_in and once for uniform light, >= 2
+    std::uint64_t photons = 1'000'000;  // per distinct mu_in and for uniform illumination, >= 2
     std::uint64_t seed = 1;
     int highest_order = 0;     // paths end after this many scatterings; 0: followed to their end
-    ParallelFor parallel_for;  // none: one after another
+    ParallelFor parallel_for;  // none: serial
 };
 
 /// A mean and its standard error, from the spread of single photons.
@@ -38,7 +38,7 @@ struct Estimate {
 struct PhotonValue {
     SolvedValue value{};        // single is the closed form; single + multiple = total
     double standard_error = 0;  // of multiple, hence of total
-    Estimate single;  // the photons' own estimate of value.single, from where they first collide
+    Estimate single;  // the photons' estimate of value.single, from their first collisions
 };
 
 struct PhotonGeometry {
@@ -46,7 +46,7 @@ struct PhotonGeometry {
     PhotonValue reflection, transmission;
 };
 
-/// Fluxes of all orders followed, as shares of the light that comes in.
+/// Fluxes of all orders followed, relative to the incident flux.
 struct PhotonFluxes {
     Estimate albedo;         // plane or spherical
     Estimate transmittance;  // diffuse
@@ -55,7 +55,7 @@ struct PhotonFluxes {
 };
 
 struct PhotonSolution {
-    std::vector<PhotonGeometry> geometries;  // as asked
+    std::vector<PhotonGeometry> geometries;  // as requested
     std::vector<double> mu_in;               // the distinct ones, in order of appearance
     std::vector<PhotonFluxes> plane;         // at mu_in
     PhotonFluxes uniform;                    // under uniform illumination
@@ -63,18 +63,18 @@ struct PhotonSolution {
 
 /// R, T and fluxes of one layer from photons.
 ///
-/// Range    albedo [0, 1]; optical_depth [0, inf], finite when every photon is followed to its end
-///          without absorption; cosines (0, 1].
+/// Range    albedo [0, 1]; optical_depth [0, inf], finite at albedo 1 when all orders are followed;
+///          cosines (0, 1].
 /// Errors   std::invalid_argument naming argument, range and value; std::runtime_error when a
 ///          photon has not ended after 1e8 collisions.
 /// Accuracy unbiased for every phase function, negative lobes of moment series included. Standard
-///          errors are honest (spread over seeds within 20 % of them from 5000 photons on) up to g
-///          = 0.75, grazing cosines and layers of 1e-6 included. They are too small where few
+///          errors are reliable (spread over seeds within 20 % of them from 5000 photons on) up to
+///          g = 0.75, grazing cosines and layers of 1e-6 included. They are too small where few
 ///          photons carry the answer: forward peaks (g = 0.99: 1e6 photons are not enough), T of
 ///          absorbing layers below 1e-5 (below 1e-4 where paths end after a few orders), and, for
 ///          `single` alone, cosines below 0.02.
 /// Cost     photons x collisions x geometries; collisions grow like the depth at w = 1.
-/// Threads  the same bits with every `parallel_for`; a beam's numbers depend on its own mu_in only.
+/// Threads  bit-identical with every `parallel_for`; results of a beam depend on its mu_in only.
 PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
                              double optical_depth, const std::vector<Geometry>& geometries,
                              const PhotonOptions& options = {});

@@ -199,7 +199,7 @@ TEST_P(EveryMaterial, IsReciprocal) {
     }
 }
 
-/// 2 integral R mu_out d mu_out of isotropic scattering, which knows no azimuth, in double
+/// 2 integral R mu_out d mu_out of isotropic scattering, independent of azimuth, in double
 /// precision.
 template <class Single>
 double isotropic_share(Single single, double tau, double mu_in) {

@@ -70,7 +70,7 @@ TEST(Lookup, ReproducesSamplesAtTheNodes) {
                     }
 }
 
-/// The same table over something, which lets nothing pass.
+/// The same table over a lower boundary, so without transmission.
 Table over(const LowerBoundary& boundary, Table table) {
     table.lower_boundary = boundary;
     table.transmission_multiple.clear();
@@ -78,7 +78,7 @@ Table over(const LowerBoundary& boundary, Table table) {
     return table;
 }
 
-TEST(Lookup, OverSomethingIsExactForCubicsThemselves) {
+TEST(Lookup, OverALowerBoundaryIsExactForCubicsThemselves) {
     const Table table = over(LowerBoundary::surface(0.3), filled(five_each, shallow, cubic, cubic));
     for (const Point& p : random_points(2000, 0.5, 8)) {
         const Scattered found = look_up_reflection(table.view(), p);
@@ -93,7 +93,7 @@ TEST(Lookup, OverSomethingIsExactForCubicsThemselves) {
     }
 }
 
-TEST(Lookup, OverSomethingFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
+TEST(Lookup, OverALowerBoundaryFollowsTheLawOfDiffusionBeyondTheDeepestSample) {
     const auto nearing = [](const Point& p) {
         return 2 - reflection_deficit(p.optical_depth, small_table_exponent(p.albedo),
                                       small_table_length);
@@ -120,7 +120,7 @@ TEST(Lookup, OverASurfaceFadesBelowTheFirstDepth) {
     EXPECT_NEAR(multiple(0.5 * (1 - 1e-9)) / multiple(0.5), 1, 1e-6);
 }
 
-TEST(Lookup, OverALayerWithoutEndStaysAtTheFirstDepthBelowIt) {
+TEST(Lookup, OverASemiInfiniteLayerStaysAtTheFirstDepthBelowIt) {
     const Table table = over(LowerBoundary::layer(PhaseFunction::rayleigh(), 0.9),
                              filled(five_each, shallow, cubic, cubic));
     EXPECT_EQ(look_up_reflection(table.view(), {0.5, 0.01, 0.3, 0.8, 1}).multiple,
@@ -274,7 +274,7 @@ TEST(Lookup, ClampsToTheDeepestSampleWithoutOneAtInfinity) {
               look_up_transmission(table.view(), last).multiple);
 }
 
-TEST(Lookup, KnowsALayerWithoutEndAlone) {
+TEST(Lookup, ReadsATableOfASemiInfiniteLayerAlone) {
     const Table table =
         filled({4, 0, 4, 4, 3}, {1, 1, true}, diffusing, [](const Point&) { return 0; });
     double before = 0;

@@ -3,7 +3,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 
-#include "refusal.h"
+#include "directions.h"
 #include "small_table.h"
 
 #include <gtest/gtest.h>
@@ -11,45 +11,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <random>
+#include <vector>
 
 namespace stratus {
 namespace {
 
 constexpr double single_precision = 2e-6;  // of some thirty operations in float
-
-struct Direction {
-    float mu_in, mu_out, azimuth;
-
-    Geometry geometry() const { return {double{mu_in}, double{mu_out}, double{azimuth}}; }
-};
-
-std::vector<Direction> random_directions(int count, float min_cosine = 0.001f) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<float> share(0, 1);
-    const auto cosine = [&] { return min_cosine + (1 - min_cosine) * share(random); };
-    std::vector<Direction> directions{
-        {1, 1, 0}, {1, 0.5f, 1}, {0.5f, 0.5f, 0}, {0.3f, 0.3f, 3.1415926f}};
-    while (static_cast<int>(directions.size()) < count)
-        directions.push_back({cosine(), cosine(), 3.1415926f * share(random)});
-    return directions;
-}
-
-/// Both vectors above the layer, or wo beneath it.
-struct Vectors {
-    Vector wi, wo;
-};
-
-Vectors vectors_of(const Direction& at, bool same_side, double turned = 0.7) {
-    const auto sine = [](float mu) { return std::sqrt((1 - double{mu}) * (1 + double{mu})); };
-    // Light travels along -wi: its azimuth is that of wi and half a turn.
-    const double phi_in = turned, phi_out = turned + pi + double{at.azimuth};
-    return {{static_cast<float>(sine(at.mu_in) * std::cos(phi_in)),
-             static_cast<float>(sine(at.mu_in) * std::sin(phi_in)), at.mu_in},
-            {static_cast<float>(sine(at.mu_out) * std::cos(phi_out)),
-             static_cast<float>(sine(at.mu_out) * std::sin(phi_out)),
-             same_side ? at.mu_out : -at.mu_out}};
-}
 
 const PhaseFunction& any_phase() {
     static const PhaseFunction phase = parse_phase_function(
@@ -79,7 +46,7 @@ double single_error(const PhaseFunction& phase, double tau, double w) {
     return largest;
 }
 
-TEST(Slice, GivesSingleScatteringWithNoTable) {
+TEST(Slice, IsSingleScatteringWithoutATable) {
     for (const double tau : {1e-12, 1e-3, 0.3, 2.0, 40.0})
         for (const char* const text :
              {"isotropic", "rayleigh", "henyey_greenstein:g=0.75",
@@ -91,24 +58,24 @@ TEST(Slice, GivesSingleScatteringWithNoTable) {
               4 * single_precision);
 }
 
-TEST(Slice, ReachesTheLimitsOfDepthAndAlbedo) {
+TEST(Slice, IsRightAtTheLimitsOfDepthAndAlbedo) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.5);
     const Slice empty(phase, {{0}, {1}}), black(phase, {{2}, {0}}),
-        endless(phase, {{infinity}, {1}});
+        semi_infinite(phase, {{infinity}, {1}});
     for (const Direction& at : random_directions(100, 1e-6f)) {
         EXPECT_EQ(empty.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
         EXPECT_EQ(empty.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
         EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
         EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
-        EXPECT_EQ(endless.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(semi_infinite.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
         const Geometry g = at.geometry();
         const double R = single_reflection(phase(cos_scattering_angle_reflected(g)), 1, infinity,
                                            g.mu_in, g.mu_out);
-        EXPECT_NEAR(endless.reflection(at.mu_in, at.mu_out, at.azimuth), R, 1e-5 * R);
+        EXPECT_NEAR(semi_infinite.reflection(at.mu_in, at.mu_out, at.azimuth), R, 1e-5 * R);
     }
 }
 
-TEST(Slice, StaysFiniteAtGrazingAndAtNonsense) {
+TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, true});
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
@@ -121,13 +88,11 @@ TEST(Slice, StaysFiniteAtGrazingAndAtNonsense) {
             EXPECT_TRUE(
                 std::isfinite(slice.transmission(0.5f, std::isnan(mu) ? 0.5f : mu, azimuth)))
                 << mu;
-            slice.reflection(mu, mu, azimuth);  // and no index leaves the table: sanitizers look on
+            slice.reflection(mu, mu, azimuth);  // indices in range: checked by the sanitizers
         }
 }
 
-// ---- effects
-
-TEST(Slice, GivesOnlyWhatIsAskedFor) {
+TEST(Slice, HasOnlyTheEffectsAskedFor) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
@@ -165,24 +130,24 @@ TEST(Slice, GivesOnlyWhatIsAskedFor) {
     EXPECT_LT(lit.bytes(), all.bytes());
 }
 
-TEST(Slice, WithDensityIsADeeperSlice) {
+TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
     prepare(table);
     Effects dense;
     dense.density = 0.2;
-    const Slice slice = bind(table.view(), 2, 0.9, dense), deeper = bind(table.view(), 2.5, 0.9);
+    const Slice slice = bind(table.view(), 2, 0.9, dense), effective = bind(table.view(), 2.5, 0.9);
     for (const Direction& at : random_directions(100)) {  // every order, both sides, the beam
         EXPECT_EQ(slice.reflection(at.mu_in, at.mu_out, at.azimuth),
-                  deeper.reflection(at.mu_in, at.mu_out, at.azimuth));
+                  effective.reflection(at.mu_in, at.mu_out, at.azimuth));
         EXPECT_EQ(slice.transmission(at.mu_in, at.mu_out, at.azimuth),
-                  deeper.transmission(at.mu_in, at.mu_out, at.azimuth));
-        EXPECT_EQ(slice.direct(at.mu_in), deeper.direct(at.mu_in));
+                  effective.transmission(at.mu_in, at.mu_out, at.azimuth));
+        EXPECT_EQ(slice.direct(at.mu_in), effective.direct(at.mu_in));
     }
 }
 
-TEST(Slice, LetsOppositionActOnSingleReflectionAlone) {
+TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);
@@ -212,7 +177,7 @@ TEST(Slice, LetsOppositionActOnSingleReflectionAlone) {
     }
 }
 
-TEST(Slice, MeetsOppositionExactlyBetweenVectors) {
+TEST(Slice, HasTheFullOppositionPeakAtEqualVectors) {
     Effects effects;
     effects.opposition = Opposition::hapke(1, 0.05);
     const PhaseFunction phase = PhaseFunction::isotropic();
@@ -221,89 +186,7 @@ TEST(Slice, MeetsOppositionExactlyBetweenVectors) {
     EXPECT_NEAR(bright.eval(v.wi, v.wi), 2 * plain.eval(v.wi, v.wi), 1e-4 * plain.eval(v.wi, v.wi));
 }
 
-TEST(Slice, SeesASmallSourceBehindAsBlinnStates) {
-    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.6);
-    const Slice slice(phase, {{0.7}, {0.8}});
-    Effects beam_alone;
-    beam_alone.single = false;
-    const Slice beam(phase, {{0.7}, {0.8}}, beam_alone);
-    for (const double mu : {0.1, 0.5, 1.0}) {
-        const auto cosine = static_cast<float>(mu);
-        EXPECT_NEAR(slice.source_behind(cosine), source_seen_through(phase(1), 0.8, 0.7, mu), 1e-6);
-        EXPECT_NEAR(slice.direct(cosine), std::exp(-0.7 / mu), 1e-7);
-        EXPECT_NEAR(beam.source_behind(cosine), std::exp(-0.7 / mu), 1e-7);
-        EXPECT_NEAR(beam.background(cosine), std::exp(-0.7 / mu), 1e-7);
-    }
-}
-
-/// The beam, and T of order 1 over the hemisphere: by the trapezoidal rule over azimuth and Gauss's
-/// midpoints over the cosine.
-double background_once(const PhaseFunction& phase, double w, double tau, double mu) {
-    constexpr int cosines = 2000, azimuths = 200;
-    double sum = 0;
-    for (int i = 0; i < cosines; ++i)
-        for (int k = 0; k < azimuths; ++k) {
-            const Geometry at{mu, (i + 0.5) / cosines, pi * (k + 0.5) / azimuths};
-            sum += at.mu_out * single_transmission(phase(cos_scattering_angle_transmitted(at)), w,
-                                                   tau, at.mu_in, at.mu_out);
-        }
-    return std::exp(-tau / mu) + 2 * sum / (cosines * azimuths);
-}
-
-TEST(Slice, SeesABackgroundByTheBeamAndWhatIsScatteredOnce) {
-    for (const double g : {0.0, 0.85, -0.5})
-        for (const double tau : {0.01, 1.0, 5.0}) {
-            const PhaseFunction phase = PhaseFunction::henyey_greenstein(g);
-            const Slice slice(phase, {{tau}, {0.9}});
-            for (const double mu : {0.05, 0.2, 0.5, 1.0})
-                EXPECT_NEAR(slice.background(static_cast<float>(mu)),
-                            background_once(phase, 0.9, tau, mu), 2e-4)
-                    << "g " << g << " tau " << tau << " mu " << mu;
-        }
-}
-
-TEST(Slice, SeesNoMoreThanABackground) {
-    for (const double g : {0.0, 0.85, 0.99})
-        for (const double tau : {1e-6, 0.01, 1.0, 30.0, infinity}) {
-            const Slice slice(PhaseFunction::henyey_greenstein(g), {{tau}, {1}});
-            for (float mu = 0.001f; mu < 1; mu += 0.01f) {
-                EXPECT_GE(slice.background(mu), 0);
-                EXPECT_LE(slice.background(mu), 1) << "g " << g << " tau " << tau << " mu " << mu;
-            }
-        }
-}
-
-TEST(Slice, SeesABackgroundByTheDiffuseTransmittanceOfItsTable) {
-    Table table = empty_table({4, 8, 8, 8, 5}, {0.1, 8, false});
-    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
-    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
-    const auto diffuse = [](double w, double tau, double mu) {
-        return w * intercepted_share(tau, mu) * 0.5 *
-               transmission_scale(tau, small_table_exponent(w), small_table_length);
-    };
-    for (const double w : table.albedo.values)
-        for (const double tau : table.optical_depth.values)
-            for (const double mu : table.mu_in.values)
-                table.diffuse_transmittance.push_back(static_cast<float>(diffuse(w, tau, mu)));
-    prepare(table);
-    for (const double w : {0.3, 0.9, 1.0})
-        for (const double tau : {0.01, 0.7, 8.0}) {
-            const Slice slice = bind(table.view(), tau, w);
-            Effects multiple_alone;
-            multiple_alone.single = false;
-            const Slice without_single = bind(table.view(), tau, w, multiple_alone);
-            for (const double mu : {0.02, 0.3, 1.0}) {
-                const auto cosine = static_cast<float>(mu);
-                const double beam = std::exp(-tau / mu);
-                EXPECT_NEAR(slice.background(cosine), beam + diffuse(w, tau, mu), 1e-3);
-                const double once = background_once(table.phase_function, w, tau, mu) - beam;
-                EXPECT_NEAR(without_single.background(cosine),
-                            beam + std::max(0.0, diffuse(w, tau, mu) - once), 2e-3);  // 8 cosines
-            }
-        }
-}
-
-TEST(Slice, SeesTheGroundThroughTheLayer) {
+TEST(Slice, OverALowerBoundaryOnlyReflects) {
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.3);
     Table table = empty_table({3, 4, 6, 6, 13}, {0.5, 8, false});
     table.reflection_multiple =
@@ -328,67 +211,6 @@ TEST(Slice, SeesTheGroundThroughTheLayer) {
     }
 }
 
-// ---- binding
-
-/// A table that is smooth along every axis, as solved ones are.
-Table smooth_table(bool with_azimuth) {
-    Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
-    const auto varied = [](const Point& p) {
-        return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
-               0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
-                   std::cos(p.azimuth);
-    };
-    table.reflection_multiple = samples_of(
-        table, [&](const Point& p) { return small_table_reflection_scale(p) * varied(p); });
-    table.transmission_multiple = samples_of(table, [&](const Point& p) {
-        return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
-    });
-    if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();
-    table.tolerance = 1e-3;
-    prepare(table);
-    return table;
-}
-
-class BoundSlice : public testing::TestWithParam<bool> {};
-
-TEST_P(BoundSlice, MeetsTheToleranceOfItsTable) {
-    const Table table = smooth_table(GetParam());
-    for (const double tau : {0.02, 0.3, 5.0, 100.0, infinity})
-        for (const double w : {0.2, 0.9, 1.0}) {
-            const Slice slice = bind(table.view(), tau, w);
-            for (const Direction& at : random_directions(500, 0.02f)) {
-                const double R = reflection(table.view(), w, tau, at.geometry()).total();
-                const double T = transmission(table.view(), w, tau, at.geometry()).total();
-                EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), R,
-                            table.tolerance * R);
-                EXPECT_NEAR(slice.transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                            table.tolerance * std::max(T, 1e-6));
-            }
-        }
-}
-
-INSTANTIATE_TEST_SUITE_P(Of, BoundSlice, testing::Bool(), [](const auto& info) {
-    return std::string(info.param ? "an_anisotropic_table" : "an_isotropic_table");
-});
-
-TEST(Slice, GrowsWithTheToleranceItHasToMeet) {
-    Table table = smooth_table(true);
-    const std::size_t usual = bind(table.view(), 1, 0.9).bytes();
-    table.tolerance = 1e-2;
-    EXPECT_LT(bind(table.view(), 1, 0.9).bytes(), usual / 3);
-}
-
-TEST(Slice, OutlivesItsTable) {
-    Slice slice = [] {
-        const Table table = smooth_table(true);
-        return bind(table.view(), 1, 0.9);
-    }();
-    const float before = slice.reflection(0.4f, 0.6f, 1);
-    const Slice moved = std::move(slice);
-    EXPECT_EQ(moved.reflection(0.4f, 0.6f, 1), before);
-    EXPECT_GT(before, 0);
-}
-
 TEST(Slice, IsSymmetricToTheLastBit) {
     const Table table = smooth_table(true);
     const Slice slice = bind(table.view(), 1, 0.9);
@@ -400,7 +222,7 @@ TEST(Slice, IsSymmetricToTheLastBit) {
     }
 }
 
-TEST(Slice, EvaluatesVectorsAsItDoesAngles) {
+TEST(Slice, AgreesBetweenVectorsAndAngles) {
     const Table table = smooth_table(true);
     const Slice slice = bind(table.view(), 1, 0.9);
     for (const Direction& at : random_directions(500, 0.02f)) {
@@ -416,7 +238,7 @@ TEST(Slice, EvaluatesVectorsAsItDoesAngles) {
     EXPECT_EQ(slice.eval({1, 0, 0}, {0, 0, 1}), 0);  // along the surface
 }
 
-TEST(RgbSlice, IsThreeSlicesAtOnce) {
+TEST(RgbSlice, IsThreeSlices) {
     const Table table = smooth_table(true);
     const RgbSlice rgb = bind_rgb(table.view(), {0.5, 2, 5}, {0.6, 0.9, 1});
     const Slice channel[3] = {bind(table.view(), 0.5, 0.6), bind(table.view(), 2, 0.9),
@@ -433,8 +255,6 @@ TEST(RgbSlice, IsThreeSlicesAtOnce) {
         }
     }
 }
-
-// ---- many at once
 
 template <int channels>
 void expect_batches_to_agree(const SliceOf<channels>& slice) {
@@ -468,10 +288,10 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
     const float* const wo[3] = {xyz[3].data(), xyz[4].data(), xyz[5].data()};
     slice.eval(count, wi, wo, found.data());
     expect_equal([&](std::size_t i) { return slice.eval(vectors[i].wi, vectors[i].wo); });
-    slice.eval(0, wi, wo, nullptr);  // nothing of nothing
+    slice.eval(0, wi, wo, nullptr);  // an empty batch
 }
 
-TEST(Slice, GivesManyTheSameAsOneByOne) {
+TEST(Slice, AgreesBetweenBatchesAndSingleCalls) {
     const Table table = smooth_table(true), isotropic = smooth_table(false);
     expect_batches_to_agree(bind(table.view(), 1, 0.9));
     expect_batches_to_agree(bind(isotropic.view(), 1, 0.9));
@@ -482,102 +302,6 @@ TEST(Slice, GivesManyTheSameAsOneByOne) {
     expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
     effects.reflection = false;
     expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
-}
-
-TEST(Binding, RefusesLayersThatTheTableDoesNotKnow) {
-    using Error = std::invalid_argument;
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
-    const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, 1, 0.1); }, {"bind", "albedo", "[0.19, 1]", "0.1"});
-    expect_refusal<Error>([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0.5, 8]", "9"});
-    expect_refusal<Error>([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
-    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});
-    Effects effects;
-    effects.density = 0.5;
-    expect_refusal<Error>([&] { bind(view, 5, 1, effects); }, {"optical_depth", "10"});
-    effects.multiple = false;
-    EXPECT_NO_THROW(bind(view, 5, 1, effects));
-    const Table both = mixed(table, table);
-    Table part = both;
-    part.mixture = make_axis(part.mixture.scale, 0.25, 0.75, 2);
-    prepare(part);
-    expect_refusal<Error>([&] { bind(part.view().at_mixture(0.1), 1, 1); },
-                          {"bind", "mixture", "[0.25, 0.75]", "0.1"});
-    Table endless = table;
-    endless.optical_depth.values = {infinity};
-    endless.reflection_multiple.resize(endless.sample_count());
-    endless.transmission_multiple.clear();
-    prepare(endless);
-    expect_refusal<Error>([&] { bind(endless.view(), 1, 1); }, {"optical_depth", "inf", "1"});
-}
-
-TEST(Binding, ClampsToTheNearestLayerOnRequest) {
-    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
-    Effects multiple;
-    multiple.single = false;
-    const Slice edge = bind(table.view(), 8, 1, multiple);
-    EXPECT_FALSE(edge.clamped());
-    for (const double tau : {100.0, infinity}) {
-        const Slice slice = bind(table.view(), tau, 1, multiple, OutsideTable::clamp);
-        EXPECT_TRUE(slice.clamped());
-        constexpr double refinement = 1e-4;  // is relative to totals, which differ
-        EXPECT_NEAR(slice.reflection(0.5f, 0.7f, 1), edge.reflection(0.5f, 0.7f, 1), refinement);
-        // A semi-infinite layer transmits nothing.
-        EXPECT_NEAR(slice.transmission(0.5f, 0.7f, 1),
-                    tau == infinity ? 0 : edge.transmission(0.5f, 0.7f, 1), refinement);
-    }
-    EXPECT_TRUE(bind(table.view(), 1, 0.1, {}, OutsideTable::clamp).clamped());
-    EXPECT_FALSE(bind(table.view(), 1, 0.2, {}, OutsideTable::clamp).clamped());
-}
-
-TEST(Binding, ExtendsATableByTheLawsItHas) {
-    const Table table = filled({4, 6, 6, 6, 5}, {0.5, 32, false}, small_table_reflection_scale,
-                               small_table_transmission_scale);
-    const TableView view = table.view();
-    for (const Direction& at : random_directions(100, 0.02f)) {
-        const Geometry g = at.geometry();
-        // Nothing in the layer scatters.
-        const Slice black = bind(view, 1, 0);
-        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
-        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
-        EXPECT_FALSE(black.clamped());
-        // Thinner than its thinnest.
-        const double thin = reflection(view, 0.9, 0.01, g).total();
-        EXPECT_NEAR(bind(view, 0.01, 0.9).reflection(at.mu_in, at.mu_out, at.azimuth), thin,
-                    1e-3 * thin);
-        // Deeper than its deepest, where the law of diffusion is spent.
-        const Slice endless = bind(view, infinity, 0.5);
-        EXPECT_FALSE(endless.clamped());
-        EXPECT_EQ(endless.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
-        const double deep = reflection(view, 0.5, 32, g).total();
-        EXPECT_NEAR(endless.reflection(at.mu_in, at.mu_out, at.azimuth), deep, 1e-3 * deep);
-        const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
-        EXPECT_NEAR(bind(view, 40, 0.5).transmission(at.mu_in, at.mu_out, at.azimuth), T,
-                    1e-2 * T + 1e-12);
-    }
-    Effects transmission_alone;
-    transmission_alone.reflection = false;
-    EXPECT_EQ(bind(view, infinity, 1, transmission_alone).transmission(1, 1, 0), 0);
-}
-
-TEST(Binding, RefusesWhatIsOutOfRange) {
-    using Error = std::invalid_argument;
-    Table table = smooth_table(true);
-    const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, -1, 0.5); },
-                          {"bind", "optical_depth", "[0, inf]", "-1"});
-    expect_refusal<Error>([&] { bind(view, std::nan(""), 0.5); }, {"optical_depth", "nan"});
-    expect_refusal<Error>([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
-    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
-    Effects effects;
-    effects.density = 1;
-    expect_refusal<Error>([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
-    Table lopsided = empty_table({3, 3, 6, 5, 5}, {0.5, 8, false});
-    lopsided.reflection_multiple = samples_of(lopsided, small_table_reflection_scale);
-    prepare(lopsided);
-    expect_refusal<Error>([&] { bind(lopsided.view(), 1, 0.5); }, {"mu_out", "mu_in"});
 }
 
 }  // namespace

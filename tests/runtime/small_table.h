@@ -114,4 +114,23 @@ inline double small_table_transmission_scale(const Point& p) {
            transmission_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
 }
 
+/// A table that is smooth along every axis, as solved ones are.
+inline Table smooth_table(bool with_azimuth) {
+    Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
+    const auto varied = [](const Point& p) {
+        return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
+               0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
+                   std::cos(p.azimuth);
+    };
+    table.reflection_multiple = samples_of(
+        table, [&](const Point& p) { return small_table_reflection_scale(p) * varied(p); });
+    table.transmission_multiple = samples_of(table, [&](const Point& p) {
+        return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
+    });
+    if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();
+    table.tolerance = 1e-3;
+    prepare(table);
+    return table;
+}
+
 }  // namespace stratus

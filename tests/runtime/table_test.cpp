@@ -43,7 +43,7 @@ TEST(Prepare, WorksOutTheWeightsOfEveryLayer) {
             const double transmitted = transmission_scale(depth, exponent, small_table_length);
             EXPECT_NEAR(table.reflection_weight[w * 5 + t] * albedo * reflected, 1, 1e-7);
             EXPECT_NEAR(table.transmission_weight[w * 5 + t] * albedo * transmitted, t == 4 ? 0 : 1,
-                        1e-7);  // nothing passes at infinity
+                        1e-7);  // no transmission at infinity
         }
 }
 

@@ -31,7 +31,7 @@ double shape(const Point& p) {
 double reflected(const Point& p) { return small_table_reflection_scale(p) * shape(p); }
 double transmitted(const Point& p) { return small_table_transmission_scale(p) * shape(p); }
 
-/// Over something nothing is divided out.
+/// Over a lower boundary nothing is divided out.
 double reflected_over(const Point& p) {
     return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
 }

@@ -104,7 +104,7 @@ TEST_P(SharedTable, GivesManyThreadsTheBitsThatItGivesOne) {
         return values;
     };
 
-    // The threads come first, so that they would also meet on what is worked out at first use.
+    // The threads come first, so that they would also meet on what is computed at first use.
     std::vector<std::vector<double>> of_thread(thread_count);
     std::atomic<int> waiting{thread_count};
     std::vector<std::thread> threads;

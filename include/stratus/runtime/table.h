@@ -118,7 +118,7 @@ struct Table {
     // program_version, ...
     std::map<std::string, std::string> attributes;
 
-    // Worked out by `prepare`, not stored in files: see TableView.
+    // Computed by `prepare`, not stored in files: see TableView.
     std::vector<float> reflection_weight, transmission_weight;
     std::vector<float> mu_in_weight, mu_out_weight;
     PhaseCurve phase_curve;

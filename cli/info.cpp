@@ -156,7 +156,6 @@ void print_attributes(const Table& table) {
 }
 
 void draw_picture(const Table& table, const InfoOptions& options) {
-    require_different_files("info", options.table, options.picture);
     const Portrait portrait = make_portrait(table);
     const SignalsHeld held;
     write_atomically(options.picture, [&](const std::filesystem::path& temporary) {
@@ -165,6 +164,10 @@ void draw_picture(const Table& table, const InfoOptions& options) {
 }
 
 void run_info(const InfoOptions& options) {
+    if (!options.picture.empty()) {
+        require_different_files("info", options.table, options.picture);
+        require_writable("info", "--picture", options.picture, ".png");
+    }
     const Table table = read_noted_table(options.table, options.reading);
     if (!options.picture.empty()) draw_picture(table, options);
     print_content(table);
@@ -180,7 +183,7 @@ void add_info(CLI::App& app) {
     auto options = std::make_shared<InfoOptions>();
     CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
     command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
-    command->add_option("--picture", options->picture, "PNG file for a portrait of the table");
+    command->add_option("--picture", options->picture, "Portrait of the table to draw, .png");
     add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");
     command->callback([options] { run_info(*options); });

@@ -78,10 +78,16 @@ std::string read_parameter_name(PhaseText& text, const ReadableKind& kind) {
     }
     if (!text.accept(':')) text.refuse(owner + " needs " + joined(allowed, "=... or ") + "=...");
     refuse_bare_number(text, kind);
+    const std::string given = text.rest();
     std::string met = text.name();
-    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end())
+    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end()) {
+        if (!text.accept('='))
+            text.refuse("parameter of " + owner + " must be written " +
+                        joined(allowed, "=... or ") + "=..., got '" +
+                        given.substr(0, given.find_first_of(" \t")) + "'");
         text.refuse("parameter of " + owner + " must be " + joined(allowed, " or ") + ", got '" +
                     met + "'; did you mean '" + nearest_name(met, allowed) + "'?");
+    }
     if (!text.accept('='))
         text.refuse(owner + ": '=' must follow " + met + ", got '" + text.rest() + "'");
     return met;

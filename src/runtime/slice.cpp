@@ -40,11 +40,9 @@ bool holds(const AxisView& axis, double value) {
     return value >= axis.lowest * (1 - rounding) && value <= axis.highest * (1 + rounding);
 }
 
-std::string range_text(const AxisView& axis) {
+std::string range_text(double min, double max) {
     std::ostringstream text;
-    if (axis.count == 0) return "inf, all that the table holds";
-    text << "in [" << axis.lowest << ", " << axis.highest << "] of the table"
-         << (axis.ends_at_infinity ? " or inf" : "");
+    text << "in [" << min << ", " << max << "] of the table";
     return text.str();
 }
 
@@ -72,6 +70,26 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
     if (optical_depth < depth.lowest) return !is_over(table, LowerBoundary::Kind::layer);
     return depth.ends_at_infinity ||
            is_depth_known_by_diffusion(table, side, albedo, optical_depth);
+}
+
+/// What is allowed: the table, and what its laws add to it (is_scattered_once, is_depth_known).
+std::string allowed_albedo(const TableView& table) {
+    const bool is_black_known = !is_over(table, LowerBoundary::Kind::layer);
+    const AxisView& albedo = table.albedo;
+    return (is_black_known && albedo.lowest > 0 ? "0 or " : "") +
+           range_text(albedo.lowest, albedo.highest);
+}
+
+std::string allowed_depth(const TableView& table) {
+    const AxisView& depth = table.optical_depth;
+    if (depth.count == 0) return "inf, all that the table holds";
+    const bool is_thin_known = !is_over(table, LowerBoundary::Kind::layer);
+    return range_text(is_thin_known ? 0 : depth.lowest, depth.highest) +
+           (depth.ends_at_infinity ? " or inf" : "");
+}
+
+std::string allowed_mixture(const TableView& table) {
+    return range_text(table.mixture.lowest, table.mixture.highest);
 }
 
 /// The orders n >= 2 of a layer on one side.
@@ -222,21 +240,21 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 
 template <int channels>
 void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
-    const auto check = [&](bool known, const char* argument, const AxisView& axis, double value) {
+    const auto check = [&](bool known, const char* argument,
+                           std::string (*allowed)(const TableView&), double value) {
         if (known) return;
         if (outside == OutsideTable::refuse)
-            require(false, caller, argument, range_text(axis), value);
+            require(false, caller, argument, allowed(table), value);
         clamped_ = true;
     };
     if (table.has_mixture())
-        check(holds(table.mixture, table.chosen_mixture), "mixture", table.mixture,
+        check(holds(table.mixture, table.chosen_mixture), "mixture", allowed_mixture,
               table.chosen_mixture);
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
-        check(holds(table.albedo, albedo), "albedo", table.albedo, albedo);
-        check(is_depth_known(table, which, albedo, depth), "optical_depth", table.optical_depth,
-              depth);
+        check(holds(table.albedo, albedo), "albedo", allowed_albedo, albedo);
+        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth, depth);
     }
 }
 

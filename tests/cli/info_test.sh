@@ -32,6 +32,7 @@ expect_refused 1 absent.h5 -- info absent.h5
 expect_refused 2 table.txt .h5 .exr -- info table.txt
 echo "not a table" >foreign.h5
 expect_refused 1 foreign.h5 -- info foreign.h5
+expect_refused 2 info --picture .png "got full.gif" -- info full.h5 --picture full.gif
 expect_refused 1 absent/full.png -- info full.h5 --picture absent/full.png
 expect_refused 2 full.h5 another -- info full.h5 --picture full.h5
 # every command that reads a table honours a limit on memory, before it looks at what it would read

@@ -2,8 +2,8 @@
 //
 // All azimuthal modes are doubled from a thin layer to the depth asked for; single scattering is
 // taken out of every mode in closed form and added again with the exact phase function, so that the
-// Fourier series only carries orders n >= 2. Conventions of the project (README): R = pi I / (mu0
-// F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
+// Fourier series only carries orders n >= 2. Conventions (docs/tables.md, section 1):
+// R = pi I / (mu0 F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -20,8 +20,8 @@ namespace stratus {
 /// Range    albedo [0, 1]; optical_depth [0, inf]; mu in [1e-100, 1], none: at the Gauss nodes;
 ///          options as stated there.
 /// Errors   std::invalid_argument naming argument, range and value.
-/// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
-///          depth.
+/// Accuracy to rounding as nodes grow (docs/accuracy.md); energy is conserved to 1e-13 at w = 1 for
+///          every depth.
 /// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {},

@@ -42,13 +42,13 @@ std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Re
         path, CheckpointOwner{baking_program(), resolved_text(recipe)});
     if (checkpoint->pieces() > 0 && !command.resume)
         throw std::runtime_error(path +
-                                 ": holds what an interrupted bake has finished; --resume "
-                                 "goes on with it, removing it starts over");
+                                 ": is left from an interrupted bake; --resume continues it, "
+                                 "removing the file starts over");
     if (checkpoint->pieces() > 0)
-        progress.note("going on with " + path + ": " + std::to_string(checkpoint->pieces()) +
-                      " pieces of work are finished");
+        progress.note("resuming from " + path + ": " + std::to_string(checkpoint->pieces()) +
+                      " finished pieces of work");
     else if (command.resume)
-        progress.note("note: there is nothing to go on with: baking from the start");
+        progress.note("note: no checkpoint to resume from: baking from the start");
     return checkpoint;
 }
 
@@ -75,10 +75,9 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
         return bake(recipe, options);
     } catch (const WorkStopped&) {
         throw EndedBySignal(stop.signal(), checkpoint.pieces() == 0
-                                               ? "interrupted; nothing is kept"
-                                               : "interrupted; what is finished is kept in " +
-                                                     path +
-                                                     ": the same command with --resume goes on");
+                                               ? "interrupted; no work was kept"
+                                               : "interrupted; finished work is kept in " + path +
+                                                     ": repeat the command with --resume");
     }
 }
 
@@ -115,7 +114,7 @@ void run_bake(const BakeCommand& command) {
         write_files(table, command);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
-        throw std::runtime_error(std::string(error.what()) + "; what is baked is kept in " +
+        throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +
                                  checkpoint_path(command) + " for --resume");
     }
     checkpoint->remove();

@@ -312,7 +312,7 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
                 (list.empty() ? "" : ", ") + std::to_string(rows_in[axis]) + " in " + names[axis];
     if (list.empty()) return;
     std::cerr << "stratus: warning: of " << points.size()
-              << " rows some lie outside the table, their multiple scattering comes from its edge: "
+              << " rows some lie outside the table; multiple scattering there is that of its edge: "
               << list << '\n';
 }
 
@@ -413,8 +413,8 @@ void add_eval(CLI::App& app) {
         "How single scattering brightens towards the light: blinn, as wide as the density makes "
         "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
     command->add_flag("--clamp", options->clamp,
-                      "Look layers that the table does not know up at the nearest one that it "
-                      "knows, with a warning, instead of refusing them");
+                      "Look up layers outside the table at the nearest one inside it, with a "
+                      "warning, instead of refusing them");
     add_max_memory(*command, options->reading);
     command->footer(
         "The column background, asked for by that name, is the share of a uniform background that "

@@ -241,10 +241,11 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
 /// Stacks, and what is asked.
 void add_question_options(CLI::App& solve, SolveCommand& command) {
     solve
-        .add_option("--layers", command.layers,
-                    "TOML file of a stack: tables [[layers]], top first, with phase_function, "
-                    "albedo, optical_depth; beneath them [below] with lambert_albedo, or with "
-                    "phase_function and albedo")
+        .add_option(
+            "--layers", command.layers,
+            "TOML file of a stack: tables [[layers]], top first, with phase_function, "
+            "albedo, optical_depth; and [below], the lower boundary, with lambert_albedo, or "
+            "with phase_function and albedo")
         ->check(file_name())
         ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
                    solve.get_option("--optical-depth"), solve.get_option("--scheme"),

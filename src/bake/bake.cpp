@@ -137,15 +137,16 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
     };
     Attempt attempt;
     std::vector<AxisAtCap> at_cap;
-    std::string last;  // what the last attempt resolved to: the same again would be in vain
+    std::string last;  // choices of the last attempt; the same again would give the same table
     double strictness = first_strictness;
     for (int n = 0; n < max_attempts && !attempt.met; ++n, strictness *= stricter) {
-        if (n > 0) note("not within the tolerance everywhere: once more, stricter");
+        if (n > 0)
+            note("the tolerance is not met with a margin: baking again with stricter choices");
         BakeOptions of_attempt = options;
         of_attempt.log = part_of(options.log, "attempt " + std::to_string(n));
         const Resolution resolution = resolve_to(recipe, strictness, of_attempt);
         if (resolved_text(resolution.recipe) == last) {
-            note("nothing is left to make finer");
+            note("no choice can be refined further");
             break;
         }
         last = resolved_text(resolution.recipe);

@@ -84,7 +84,7 @@ void read_panels(const Section& root, const toml::table& parsed, const Source& s
     }
     const toml::array* const panels = parsed.get_as<toml::array>("panels");
     require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, caller,
-            "panels", "1 to 64 tables: [[panels]]", "something else");
+            "panels", "1 to 64 tables: [[panels]]", "another value");
     for (std::size_t k = 0; k < panels->size(); ++k)
         file.panels.push_back(read_panel(panel_table(file.text, k), source));
     for (const Scene& scene : file.panels)

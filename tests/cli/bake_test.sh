@@ -157,7 +157,7 @@ done
 [ ! -e missed.h5.checkpoint ] || fail "the checkpoint must be removed"
 rm missed.h5
 
-# --- interruptions: no half file, what is finished is kept
+# --- interruptions: no partial file, finished work is kept
 
 sed 's/1e-2/1e-5/; s/phase_function.*/phase_function = "henyey_greenstein:g=0.6"/' recipes/narrow.toml >recipes/long.toml
 printf '[discretisation]\nnodes = 16\n' >>recipes/long.toml
@@ -179,20 +179,20 @@ for end in "INT 130" "TERM 143" "HUP 129"; do
     wait $child
     code=$?
     [ $code -eq "${end#* }" ] || fail "exit code $code after SIG$end"
-    [ "$(tail -n 1 "$err")" = "stratus: interrupted; what is finished is kept in $checkpoint: the same command with --resume goes on" ] ||
+    [ "$(tail -n 1 "$err")" = "stratus: interrupted; finished work is kept in $checkpoint: repeat the command with --resume" ] ||
         fail "the last line must say how to go on"
     mv $checkpoint kept || fail "no checkpoint after SIG$end"
     [ "$before" = "$(snapshot | grep -v ./kept)" ] || fail "files differ after SIG$end"
 done
 
-# what is finished is not lost by accident, nor taken for what it is not
+# a checkpoint is neither overwritten by accident nor used for another recipe
 mv kept $checkpoint
 expect_refused 1 $checkpoint --resume removing -- bake recipes/long.toml -o older.h5 --quiet
 expect_refused 1 $checkpoint "another recipe" "Narrow and coarse" remove -- \
     bake recipes/chosen.toml -o older.h5 --resume --quiet
-# nor made twice at a time
+# nor shared by two bakes at once
 start_long_bake --resume
-expect_says "$err" "going on with $checkpoint"
+expect_says "$err" "resuming from $checkpoint"
 kill -s STOP $child
 expect_refused 1 $checkpoint "another bake of this table is running" -- bake recipes/long.toml -o older.h5 --resume --quiet
 kill -s CONT $child
@@ -203,9 +203,9 @@ echo older >$checkpoint
 expect_refused 1 $checkpoint "is not a checkpoint" -- bake recipes/long.toml -o older.h5 --resume --quiet
 rm $checkpoint
 
-# with nothing to go on with, it begins
+# without a checkpoint, the bake begins from the start
 expect_ok bake recipes/chosen.toml -o resumed.h5 --resume
-expect_says "$err" "nothing to go on with"
+expect_says "$err" "no checkpoint to resume from"
 expect_ok bake recipes/chosen.toml -o begun.h5
 expect_same resumed.h5 begun.h5
 rm resumed.h5 begun.h5
@@ -313,7 +313,7 @@ if [ -n "$small_disk" ]; then
         "$stratus" bake recipes/narrow.toml -o kept.h5 --exr disk/new.exr --quiet >"$out" 2>"$err"
         [ $? -eq 1 ] || fail "the picture cannot be written"
         expect_says "$err" \
-            "disk/new.exr: No space left on device; what is baked is kept in kept.h5.checkpoint for --resume"
+            "disk/new.exr: No space left on device; finished work is kept in kept.h5.checkpoint for --resume"
     }
     through "$small_disk" fail_to_write
     expect_ok bake recipes/narrow.toml -o kept.h5 --exr kept.exr --resume --quiet

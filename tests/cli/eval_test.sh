@@ -140,7 +140,7 @@ expect_says "$err" warning "2 in mu_in" "1 in mu_out"
 expect_ok eval full.h5 --query query.csv --effects single
 expect_silent "$err"
 
-# layers that the table does not know are refused, or clamped on request
+# layers outside the table are refused, or clamped on request
 query $every 0.5,0.8,60,inf,0.9 0.5,0.8,60,inf,0.5
 expect_refused 2 "query.csv, line 3" albedo "[0.9, 0.9]" "got 0.5" "--clamp" -- \
     eval endless.h5 --query query.csv --effects reflection

@@ -49,14 +49,14 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
         for (const double depth :
              varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
             const Matter matter{depth, scene.layer.albedo, 1};
-            const Rgb3 above = light.reflection(matter, geometry);
-            const Rgb3 beneath = light.ground(matter, 0.8, matter, 0.3, ground);
+            const Rgb3 layer_light = light.reflection(matter, geometry);
+            const Rgb3 ground_light = light.ground(matter, 0.8, matter, 0.3, ground);
             const double albedo[] = {0.2, 0.6, 1.0};
             for (std::size_t c = 0; c < 3; ++c) {
                 const LayerSolution both = solved(scene.layer.components[0], 0.95, depth, geometry,
                                                   LowerBoundary::surface(albedo[c]));
-                EXPECT_NEAR((above[c] + beneath[c]) / both.reflection(0, 1, 0.4).total, 1,
-                            1.5 * tolerance)
+                EXPECT_NEAR((layer_light[c] + ground_light[c]) / both.reflection(0, 1, 0.4).total,
+                            1, 1.5 * tolerance)
                     << "depth " << depth << " ground " << albedo[c];
             }
         }

@@ -151,8 +151,8 @@ TEST(RenderedRings, AreDarkInThePlanetsShadow) {
 
 TEST(RenderedRings, CastAShadowOnThePlanet) {
     Scene scene = once(small_rings(1.5));
-    // Straight from above no ring stands before the planet; from 30 degrees the ring at radius r
-    // shades what lies on the way.
+    // Seen from straight above, no ring is in front of the planet; under a sun at 30 degrees the
+    // ring where the ray to the sun crosses z = 0 casts a shadow on the point.
     const Vector3 point = normalised({std::cos(radians(20)), 0, -std::sin(radians(20))});
     scene.to_sun = direction_at(radians(30), 0);
     const double crossing = point.x - point.z / std::tan(radians(30));

@@ -10,7 +10,7 @@
 // delta-M ends the series abruptly, f = chi_L and p_l = 1, and leaves a phase function that ripples
 // at all angles. Where f exceeds 1e-4, p_l falls off smoothly over the last moments instead, so
 // that a narrow peak is removed: with g = 0.99 and 48 nodes the errors are 100 times smaller
-// (README).
+// (docs/accuracy.md).
 //
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
 // w*/(1 - f) and tau*. Multiple scattering in a narrow peak: forward_peak.h.

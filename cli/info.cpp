@@ -59,7 +59,8 @@ std::string attribute(const Table& table, const std::string& name) {
     return found == table.attributes.end() ? "" : found->second;
 }
 
-std::string described(const Axis& axis, double unit = 1, const char* unit_name = "") {
+std::string described(const Axis& axis, const char* scale_name, double unit = 1,
+                      const char* unit_name = "") {
     const std::vector<double>& values = axis.values;
     std::string text =
         std::to_string(values.size()) + (values.size() == 1 ? " sample" : " samples");
@@ -68,7 +69,7 @@ std::string described(const Axis& axis, double unit = 1, const char* unit_name =
     if (axis.view().ends_at_infinity && values.size() > 2)
         text += " (finite to " + short_number(values[values.size() - 2] / unit, digits) + ")";
     text += unit_name;
-    if (values.size() > 1) text += std::string(", ") + axis_scale_name(axis.scale);
+    if (values.size() > 1) text += std::string(", ") + scale_name;
     return text;
 }
 
@@ -114,14 +115,17 @@ void print_content(const Table& table) {
     if (table.has_mixture()) {
         print("second phase function", shortened(table.second_phase_function.text()));
         print("asymmetry g", short_number(table.second_phase_function.asymmetry(), digits));
-        print("mixture", described(table.mixture) + ", the share of the first phase function");
+        print("mixture", described(table.mixture, mixture_scale_name) +
+                             ", the share of the first phase function");
     }
     print("lower boundary", lower_boundary_text(table));
-    print("albedo", described(table.albedo));
-    print("optical depth", described(table.optical_depth));
-    print("mu_in", described(table.mu_in));
-    print("mu_out", described(table.mu_out));
-    print("azimuth", described(table.azimuth, pi / 180, " degrees"));
+    print("albedo", described(table.albedo, axis_scale_name(table.albedo.scale)));
+    print("optical depth",
+          described(table.optical_depth, axis_scale_name(table.optical_depth.scale)));
+    print("mu_in", described(table.mu_in, axis_scale_name(table.mu_in.scale)));
+    print("mu_out", described(table.mu_out, axis_scale_name(table.mu_out.scale)));
+    print("azimuth",
+          described(table.azimuth, axis_scale_name(table.azimuth.scale), pi / 180, " degrees"));
     print("sides", sides_of(table));
     print("orders", orders_of(table));
 }

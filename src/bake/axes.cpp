@@ -46,7 +46,7 @@ Axis albedo_axis(Range range, int samples) {
 }
 
 Axis mixture_axis(Range range, int samples) {
-    return make_axis(AxisScale::identity, range.min, range.max, samples);
+    return make_axis(AxisScale::linear, range.min, range.max, samples);
 }
 
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {

@@ -96,7 +96,7 @@ double azimuth_error(Probes& probes, int samples) {
     };
     const DirectionGrid at_tests = grid(tests), at_samples = grid(axis.values);
     std::vector<Stencil> stencils;
-    for (const double phi : tests) stencils.push_back(axis.view().stencil(phi));
+    for (const double phi : tests) stencils.push_back(axis.view().mirrored_stencil(phi));
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer target = probe(recipe, layers[a][d].solution, at_tests);

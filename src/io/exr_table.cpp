@@ -231,7 +231,7 @@ Metadata attributes_of(const Table& table, const Metadata& metadata) {
     for (const AxisField& field : axis_fields_of(table)) {
         const Axis& axis = table.*field.axis;
         texts[dataset + field.name] = to_text(axis.values);
-        texts[dataset + field.name + ".scale"] = axis_scale_name(axis.scale);
+        texts[dataset + field.name + ".scale"] = stored_scale_name(field, axis);
         texts[dataset + field.name + ".units"] = field.units;
     }
     texts[dataset + diffusion_exponent_name] = to_text(table.diffusion_exponent);
@@ -272,7 +272,7 @@ void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table
     for (const AxisField& field : axis_fields_of(metadata, texts.contains(mixture_field.name))) {
         const std::string name = field.name;
         Axis& axis = table.*field.axis;
-        check_scale(name, axis, entry(texts, name + ".scale"));
+        check_scale(field, axis, entry(texts, name + ".scale"));
         axis.values = to_numbers(name, entry(texts, name));
     }
     table.diffusion_exponent =

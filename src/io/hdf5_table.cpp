@@ -106,7 +106,7 @@ void write_axis(hid_t file, const AxisField& field, const Axis& axis) {
     const std::size_t count = axis.values.size();
     const Handle dataset =
         write_dataset(file, field.name, field.long_name, field.units, {&count, 1}, axis.values);
-    write_text(dataset, "scale", axis_scale_name(axis.scale));
+    write_text(dataset, "scale", stored_scale_name(field, axis));
     checked(H5DSset_scale(dataset, field.name),
             std::string("make a dimension scale of ") + field.name);
 }
@@ -209,7 +209,7 @@ void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& file
     if (extents[0] > max_axis_samples)
         throw std::runtime_error(std::string(field.name) + " has more than " +
                                  std::to_string(max_axis_samples) + " samples");
-    check_scale(field.name, axis, read_text(dataset, field.name, "scale", file_bytes));
+    check_scale(field, axis, read_text(dataset, field.name, "scale", file_bytes));
     axis.values = read_values<double>(dataset, field.name, extents, file_bytes, limit);
 }
 

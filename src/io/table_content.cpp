@@ -289,10 +289,16 @@ void check_and_remove_checksum(Metadata& metadata, const std::string& name) {
     check_checksum("the metadata", stored, checksum(metadata));
 }
 
-void check_scale(const std::string& name, const Axis& axis, const std::string& stored) {
-    if (stored != axis_scale_name(axis.scale))
-        throw std::runtime_error("scale of axis " + name + " must be " +
-                                 axis_scale_name(axis.scale) + ", got " + shown(stored));
+const char* stored_scale_name(const AxisField& field, const Axis& axis) {
+    return field.axis == &Table::mixture ? mixture_scale_name : axis_scale_name(axis.scale);
+}
+
+void check_scale(const AxisField& field, const Axis& axis, const std::string& stored) {
+    const bool matches = stored == axis_scale_name(axis.scale) ||
+                         (axis.scale == AxisScale::linear && stored == mixture_scale_name);
+    if (!matches)
+        throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
+                                 stored_scale_name(field, axis) + ", got " + shown(stored));
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {

@@ -112,8 +112,12 @@ void check_checksum(const std::string& what, const std::string& stored,
 /// Removes the checksum, which has this name, and checks that it is that of the other entries.
 void check_and_remove_checksum(Metadata& metadata, const std::string& name = checksum_name);
 
+/// Name of an axis's scale in a file.
+const char* stored_scale_name(const AxisField& field, const Axis& axis);
+
 /// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory.
-void check_scale(const std::string& name, const Axis& axis, const std::string& stored);
+/// A linear scale goes by either of its names.
+void check_scale(const AxisField& field, const Axis& axis, const std::string& stored);
 
 /// The axes of a table, the mixture first.
 std::vector<AxisField> axis_fields_of(const Table& table);

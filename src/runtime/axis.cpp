@@ -13,8 +13,7 @@ namespace {
 
 double coordinate_of(AxisScale scale, double value) noexcept {
     switch (scale) {
-        case AxisScale::linear:
-        case AxisScale::identity: return value;
+        case AxisScale::linear: return value;
         case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
         case AxisScale::logarithmic: return std::log2(value);
         case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
@@ -24,8 +23,7 @@ double coordinate_of(AxisScale scale, double value) noexcept {
 
 double value_at(AxisScale scale, double coordinate) noexcept {
     switch (scale) {
-        case AxisScale::linear:
-        case AxisScale::identity: return coordinate;
+        case AxisScale::linear: return coordinate;
         case AxisScale::arcsine_of_fourth_root: return std::pow(std::sin(coordinate), 4);
         case AxisScale::logarithmic: return std::exp2(coordinate);
         case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
@@ -36,8 +34,7 @@ double value_at(AxisScale scale, double coordinate) noexcept {
 bool in_domain(AxisScale scale, double value) noexcept {
     if (!std::isfinite(value)) return false;
     switch (scale) {
-        case AxisScale::linear:
-        case AxisScale::identity: return true;
+        case AxisScale::linear: return true;
         case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
         case AxisScale::logarithmic: return value > 0;
         case AxisScale::square_root_of_complement: return value <= 1;
@@ -47,8 +44,7 @@ bool in_domain(AxisScale scale, double value) noexcept {
 
 const char* domain_name(AxisScale scale) noexcept {
     switch (scale) {
-        case AxisScale::linear:
-        case AxisScale::identity: return "finite";
+        case AxisScale::linear: return "finite";
         case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
         case AxisScale::logarithmic: return "in (0, inf)";
         case AxisScale::square_root_of_complement: return "finite and at most 1";
@@ -85,29 +81,9 @@ void lagrange(int count, double t, double (&weight)[stencil_size]) noexcept {
     }
 }
 
-Stencil one_sided_stencil(int count, double position, int cell) noexcept {
-    const int used = std::min(count, stencil_size);
-    const int first = std::clamp(cell - 1, 0, count - used);
-    double weight[stencil_size];
-    lagrange(used, position - first, weight);
-    Stencil stencil{first, {}};
-    for (int i = 0; i < stencil_size; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
-    return stencil;
-}
-
-/// The window may hang over an end by one sample; that sample is the mirror image of one inside.
-Stencil mirrored_stencil(int count, double position, int cell) noexcept {
-    double weight[stencil_size];
-    lagrange(stencil_size, position - (cell - 1), weight);
-    const int last = count - 1;
-    const int first = std::clamp(cell - 1, 0, std::max(0, count - stencil_size));
-    Stencil stencil{first, {}};
-    for (int i = 0; i < stencil_size; ++i) {
-        const int sample = std::abs(cell - 1 + i);
-        const int inside = sample > last ? 2 * last - sample : sample;
-        stencil.weight[inside - first] += static_cast<float>(weight[i]);
-    }
-    return stencil;
+/// Index of the sample before a position, so that another follows it.
+int cell_of(double position, int count) noexcept {
+    return std::min(static_cast<int>(position), count - 2);
 }
 
 }  // namespace
@@ -118,7 +94,6 @@ const char* axis_scale_name(AxisScale scale) noexcept {
         case AxisScale::arcsine_of_fourth_root: return "arcsine_of_fourth_root";
         case AxisScale::logarithmic: return "logarithmic";
         case AxisScale::square_root_of_complement: return "square_root_of_complement";
-        case AxisScale::identity: return "identity";
     }
     return "";
 }
@@ -137,9 +112,32 @@ double AxisView::index(double value) const noexcept {
 Stencil AxisView::stencil(double value) const noexcept {
     if (count < 2) return {0, {1, 0, 0, 0}};
     const double position = index(value);
-    const int cell = std::min(static_cast<int>(position), count - 2);
-    return scale == AxisScale::linear ? mirrored_stencil(count, position, cell)
-                                      : one_sided_stencil(count, position, cell);
+    const int used = std::min(count, stencil_size);
+    const int first_sample = std::clamp(cell_of(position, count) - 1, 0, count - used);
+    double weight[stencil_size];
+    lagrange(used, position - first_sample, weight);
+    Stencil stencil{first_sample, {}};
+    for (int i = 0; i < stencil_size; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
+    return stencil;
+}
+
+Stencil AxisView::mirrored_stencil(double value) const noexcept {
+    if (count < 2) return {0, {1, 0, 0, 0}};
+    const double position = index(value);
+    // Four samples around the position; one that lies past an end is the mirror image of a sample
+    // inside.
+    const int first_of_window = cell_of(position, count) - 1;
+    double weight[stencil_size];
+    lagrange(stencil_size, position - first_of_window, weight);
+    const int last = count - 1;
+    const int first_sample = std::clamp(first_of_window, 0, std::max(0, count - stencil_size));
+    Stencil stencil{first_sample, {}};
+    for (int i = 0; i < stencil_size; ++i) {
+        const int sample = std::abs(first_of_window + i);
+        const int inside = sample > last ? 2 * last - sample : sample;
+        stencil.weight[inside - first_sample] += static_cast<float>(weight[i]);
+    }
+    return stencil;
 }
 
 AxisView Axis::view() const noexcept {

@@ -33,7 +33,7 @@ Directions directions_of(const TableView& table, const Geometry& geometry) noexc
     Directions at;
     at.in = table.mu_in.stencil(geometry.mu_in);
     at.out = table.mu_out.stencil(geometry.mu_out);
-    at.azimuth = table.azimuth.stencil(azimuth);
+    at.azimuth = table.azimuth.mirrored_stencil(azimuth);
     at.azimuth_count = used(table.azimuth);
     set_samples(table.mu_in, at.in, at.in_sample);
     set_samples(table.mu_out, at.out, at.out_sample);

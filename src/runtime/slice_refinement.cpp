@@ -63,7 +63,8 @@ double azimuth_at(int k, int intervals) {
 
 Stencils azimuth_stencils(const AxisView& axis, int intervals) {
     Stencils all;
-    for (int k = 0; k <= intervals; ++k) all.push_back(axis.stencil(azimuth_at(k, intervals)));
+    for (int k = 0; k <= intervals; ++k)
+        all.push_back(axis.mirrored_stencil(azimuth_at(k, intervals)));
     return all;
 }
 

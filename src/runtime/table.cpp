@@ -55,7 +55,7 @@ void check_cosine(const Axis& axis, const char* name) {
 
 void check_mixture(const Axis& axis) {
     if (axis.values.empty()) return;
-    check_scale(axis, "mixture", {AxisScale::identity});
+    check_scale(axis, "mixture", {AxisScale::linear});
     check_samples(axis, "mixture", 0, 1, false);
     require(axis.values.size() >= 2, caller, "mixture", "of two samples at least",
             axis.values.size());

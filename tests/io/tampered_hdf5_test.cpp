@@ -77,9 +77,9 @@ void change_tolerance(hid_t file) {
     H5Aclose(attribute);
 }
 
-void change_scale(hid_t file, const char* text) {
-    H5Adelete_by_name(file, "albedo", "scale", H5P_DEFAULT);
-    const hid_t dataset = H5Dopen2(file, "albedo", H5P_DEFAULT);
+void change_scale(hid_t file, const char* axis, const char* text) {
+    H5Adelete_by_name(file, axis, "scale", H5P_DEFAULT);
+    const hid_t dataset = H5Dopen2(file, axis, H5P_DEFAULT);
     const hid_t type = H5Tcopy(H5T_C_S1);
     H5Tset_size(type, std::strlen(text));
     const hid_t space = H5Screate(H5S_SCALAR);
@@ -200,7 +200,7 @@ const std::vector<Tampering> tamperings{
      "albedo has more than 1048576 samples"},
     {"LongAxis", [](hid_t f) { replace_dataset(f, "albedo", {1000000}, H5T_IEEE_F64LE); },
      "albedo has no attribute scale"},
-    {"OtherScale", [](hid_t f) { change_scale(f, "linear"); },
+    {"OtherScale", [](hid_t f) { change_scale(f, "albedo", "linear"); },
      "scale of axis albedo must be square_root_of_complement, got \"linear\""},
     {"ChangedAttribute", change_tolerance, "the metadata is damaged"},
     {"RemovedAttribute", [](hid_t f) { H5Adelete(f, "title"); }, "the metadata is damaged"},
@@ -226,6 +226,17 @@ TEST_P(TamperedHdf5, IsRefused) {
 
 INSTANTIATE_TEST_SUITE_P(Files, TamperedHdf5, testing::ValuesIn(tamperings),
                          [](const auto& row) { return row.param.name; });
+
+TEST(Hdf5Table, ReadsALinearScaleByEitherName) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "table.h5";
+    write_table(sample_table(), path);
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(file, 0);
+    change_scale(file, "azimuth", "identity");
+    ASSERT_GE(H5Fclose(file), 0);
+    EXPECT_EQ(read_table(path).azimuth.scale, AxisScale::linear);
+}
 
 TEST(Hdf5Table, RefusesTooManyChunks) {
     const TemporaryFolder folder;

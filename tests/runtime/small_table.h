@@ -88,7 +88,7 @@ inline Table mixed(const Table& first, const Table& second) {
     table.second_phase_function = second.phase_function;
     table.extrapolation_length = first.extrapolation_length;
     table.second_extrapolation_length = second.extrapolation_length;
-    table.mixture = make_axis(AxisScale::identity, 0, 1, 2);
+    table.mixture = make_axis(AxisScale::linear, 0, 1, 2);
     for_each_of_mixtures(
         [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
         first);

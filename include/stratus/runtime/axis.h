@@ -12,16 +12,18 @@
 namespace stratus {
 
 enum class AxisScale {
-    linear,                     // azimuth: the value itself; even about both ends
+    linear,                     // azimuth, mixture: the value itself
     arcsine_of_fourth_root,     // mu: asin(mu^(1/4))
     logarithmic,                // optical depth: log2(tau)
     square_root_of_complement,  // albedo: -sqrt(1 - w)
-    identity,                   // mixture: the value itself
 };
 
 /// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement", "identity".
+/// "square_root_of_complement".
 const char* axis_scale_name(AxisScale scale) noexcept;
+
+/// Name in files of the linear scale of a mixture.
+constexpr const char* mixture_scale_name = "identity";
 
 /// Samples that a cubic interpolates between.
 constexpr int stencil_size = 4;
@@ -52,9 +54,12 @@ struct AxisView {
     /// not-a-number.
     double index(double value) const noexcept;
 
-    /// Cubic weights at a value (clamped to the finite range). Linear axes are mirrored at both
-    /// ends: the azimuth's dependence is even there.
+    /// Cubic weights at a value (clamped to the finite range).
     Stencil stencil(double value) const noexcept;
+
+    /// The same for an axis mirrored at both ends, as the azimuth is: light is even in it about 0
+    /// and pi.
+    Stencil mirrored_stencil(double value) const noexcept;
 };
 
 /// An axis with its sample values exactly as a file holds them, ascending; a logarithmic one may

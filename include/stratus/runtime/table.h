@@ -87,7 +87,7 @@ struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of tables with a mixture axis
     LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
-    Axis mixture{AxisScale::identity, {}};  // share of the first; empty where nothing is mixed
+    Axis mixture{AxisScale::linear, {}};  // share of the first; empty where nothing is mixed
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};

@@ -26,7 +26,7 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 
 /// Tables of one layer. Must not be moved while a LayerLight uses them.
 struct LayerTables {
-    Axis mixture{AxisScale::identity, {}};  // empty where there is one mixture
+    Axis mixture{AxisScale::linear, {}};  // empty where there is one mixture
     std::vector<Table> tables;              // one for each mixture
     std::vector<TexturedTable> textured;    // as many; none for a uniform layer
 };

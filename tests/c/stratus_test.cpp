@@ -321,7 +321,7 @@ TEST(CSingle, NeedsNoTable) {
     EXPECT_NEAR(value, 0.2 * -std::expm1(-2 * 3.0) / 1.5, 1e-7);  // single precision
 }
 
-TEST_F(C, RefusesFilesThatAreNone) {
+TEST_F(C, RefusesFilesThatAreNoTables) {
     stratus_table* table = handle_;
     expect_refused(stratus_table_open("absent.h5", &table), STRATUS_FAILED, "absent.h5");
     EXPECT_EQ(table, nullptr);

@@ -226,7 +226,7 @@ TEST(Axis, OfOneSampleGivesThatSampleAlone) {
     }
 }
 
-TEST(Axis, KeepsTheSampleAtInfinityOutOfItsCubic) {
+TEST(Axis, ExcludesInfinityFromItsCubic) {
     const Axis axis = make_axis(AxisScale::logarithmic, 1, 16, 5, true);
     const AxisView view = axis.view();
     EXPECT_EQ(axis.values.back(), infinity);

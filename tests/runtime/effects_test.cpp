@@ -58,7 +58,7 @@ TEST(HapkeOpposition, IsOneOverOnePlusTanOfHalfThePhaseAngleOverItsWidth) {
     EXPECT_EQ(opposition_factor(opposition, 1, 1, 0.4, 0.6), 1);  // straight on: a = pi
 }
 
-TEST(Opposition, ChangesNothingWhenThereIsNone) {
+TEST(Opposition, HasNoEffectWhenOff) {
     EXPECT_EQ(opposition_factor({}, -1, 1, 0.5, 0.5), 1);
 }
 

@@ -127,7 +127,7 @@ TEST(Lookup, OverASemiInfiniteLayerStaysAtTheFirstDepthBelowIt) {
               look_up_reflection(table.view(), {0.5, 0.5, 0.3, 0.8, 1}).multiple);
 }
 
-TEST(Lookup, TakesAViewThatNamesNothingBelowForABareLayer) {
+TEST(Lookup, TreatsANullBoundaryAsAbsent) {
     const Table table = filled(five_each, shallow, reflected_cubic, transmitted_cubic);
     TableView view = table.view();
     view.lower_boundary = nullptr;
@@ -340,7 +340,7 @@ TEST(Lookup, OfASideThatIsMissingIsSingleScattering) {
     EXPECT_EQ(look_up_transmission(table.view(), p).multiple, 0);
 }
 
-TEST(Lookup, NeverLeavesTheTableWhateverItIsAsked) {
+TEST(Lookup, StaysWithinTheTableForAnyArgument) {
     const Table table = filled({4, 4, 4, 4, 4}, {0.5, 4, true}, reflected_cubic, transmitted_cubic);
     const double odd[] = {std::nan(""), -infinity, -1, 0, 1e-300, 0.5, 1, 2, 1e300, infinity};
     for (const double w : odd)

@@ -11,7 +11,7 @@ namespace {
 
 const Geometry at{0.4, 0.9, 1.2};
 
-TEST(LowerBoundary, ReflectsNothingWhereThereIsNothing) {
+TEST(LowerBoundary, ReflectsNothingWhenAbsent) {
     EXPECT_FALSE(LowerBoundary().is_present());
     EXPECT_EQ(single_reflection_of_boundary({}, 0, at), 0);
 }
@@ -24,7 +24,7 @@ TEST(LowerBoundary, IsSeenThroughTheLayerOnTheWayThereAndBack) {
     EXPECT_EQ(single_reflection_of_boundary(surface, infinity, at), 0);
 }
 
-TEST(LowerBoundary, ScattersOnceAsALayerWithoutEndDoes) {
+TEST(LowerBoundary, ScattersOnceAsASemiInfiniteLayer) {
     const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.6);
     const LowerBoundary layer = LowerBoundary::layer(forward, 0.8);
     // [Blinn82] 2.7 in this normalisation: (w/4) phi / (mu + mu0)

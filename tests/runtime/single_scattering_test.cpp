@@ -151,14 +151,14 @@ TEST(SingleScattering, KeepsItsRelativeAccuracyInThinLayers) {
     }
 }
 
-TEST(SingleScattering, OfNothingIsNothing) {
+TEST(SingleScattering, IsZeroAtDepthZero) {
     EXPECT_EQ(single_reflection(1, 1, 0, 0.5, 0.7), 0);
     EXPECT_EQ(single_transmission(1, 1, 0, 0.5, 0.7), 0);
     EXPECT_EQ(single_transmission(1, 1, 0, 0.5, 0.5), 0);
     EXPECT_EQ(direct_transmittance(0, 0.5), 1);
 }
 
-TEST(SingleScattering, OfALayerWithoutEndIsHapkeAndIrvines) {
+TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
     for (const double mu0 : cosines)
         for (const double mu : cosines) {
             EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu0, mu) /
@@ -175,7 +175,7 @@ TEST(SingleScattering, MakesTheFullMoonAFlatDisk) {
         EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu, mu), 0.9 * 1.7 / 2, 1e-15);
 }
 
-TEST(SingleScattering, NeverOverflowsNorTurnsIntoNothing) {
+TEST(SingleScattering, NeitherOverflowsNorUnderflows) {
     const double extremes[] = {0,   1e-300, 1e-200, 1e-30, 1e-9,  1e-3,    1,
                                10., 1e3,    1e9,    1e30,  1e300, infinity};
     for (const double tau : extremes)
@@ -224,7 +224,7 @@ TEST(Transparency, IsTheBeamAndBottomLitLightFromTheSameDirection) {
         }
 }
 
-TEST(Transparency, IsWholeWithoutALayerAndNoneWithoutEnd) {
+TEST(Transparency, IsOneAtDepthZeroAndZeroAtInfinity) {
     EXPECT_EQ(source_seen_through(4.2, 0.9, 0, 0.5), 1);
     EXPECT_EQ(source_seen_through(4.2, 0.9, infinity, 0.5), 0);
 }

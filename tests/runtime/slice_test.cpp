@@ -92,7 +92,7 @@ TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
         }
 }
 
-TEST(Slice, HasOnlyTheEffectsAskedFor) {
+TEST(Slice, HasOnlyTheRequestedEffects) {
     Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
     table.reflection_multiple = samples_of(table, small_table_reflection_scale);
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);

@@ -30,7 +30,7 @@ TEST(Table, CountsTheSamplesOfOneSide) {
     EXPECT_EQ(good_table().sample_count(), good_table().reflection_multiple.size());
 }
 
-TEST(Prepare, WorksOutTheWeightsOfEveryLayer) {
+TEST(Prepare, ComputesTheWeightsOfEveryLayer) {
     Table table = good_table();
     prepare(table);
     ASSERT_EQ(table.reflection_weight.size(), 15u);
@@ -47,7 +47,7 @@ TEST(Prepare, WorksOutTheWeightsOfEveryLayer) {
         }
 }
 
-TEST(Prepare, WorksOutTheWeightsOfBothCosinesAtEveryDepth) {
+TEST(Prepare, ComputesCosineWeightsAtEveryDepth) {
     Table table = good_table();
     prepare(table);
     ASSERT_EQ(table.mu_in_weight.size(), 5u * 2u);
@@ -59,7 +59,7 @@ TEST(Prepare, WorksOutTheWeightsOfBothCosinesAtEveryDepth) {
         }
 }
 
-TEST(Prepare, GivesUpSamplesThatFloatCannotHold) {
+TEST(Prepare, DropsSamplesBelowTheRangeOfFloat) {
     Table table = empty_table({2, 3, 1, 1, 1}, {1, 1024, false});
     table.albedo.values[0] = 0;
     table.transmission_multiple = samples_of(table, small_table_transmission_scale);

@@ -94,7 +94,7 @@ std::vector<Point> random_points(int count) {
 
 class SharedTable : public testing::TestWithParam<Function> {};
 
-TEST_P(SharedTable, GivesManyThreadsTheBitsThatItGivesOne) {
+TEST_P(SharedTable, IsBitIdenticalFromManyThreads) {
     const Table table = every_kind();
     const Shared shared{table, every_kind_over_ground(), Bsdf(bind(table.view(), 2, 0.7))};
     const std::vector<Point> points = random_points(200);

@@ -20,8 +20,8 @@ namespace stratus {
 /// Range    albedo [0, 1]; optical_depth [0, inf]; mu in [1e-100, 1], none: at the Gauss nodes;
 ///          options as stated there.
 /// Errors   std::invalid_argument naming argument, range and value.
-/// Accuracy to rounding as nodes grow (README); energy is conserved to 1e-13 at w = 1 for every
-///          depth.
+/// Accuracy to rounding as nodes grow (docs/accuracy.md); energy is conserved to 1e-13 at w = 1 for
+///          every depth.
 /// Cost     2.3 N^3 operations a doubling and mode, N = nodes; some 30 doublings.
 LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, double optical_depth,
                           const std::vector<double>& mu, const SolverOptions& options = {},

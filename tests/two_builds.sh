@@ -21,8 +21,8 @@ for recipe in plain ground mixture; do
     sed 's/^tolerance.*/tolerance = 1e-4/' "$recipes/$recipe.toml" >$recipe.toml
 done
 for recipe in open plain ground mixture; do
-    "$one" bake $recipe.toml -o $recipe.one.h5 --quiet
-    "$other" bake $recipe.toml -o $recipe.other.h5 --quiet
+    "$one" bake $recipe.toml -o $recipe.one.h5 --accept --quiet
+    "$other" bake $recipe.toml -o $recipe.other.h5 --accept --quiet
     "$python" - $recipe.one.h5 $recipe.other.h5 <<'PYTHON'
 import sys
 import h5py

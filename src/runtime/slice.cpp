@@ -24,6 +24,7 @@ namespace stratus {
 namespace {
 
 constexpr const char* caller = "bind";
+
 template <int channels>
 const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders) {
     const Kernels& all = kernels();
@@ -439,37 +440,34 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
 }
 
 template <int channels>
-typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
-    float value[channels];
-    for (int c = 0; c < channels; ++c)
-        value[c] =
-            one_sided_
-                ? 0
-                : static_cast<float>(direct_transmittance(medium_.optical_depth[c], double{mu}));
+template <class OfChannel>
+typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
+    const OfChannel& of) const noexcept {
+    float value[channels] = {};
+    for (int c = 0; c < channels && !one_sided_; ++c) value[c] = static_cast<float>(of(c));
     return value_of(value, 1);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
+    return seen_through(
+        [&](int c) { return direct_transmittance(medium_.optical_depth[c], double{mu}); });
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
-    float value[channels];
-    for (int c = 0; c < channels; ++c)
-        value[c] = one_sided_
-                       ? 0
-                       : background_share(background_mu_, background_[static_cast<std::size_t>(c)],
-                                          medium_.optical_depth[c], double{mu});
-    return value_of(value, 1);
+    return seen_through([&](int c) {
+        return background_share(background_mu_, background_[static_cast<std::size_t>(c)],
+                                medium_.optical_depth[c], double{mu});
+    });
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) const noexcept {
-    float value[channels];
-    for (int c = 0; c < channels; ++c)
-        value[c] =
-            one_sided_
-                ? 0
-                : static_cast<float>(source_seen_through(double{forward_phase_}, medium_.albedo[c],
-                                                         medium_.optical_depth[c], double{mu}));
-    return value_of(value, 1);
+    return seen_through([&](int c) {
+        return source_seen_through(double{forward_phase_}, medium_.albedo[c],
+                                   medium_.optical_depth[c], double{mu});
+    });
 }
 
 template <int channels>

@@ -5,6 +5,8 @@
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 
+#include "usual_layers.h"
+
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
@@ -18,21 +20,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
-const std::vector<double> azimuths{0, 1, 2, pi};
-
-const PhaseFunction isotropic = PhaseFunction::isotropic();
-const PhaseFunction rayleigh = PhaseFunction::rayleigh();
-const PhaseFunction saturn =
-    parse_phase_function("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
-const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.75);
-
-SolverOptions with_nodes(int nodes) {
-    SolverOptions options;
-    options.nodes = nodes;
-    return options;
-}
 
 double total(const LayerSolution& layer, Side side, int in, int out, double azimuth) {
     return (side == Side::reflection ? layer.reflection(in, out, azimuth)

@@ -2,6 +2,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "usual_layers.h"
+
 #include <boost/math/special_functions/expint.hpp>
 #include <gtest/gtest.h>
 
@@ -10,21 +12,6 @@
 
 namespace stratus {
 namespace {
-
-const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
-const std::vector<double> azimuths{0, 1, 2, pi};
-
-const PhaseFunction isotropic = PhaseFunction::isotropic();
-const PhaseFunction rayleigh = PhaseFunction::rayleigh();
-const PhaseFunction saturn =
-    parse_phase_function("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
-const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.75);
-
-SolverOptions with_nodes(int nodes) {
-    SolverOptions options;
-    options.nodes = nodes;
-    return options;
-}
 
 TEST(SolveLayer, TransmitsOnlyTheBeamAtDepthZero) {
     for (const double w : {0.0, 0.5, 1.0}) {

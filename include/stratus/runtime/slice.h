@@ -127,6 +127,9 @@ class SliceOf {
     void bind_orders(const TableView& table, Side which, BoundSide& side);
     void bind_background(const TableView* table, const PhaseFunction& phase_function,
                          const Effects& effects);
+    /// of(channel) for every channel; 0 over a lower boundary.
+    template <class OfChannel>
+    Value seen_through(const OfChannel& of) const noexcept;
     Value at(const BoundSide& side, float mu_in, float mu_out, float azimuth) const noexcept;
     void many(const BoundSide& side, std::size_t count, const float* mu_in, const float* mu_out,
               const float* azimuth, float* value) const noexcept;

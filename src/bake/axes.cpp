@@ -32,6 +32,11 @@ SolverOptions solver_options(const Recipe& recipe) {
     return solver;
 }
 
+std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
+    if (recipe.mixture || recipe.lower_boundary.is_present()) return {};
+    return PathOrders::of(recipe.phase_function);
+}
+
 Axis mu_axis(int samples) {
     return make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
 }

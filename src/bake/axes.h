@@ -3,11 +3,18 @@
 
 #include <stratus/bake/recipe.h>
 #include <stratus/runtime/axis.h>
+#include <stratus/runtime/path_law.h>
+
+#include <memory>
 
 namespace stratus {
 
 /// The solver that a recipe asks for, as far as it is resolved.
 SolverOptions solver_options(const Recipe& recipe);
+
+/// What tables of the recipe leave to lookups (path_law.h); null where the phase function has no
+/// narrow peak, over a lower boundary and in mixtures.
+std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
 /// mu from 1e-4 to 1: directions within 0.006 degrees of the surface are clamped.
 Axis mu_axis(int samples);

@@ -22,7 +22,7 @@ double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             add_errors(probes.recipe, to[a][d], directions, count(directions), errors,
                        [&](Side side, int i, int j, int k) {
-                           return from[a][d].side(side).multiple[directions.at(i, j, k)];
+                           return from[a][d].side(side).tabulated[directions.at(i, j, k)];
                        });
         });
 }
@@ -42,7 +42,7 @@ double tail_of_modes(Probes& probes, int kept) {
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
                                tail += 2 * std::abs(modes[m](i, j));
-                           return layer.side(side).multiple[directions.at(i, j, k)] + tail;
+                           return layer.side(side).tabulated[directions.at(i, j, k)] + tail;
                        });
         });
 }
@@ -53,7 +53,7 @@ double mu_error(const Probes& probes, int samples) {
     const int probed = count(probes.directions);
     std::vector<double> mu = probes.directions.mu();  // then the axis' own
     mu.insert(mu.end(), axis.values.begin(), axis.values.end());
-    const DirectionGrid all = directions_at(recipe, mu);
+    const DirectionGrid all = directions_at(recipe, mu, probes.path_law);
     const ProbedLayers layers = solve_layers(probes, probes.albedos, probes.ladder, all);
     std::vector<Stencil> stencils;
     for (const double cosine : probes.directions.mu())
@@ -77,7 +77,7 @@ double mu_error(const Probes& probes, int samples) {
                 for (int p = 0; p < Blend::size; ++p)
                     for (int q = 0; q < Blend::size; ++q)
                         found += weight(i, p) * weight(j, q) *
-                                 layer.side(side).multiple[all.at(sample(i, p), sample(j, q), k)];
+                                 layer.side(side).tabulated[all.at(sample(i, p), sample(j, q), k)];
                 return found;
             });
         });
@@ -92,7 +92,7 @@ double azimuth_error(Probes& probes, int samples) {
     const Axis axis = azimuth_axis(samples);
     const auto grid = [&](const std::vector<double>& azimuths) {
         return DirectionGrid(recipe.phase_function, recipe.lower_boundary, probes.directions.mu(),
-                             azimuths, 2 * recipe.discretisation.nodes);
+                             azimuths, 2 * recipe.discretisation.nodes, probes.path_law);
     };
     const DirectionGrid at_tests = grid(tests), at_samples = grid(axis.values);
     std::vector<Stencil> stencils;
@@ -109,7 +109,7 @@ double azimuth_error(Probes& probes, int samples) {
                     for (int p = 0; p < Blend::size; ++p)
                         found +=
                             stencil.weight[p] *
-                            sampled.side(side).multiple[at_samples.at(i, j, stencil.first + p)];
+                            sampled.side(side).tabulated[at_samples.at(i, j, stencil.first + p)];
                     return found;
                 });
         });

@@ -91,7 +91,7 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
                        if (blend.sample[p] != nullptr)
                            found += weight[p] * along[p][static_cast<std::size_t>(i)] *
                                     along[p][static_cast<std::size_t>(j)] *
-                                    blend.sample[p]->side(side).multiple[at];
+                                    blend.sample[p]->side(side).tabulated[at];
                    return found;
                });
 }
@@ -172,7 +172,7 @@ struct MixtureStep {
 
 MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
-    DirectionGrid directions = directions_at(recipe, few_cosines());
+    DirectionGrid directions = directions_at(recipe, few_cosines(), {});
     ProbedLayers layers =
         solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
     for (auto& of_albedo : layers)
@@ -246,7 +246,7 @@ Choice choose_albedo_samples(Probes& probes) {
     if (recipe.albedo.min == recipe.albedo.max) return {1};
     constexpr int fine = 120;
     const std::vector<double> albedos = albedo_axis(recipe.albedo, fine + 1).values;
-    const DirectionGrid directions = directions_at(recipe, few_cosines());
+    const DirectionGrid directions = directions_at(recipe, few_cosines(), probes.path_law);
     const ProbedLayers layers =
         solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
     const std::vector<double> exponents = decay_exponents(recipe, albedos);

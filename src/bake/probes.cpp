@@ -17,8 +17,9 @@ constexpr int max_nodes = 80;
 
 ProbedSide probe_side(const LayerSolution& layer, Side side, const DirectionGrid& directions) {
     GridValues values = evaluate(layer, side, directions);
-    for (std::size_t n = 0; n < values.single.size(); ++n) values.single[n] += values.multiple[n];
-    return {std::move(values.multiple), std::move(values.single),
+    for (std::size_t n = 0; n < values.closed_form.size(); ++n)
+        values.closed_form[n] += values.tabulated[n];
+    return {std::move(values.tabulated), std::move(values.closed_form),
             side == Side::reflection ? reflection_floor(layer) : transmission_floor(layer)};
 }
 
@@ -74,10 +75,12 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
     for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
         mu.push_back(x * x);
     const std::vector<double> albedos = probed_albedos(recipe.albedo);
+    const std::shared_ptr<const PathOrders> path_law = path_law_of(recipe);
     return {recipe,
             max_error,
             options,
-            directions_at(recipe, std::move(mu)),
+            path_law,
+            directions_at(recipe, std::move(mu), path_law),
             albedos,
             decay_exponents(recipe, albedos),
             probed_ladder(recipe),
@@ -85,13 +88,15 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
             {}};
 }
 
-DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines) {
+DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines,
+                            std::shared_ptr<const PathOrders> path_law) {
     const int nodes = recipe.discretisation.nodes;
     return {recipe.phase_function,
             recipe.lower_boundary,
             std::move(cosines),
             {0.15, 0.7, 1.3, 1.9, 2.5, 3.1},
-            2 * (nodes > 0 ? nodes : max_nodes)};
+            2 * (nodes > 0 ? nodes : max_nodes),
+            std::move(path_law)};
 }
 
 std::vector<double> few_cosines() {
@@ -155,7 +160,7 @@ void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
                    for (int p = 0; p < Blend::size; ++p)
                        if (weight[p] != 0)
                            found += weight[p] *
-                                    blend.sample[p]->side(side).multiple[directions.at(i, j, k)];
+                                    blend.sample[p]->side(side).tabulated[directions.at(i, j, k)];
                    return found;
                });
 }

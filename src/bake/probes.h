@@ -14,14 +14,15 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <vector>
 
 namespace stratus {
 
 /// One side of a solved layer at all directions.
 struct ProbedSide {
-    std::vector<double> multiple, total;  // over (mu, mu, azimuth)
-    double floor = 0;                     // accuracy.h
+    std::vector<double> tabulated, total;  // over (mu, mu, azimuth)
+    double floor = 0;                      // accuracy.h
 };
 
 struct ProbedLayer {
@@ -39,6 +40,7 @@ struct Probes {
     Recipe recipe;  // of one mixture, its discretisation as far as it is chosen
     double max_error;
     BakeOptions options;
+    std::shared_ptr<const PathOrders> path_law;  // axes.h
     DirectionGrid directions;
     std::vector<double> albedos, exponents;  // exponents: decay_exponents (axes.h)
     DepthLadder ladder;
@@ -50,7 +52,8 @@ struct Probes {
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
 /// All pairs of some cosines at the probes' azimuths, for solutions of the recipe's nodes.
-DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines);
+DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines,
+                            std::shared_ptr<const PathOrders> path_law);
 
 /// The few cosines that suffice where layers, not directions, are interpolated.
 std::vector<double> few_cosines();
@@ -78,10 +81,12 @@ double measure_layers(
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
 /// Adds the errors of found(side, i, j, k) at all pairs of the first `cosines` of the directions
-/// and at all azimuths, for both sides of `expected` that the recipe asks for.
+/// and at all azimuths, for both sides of `expected` that the recipe asks for; of a narrow peak at
+/// the cosines that are judged (accuracy.h).
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
                 int cosines, Errors& errors, const Found& found) {
+    const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
     for (const Side side : {Side::reflection, Side::transmission}) {
         if (side == Side::reflection
                 ? !recipe.reflection
@@ -89,12 +94,16 @@ void add_errors(const Recipe& recipe, const ProbedLayer& expected, const Directi
             continue;
         const ProbedSide& values = expected.side(side);
         for (int i = 0; i < cosines; ++i)
-            for (int j = i; j < cosines; ++j)
+            for (int j = i; j < cosines; ++j) {
+                if (std::min(directions.mu()[static_cast<std::size_t>(i)],
+                             directions.mu()[static_cast<std::size_t>(j)]) < least)
+                    continue;
                 for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
                     const std::size_t at = directions.at(i, j, k);
-                    errors.push_back(std::abs(found(side, i, j, k) - values.multiple[at]) /
+                    errors.push_back(std::abs(found(side, i, j, k) - values.tabulated[at]) /
                                      std::max(values.total[at], values.floor));
                 }
+            }
     }
 }
 

@@ -54,6 +54,7 @@ class TableSolver {
     TableSolver(const Recipe& recipe, const BakeOptions& options)
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         place_axes();
+        table_.path_law = path_law_of(recipe);
         for (const double share : recipe.mixture ? table_.mixture.values : std::vector<double>{1}) {
             mixtures_.push_back(at_mixture(recipe, share));
             const Recipe& mixed = mixtures_.back();
@@ -61,7 +62,8 @@ class TableSolver {
             table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
                                              exponents.end());
             grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, table_.mu_in.values,
-                                table_.azimuth.values, recipe.discretisation.modes);
+                                table_.azimuth.values, recipe.discretisation.modes,
+                                table_.path_law);
         }
         make_room();
     }
@@ -256,8 +258,8 @@ class TableSolver {
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     float* out) const {
-        const std::vector<double> multiple = evaluate(solution, side, grid).multiple;
-        std::transform(multiple.begin(), multiple.end(), out, rounded_);
+        const std::vector<double> samples = evaluate(solution, side, grid).tabulated;
+        std::transform(samples.begin(), samples.end(), out, rounded_);
     }
 
     const Recipe& recipe_;

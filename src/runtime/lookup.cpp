@@ -126,6 +126,12 @@ double summed(const TableView& table, const LayerBlend& blend, const Geometry& g
     }
 }
 
+double along_path(const TableView& table, Side side, double albedo, double optical_depth,
+                  const Geometry& geometry) noexcept {
+    if (table.path_law == nullptr) return 0;
+    return (*table.path_law)(side, albedo, optical_depth, geometry, table.highest_order);
+}
+
 }  // namespace
 
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
@@ -139,7 +145,8 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
     if (table.has_reflection())
         scattered.multiple =
-            summed(table, reflection_blend(table, albedo, optical_depth), geometry);
+            summed(table, reflection_blend(table, albedo, optical_depth), geometry) +
+            along_path(table, Side::reflection, albedo, optical_depth, geometry);
     return scattered;
 }
 
@@ -152,7 +159,8 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_transmission())
         scattered.multiple =
-            summed(table, transmission_blend(table, albedo, optical_depth), geometry);
+            summed(table, transmission_blend(table, albedo, optical_depth), geometry) +
+            along_path(table, Side::transmission, albedo, optical_depth, geometry);
     return scattered;
 }
 

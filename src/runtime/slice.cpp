@@ -259,26 +259,47 @@ void SliceOf<channels>::check_coverage(const TableView& table, Side which, Outsi
     }
 }
 
+namespace {
+
+/// Rows 0 and 1 over mu, 2 azimuths.
+constexpr std::size_t no_samples = (2 + 3) * 2;
+
+}  // namespace
+
 template <int channels>
 void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSide& side) {
     std::vector<LayerBlend> blends;
     for (int c = 0; c < channels; ++c)
         blends.push_back(blend_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
-    const auto single = [&](int c, double mu_in, double mu_out, double azimuth) {
+    const auto closed_form = [&](int c, double mu_in, double mu_out, double azimuth) {
         if (side.kernel.at_angles == nullptr) return 0.0;
         float value[channels];
         side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
                               static_cast<float>(azimuth), value);
         return double{value[c]};
     };
-    RefinedSamples refined = refine(table, blends, single);
+    if (table.path_law != nullptr) {
+        if (path_.sample_count() == 0)
+            path_ = PathSheet(*table.path_law, medium_.albedo, channels, table.highest_order);
+        side.view.path = path_.view();
+        // What lookups know in closed form: the kernel itself, of no samples.
+        side.sample.assign(no_samples * channels + 1, 0.0f);
+        side.view.sample = side.sample.data();
+        side.view.last_mu = 1;
+        side.view.azimuths = 2;
+        side.orders = Orders::with_azimuth_and_path;
+        set_kernels();
+    }
+    RefinedSamples refined = refine(table, blends, closed_form);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
     side.view.azimuths = refined.azimuths;
     side.view.last_mu = refined.last_mu;
     side.view.mu_first = refined.mu_first;
     side.view.mu_step_inverse = refined.mu_step_inverse;
-    side.orders = table.azimuth.count > 1 ? Orders::with_azimuth : Orders::without_azimuth;
+    side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
+                  : table.azimuth.count > 1 ? Orders::with_azimuth
+                                            : Orders::without_azimuth;
 }
 
 template <int channels>
@@ -472,7 +493,7 @@ typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) con
 
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
-    std::size_t numbers = 0;
+    std::size_t numbers = path_.sample_count();
     for (const BoundSide* side : {reflection_.get(), transmission_.get()})
         numbers += side->sample.size() + side->phase.sample_count();
     for (const std::vector<float>& curve : background_) numbers += curve.size();

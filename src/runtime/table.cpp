@@ -218,6 +218,8 @@ TableView Table::view() const noexcept {
     if (!diffuse_transmittance.empty()) view.diffuse_transmittance = diffuse_transmittance.data();
     view.extrapolation_length = extrapolation_length;
     view.tolerance = tolerance;
+    view.path_law = path_law.get();
+    view.highest_order = highest_order;
     return view;
 }
 

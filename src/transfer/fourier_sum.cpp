@@ -33,16 +33,40 @@ struct PairTable {
     std::span<const double> cos_scattering_angle, phase, boundary_phase;
 };
 
+void sum_modes(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
+               std::span<double> values) {
+    Eigen::Map<VectorXd> sum(values.data(), table.cosines.rows());
+    sum.setZero();
+    const auto& modes =
+        side == Side::reflection ? layer.reflection_modes : layer.transmission_modes;
+    for (std::size_t m = 0; m < modes.size(); ++m)
+        sum += modes[m](in, out) * table.cosines.col(static_cast<Eigen::Index>(m));
+}
+
+/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table, in two parts.
+struct MultipleParts {
+    std::span<double> path, rest;
+};
+
+void split_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
+                    const PathOrders& path_law, const MultipleParts& parts) {
+    sum_modes(layer, side, in, out, table, parts.rest);
+    const PathWeights weights = layer.path_weights(side, in, out);
+    const VectorXd rest = layer.path->rest(weights);
+    const std::vector<double> along_path = sum_legendre(
+        std::span(rest.data(), static_cast<std::size_t>(rest.size())), table.cos_scattering_angle);
+    for (std::size_t k = 0; k < parts.rest.size(); ++k) {
+        const double cosine = table.cos_scattering_angle[k];
+        parts.rest[k] += along_path[k];
+        parts.path[k] = path_law(weights, 1 - cosine, 1 + cosine);
+    }
+}
+
 /// Multiple scattering between mu(in) and mu(out) at all azimuths of the table.
 void sum_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
                   std::span<double> multiple) {
+    sum_modes(layer, side, in, out, table, multiple);
     const bool reflected = side == Side::reflection;
-    Eigen::Map<VectorXd> sum(multiple.data(), table.cosines.rows());
-    sum.setZero();
-    const auto& modes = reflected ? layer.reflection_modes : layer.transmission_modes;
-    for (std::size_t m = 0; m < modes.size(); ++m)
-        sum += modes[m](in, out) * table.cosines.col(static_cast<Eigen::Index>(m));
-
     const PeakCorrection peak =
         reflected ? layer.reflection_correction(in, out) : layer.transmission_correction(in, out);
     const std::vector<double> scattered_again =
@@ -94,10 +118,12 @@ std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in
 }  // namespace
 
 DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
-                             std::vector<double> mu, std::vector<double> azimuth, int max_modes)
+                             std::vector<double> mu, std::vector<double> azimuth, int max_modes,
+                             std::shared_ptr<const PathOrders> path_law)
     : mu_(std::move(mu)),
       azimuth_(std::move(azimuth)),
-      cosines_(tabulate_cosines(azimuth_, max_modes)) {
+      cosines_(tabulate_cosines(azimuth_, max_modes)),
+      path_law_(std::move(path_law)) {
     for (const double in : mu_)
         for (const double out : mu_)
             for (const double phi : azimuth_) {
@@ -119,25 +145,28 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
             "at most " + std::to_string(grid.cosines().cols()), modes);
     GridValues values{std::vector<double>(grid.size()), std::vector<double>(grid.size())};
     if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
+    const PathOrders* const path_law = grid.path_law();
+    require(path_law == nullptr || solution.path != nullptr, "evaluate", "path law",
+            "that of a solution whose peak is narrow", "another");
     const std::size_t azimuths = grid.azimuth().size();
     for (int in = 0; in < n; ++in)
         for (int out = in; out < n; ++out) {
             const std::size_t first = grid.at(in, out, 0), mirrored = grid.at(out, in, 0);
-            const auto part = [&](const std::vector<double>& all) {
-                return std::span(all).subspan(first, azimuths);
-            };
-            sum_multiple(solution, side, in, out,
-                         {grid.cosines(), part(grid.cos_scattering_angle(side)),
-                          part(grid.phase(side)), part(grid.boundary_phase())},
-                         std::span(values.multiple).subspan(first, azimuths));
+            const auto part = [&](auto& all) { return std::span(all).subspan(first, azimuths); };
+            const PairTable table{grid.cosines(), part(grid.cos_scattering_angle(side)),
+                                  part(grid.phase(side)), part(grid.boundary_phase())};
+            if (path_law != nullptr)
+                split_multiple(solution, side, in, out, table, *path_law,
+                               {part(values.closed_form), part(values.tabulated)});
+            else
+                sum_multiple(solution, side, in, out, table, part(values.tabulated));
             const double once = single_scattering(solution, side, 1, in, out);
             const double boundary = seen_boundary(solution, 1, in, out);
             for (std::size_t at = first; at < first + azimuths; ++at)
-                values.single[at] =
+                values.closed_form[at] +=
                     once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
-            std::copy_n(values.single.data() + first, azimuths, values.single.data() + mirrored);
-            std::copy_n(values.multiple.data() + first, azimuths,
-                        values.multiple.data() + mirrored);
+            for (std::vector<double>* all : {&values.closed_form, &values.tabulated})
+                std::copy_n(all->data() + first, azimuths, all->data() + mirrored);
         }
     return values;
 }
@@ -175,7 +204,7 @@ double LayerSolution::most_negative() const {
             for (int j = 0; j <= i; ++j)
                 for (int k = 0; k < count; ++k) {
                     const std::size_t at = grid.at(j, i, k);
-                    const double total = values.single[at] + values.multiple[at];
+                    const double total = values.closed_form[at] + values.tabulated[at];
                     const double scaled = (mu(i) + mu(j)) * total;
                     if (total < -rounding) lowest = std::min(lowest, scaled);
                     highest = std::max(highest, scaled);

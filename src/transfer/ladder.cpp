@@ -36,8 +36,7 @@ class LadderRun {
               problem.mu)),
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
-        const std::vector<double> moments =
-            truncation_.narrow ? peak_moments(problem.phase_function) : std::vector<double>{};
+        const auto path = path_of(problem);
         const double first =
             problem.ladder.octaves ? problem.ladder.first : directions_.mu.minCoeff();
         for (std::size_t a = 0; a < problem.albedos.size(); ++a) {
@@ -45,12 +44,9 @@ class LadderRun {
             task_.albedos.push_back(
                 {truncation_.albedo(albedo), truncation_.co_albedo(albedo),
                  by_order() ? first : truncation_.optical_depth(first, albedo)});
-            const auto peak =
-                moments.empty() ? nullptr
-                                : std::make_shared<const ForwardPeak>(moments, truncation_, albedo);
             results_.emplace_back();
             for (const DepthTarget& target : problem.targets)
-                results_[a].push_back(blank(a, target.optical_depth, peak));
+                results_[a].push_back(blank(a, target.optical_depth, path));
         }
         for (auto& of_albedo : results_) {
             recorders_.emplace_back();
@@ -78,8 +74,18 @@ class LadderRun {
   private:
     bool by_order() const { return !problem_.order_weights.empty(); }
 
+    std::shared_ptr<const TruncatedPath> path_of(const LadderProblem& problem) const {
+        const bool is_alone =
+            !problem.boundary.is_present() && problem.options.truncate == Truncate::smooth;
+        if (!is_alone || !(truncation_.narrow || has_narrow_peak(problem.phase_function)))
+            return {};
+        std::vector<double> moments = significant_moments(problem.phase_function);
+        if (moments.empty()) return {};
+        return std::make_shared<const TruncatedPath>(PathLaw(std::move(moments)), truncation_);
+    }
+
     LayerSolution blank(std::size_t a, double optical_depth,
-                        std::shared_ptr<const ForwardPeak> peak) const {
+                        std::shared_ptr<const TruncatedPath> path) const {
         LayerSolution solution;
         solution.albedo = problem_.albedos[a];
         if (by_order()) solution.order_weights = problem_.order_weights[a];
@@ -87,7 +93,7 @@ class LadderRun {
         solution.mu = solved_cosines(directions_);
         solution.phase_function = problem_.phase_function;
         solution.truncation = truncation_;
-        solution.peak = std::move(peak);
+        solution.path = std::move(path);
         solution.lower_boundary = problem_.boundary;
         solution.boundary_truncation = boundary_truncation_;
         return solution;

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/argument.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -10,6 +11,8 @@ namespace stratus {
 void check_options(const SolverOptions& options) {
     require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
             options.nodes);
+    require(options.moments >= 0 && options.moments <= 2 * options.nodes, "solve", "moments",
+            "in [0, 2 nodes]", options.moments);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);
     require(options.orders >= 0 && options.orders <= 200, "solve", "orders", "in [0, 200]",
             options.orders);
@@ -19,11 +22,23 @@ void check_options(const SolverOptions& options) {
             "solve", "start_depth", "0 or in [1e-15, 1]", options.start_depth);
 }
 
+namespace {
+
+/// Moments of a peaked phase function that the nodes integrate well: 4/3 of them, between the 2/3
+/// for which their quadrature is exact and the 2 at which their own resolution ends.
+int moments_integrated(int nodes) { return std::max(2, (4 * nodes + 1) / 3); }
+
+}  // namespace
+
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m) {
-    const int L = 2 * options.nodes;
-    if (options.truncate == Truncate::nothing) return no_truncation(phase_function, L);
-    return truncate_peak(phase_function, L, delta_m || options.truncate == Truncate::delta_m);
+    const int most = options.moments > 0 ? options.moments : 2 * options.nodes;
+    if (options.truncate == Truncate::nothing) return no_truncation(phase_function, most);
+    if (delta_m || options.truncate == Truncate::delta_m)
+        return truncate_peak(phase_function, most, true);
+    Truncation truncation = truncate_peak(phase_function, most);
+    if (options.moments > 0 || !truncation.narrow) return truncation;
+    return truncate_peak(phase_function, moments_integrated(options.nodes));
 }
 
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options) {

@@ -5,7 +5,7 @@
 // truncated problem treats it as unscattered.
 #pragma once
 
-#include <stratus/transfer/forward_peak.h>
+#include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>

@@ -3,6 +3,9 @@
 #include "options.h"
 #include "orders.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace stratus {
 
 namespace {
@@ -21,20 +24,37 @@ double single_correction(const LayerSolution& layer, SingleScattering single_sca
            single_scattering(1, layer.albedo, layer.optical_depth, in, out);
 }
 
+PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, int out) {
+    const PathWeights weights = layer.path_weights(side, in, out);
+    std::vector<double> sum = layer.path->law().legendre(weights);
+    const Eigen::VectorXd rest = layer.path->rest(weights);
+    sum.resize(std::max(sum.size(), static_cast<std::size_t>(rest.size())), 0.0);
+    for (Eigen::Index l = 0; l < rest.size(); ++l) sum[static_cast<std::size_t>(l)] += rest(l);
+    return {0, std::move(sum)};
+}
+
 }  // namespace
 
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
+    if (path) return path_correction(*this, Side::reflection, in, out);
     if (truncation.fraction == 0) return {};
-    const double x = mu(in), y = mu(out);
-    return {single_correction(*this, single_reflection, reflected_path, x, y),
-            peak ? peak->reflection(optical_depth, x, y, order_weights) : std::vector<double>{}};
+    return {single_correction(*this, single_reflection, reflected_path, mu(in), mu(out)), {}};
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
+    if (path) return path_correction(*this, Side::transmission, in, out);
     if (truncation.fraction == 0) return {};
-    const double x = mu(in), y = mu(out);
-    return {single_correction(*this, single_transmission, transmitted_path, x, y),
-            peak ? peak->transmission(optical_depth, x, y, order_weights) : std::vector<double>{}};
+    return {single_correction(*this, single_transmission, transmitted_path, mu(in), mu(out)), {}};
+}
+
+PathWeights LayerSolution::path_weights(Side side, int in, int out) const {
+    const int orders = path->law().order_count(), asked = static_cast<int>(order_weights.size());
+    PathWeights weights = stratus::path_weights(side, asked ? std::min(asked, orders) : orders,
+                                                optical_depth, mu(in), mu(out));
+    double power = 1;
+    for (int n = 0; n < weights.count; ++n, power *= albedo)
+        weights.of_order[n] *= asked ? order_weights(n) : power;
+    return weights;
 }
 
 double LayerSolution::boundary_correction(int in, int out) const {

@@ -16,6 +16,10 @@
 
 namespace stratus {
 
+/// Of phase functions with a narrow peak (path_law.h) directions with smaller cosines are judged
+/// apart: there the path bends away from the surface, and no law is known.
+constexpr double least_judged_cosine = 0.15;
+
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
 /// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
 double reflection_floor(const LayerSolution& solution);

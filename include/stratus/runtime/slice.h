@@ -143,6 +143,7 @@ class SliceOf {
     AxisView background_mu_{};
     std::array<std::vector<float>, channels> background_;
 
+    PathSheet path_;  // empty where there is no path law
     std::unique_ptr<BoundSide> reflection_, transmission_;
 };
 

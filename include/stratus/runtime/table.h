@@ -2,7 +2,8 @@
 //
 // The samples are the multiply scattered light only (orders n >= 2 of the Neumann series), R or T
 // over (albedo, optical_depth, mu_in, mu_out, azimuth) with azimuth contiguous. Single scattering
-// is never tabulated: the lookup adds the closed form with the exact phase function.
+// is never tabulated: the lookup adds the closed form with the exact phase function. Of phase
+// functions with a narrow peak the path law (path_law.h) is not tabulated either.
 //
 // Two kinds of scattering may be mixed, w P = w1 P1 + w2 P2 with w = w1 + w2: a table then has
 // another axis, `mixture` = w1 / w, before all others. A view is of one mixture at a time: for two
@@ -11,12 +12,14 @@
 
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
 
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -46,6 +49,11 @@ struct TableView {
     const float* mu_in_weight;
     const float* mu_out_weight;
     const double* diffusion_exponent;  // over (mixture, albedo)
+
+    // Path law (path_law.h) that the samples leave to lookups; null: none. Orders above
+    // `highest_order` are left out there, too, if that is not 0.
+    const PathOrders* path_law = nullptr;
+    int highest_order = 0;
 
     // Over (mixture, albedo, optical_depth, mu_in); null where the table does not have it.
     const float* diffuse_transmittance = nullptr;
@@ -117,6 +125,10 @@ struct Table {
     // Everything else worth keeping, as text: title, recipe, resolved_recipe, conventions,
     // program_version, ...
     std::map<std::string, std::string> attributes;
+
+    // What the samples leave to lookups; null: nothing. Files say whether there is one; it follows
+    // from the phase function.
+    std::shared_ptr<const PathOrders> path_law;
 
     // Computed by `prepare`, not stored in files: see TableView.
     std::vector<float> reflection_weight, transmission_weight;

@@ -4,9 +4,13 @@
 // truncated peak (PeakCorrection), that for the lower boundary, and single scattering in closed
 // form. Everything that does not depend on depth and albedo is tabulated once and serves all
 // solutions.
+//
+// Tables of a narrow peak leave the path law (path_law.h) to the lookup: what it knows in closed
+// form is then single scattering and the path law, what is tabulated is their rest.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/solution.h>
@@ -14,6 +18,7 @@
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace stratus {
@@ -22,8 +27,10 @@ namespace stratus {
 class DirectionGrid {
   public:
     /// `max_modes`: as many as any solution has; 2 SolverOptions::nodes always suffice.
+    /// `path_law`: null where nothing of it is left to lookups.
     DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
-                  std::vector<double> mu, std::vector<double> azimuth, int max_modes);
+                  std::vector<double> mu, std::vector<double> azimuth, int max_modes,
+                  std::shared_ptr<const PathOrders> path_law = {});
 
     const std::vector<double>& mu() const { return mu_; }
     const std::vector<double>& azimuth() const { return azimuth_; }
@@ -47,22 +54,24 @@ class DirectionGrid {
     }
     /// Phase value of the lower boundary, 1 for a surface.
     const std::vector<double>& boundary_phase() const { return boundary_phase_; }
+    const PathOrders* path_law() const { return path_law_.get(); }
 
   private:
     std::vector<double> mu_, azimuth_;
     Eigen::MatrixXd cosines_;
     std::vector<double> reflected_, transmitted_;
     std::vector<double> reflected_phase_, transmitted_phase_, boundary_phase_;
+    std::shared_ptr<const PathOrders> path_law_;
 };
 
-/// R or T over a DirectionGrid; single + multiple is the total.
+/// R or T over a DirectionGrid; the sum is the total.
 struct GridValues {
-    std::vector<double> single;
-    std::vector<double> multiple;
+    std::vector<double> closed_form;  // single scattering; with a path law that, too
+    std::vector<double> tabulated;    // the rest of all orders
 };
 
 /// R (T) of a solution at every direction of the grid, symmetric in the two cosines. T over a lower
-/// boundary is 0.
+/// boundary is 0. The grid's path law counts as closed form.
 ///
 /// Range    the phase function and boundary of the grid are those of the solution, and so are its
 ///          cosines, in the same order.

@@ -7,7 +7,7 @@
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
-#include <stratus/transfer/forward_peak.h>
+#include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/truncation.h>
 
 #include <Eigen/Core>
@@ -26,7 +26,8 @@ struct SolvedValue {
 };
 
 /// The correction for truncation at one pair of cosines: TMS minus the closed form of the layer
-/// itself, and multiple scattering in the peak (forward_peak.h). 0 without truncation.
+/// itself; or, where the peak is narrow, the path law and its rest (truncated_path.h). 0 without
+/// truncation.
 struct PeakCorrection {
     double single = 0;  // per unit of phase function
     std::vector<double> legendre;
@@ -90,12 +91,15 @@ class LayerSolution : public ModeSolution {
     PeakCorrection reflection_correction(int in, int out) const;
     PeakCorrection transmission_correction(int in, int out) const;
 
+    /// What the path law's orders are multiplied by, here and in its rest; needs `path`.
+    PathWeights path_weights(Side side, int in, int out) const;
+
     /// The same for light scattered once by the lower boundary, per unit of its phase function.
     double boundary_correction(int in, int out) const;
 
     PhaseFunction phase_function;
     Truncation truncation;
-    std::shared_ptr<const ForwardPeak> peak;  // null unless truncation is narrow
+    std::shared_ptr<const TruncatedPath> path;  // null unless the peak is narrow
 };
 
 }  // namespace stratus

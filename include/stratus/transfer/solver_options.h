@@ -23,9 +23,10 @@ enum class Truncate {
 };
 
 struct SolverOptions {
-    int nodes = 32;  // Gauss nodes in (0, 1), [1, 512]
-    int modes = 0;   // azimuthal modes solved; 0: until the rest is negligible
-    int orders = 0;  // [0, 200]; higher scattering orders are left out; 0: all
+    int nodes = 32;   // Gauss nodes in (0, 1), [1, 512]
+    int moments = 0;  // of the phase function, before its peak is cut off; 0: chosen for the nodes
+    int modes = 0;    // azimuthal modes solved; 0: until the rest is negligible
+    int orders = 0;   // [0, 200]; higher scattering orders are left out; 0: all
     Scheme scheme = Scheme::harmonic;
     ClassicStart start = ClassicStart::diamond;  // classic only
     double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of

@@ -13,7 +13,7 @@
 // (docs/accuracy.md).
 //
 // [NT88], TMS: single scattering is then added in closed form with the true phase function, albedo
-// w*/(1 - f) and tau*. Multiple scattering in a narrow peak: forward_peak.h.
+// w*/(1 - f) and tau*. Multiple scattering in a narrow peak: truncated_path.h.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>

@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "path_law.h"
 
 #include <utility>
 
@@ -46,7 +47,7 @@ template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
     const auto [high, low] = mu_places(side, path.mu_in, path.mu_out);
-    const int azimuths = orders == Orders::with_azimuth ? side.azimuths : 1;
+    const int azimuths = orders == Orders::without_azimuth ? 1 : side.azimuths;
     const int column = azimuths * channels;
     const auto row = (half_of(high.sample * (high.sample + 3)) + low.sample) * column;
     const auto next = row + (high.sample + 2) * column;
@@ -80,6 +81,22 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
 
 // ---- one side of a layer
 
+/// The path law of a channel, or of all: of(channel, angle, lane) with lane(x) the x of the channel.
+template <class F, class Of>
+STRATUS_INLINE F path_of_channel(const PathSheetView& sheet, const LightPathOf<F>& path,
+                                 int channel, const Of& of) {
+    if constexpr (std::is_same_v<F, ChannelLanes>) {  // each has a sheet and depths of its own
+        const auto angle =
+            path_angle(sheet, LightPath{path.mu_in.v[0], path.mu_out.v[0], path.forward.v[0],
+                                        path.backward.v[0], path.half_azimuth.v[0]});
+        F value(0.0f);
+        for (int k = 0; k < 3; ++k) value.v[k] = of(k, angle, [k](const F& x) { return x.v[k]; });
+        return value;
+    } else {
+        return of(channel, path_angle(sheet, path), [](const F& x) { return x; });
+    }
+}
+
 /// R of the layer, per channel.
 template <PhaseForm form, Orders orders, int channels, class F>
 STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf<F>& path,
@@ -109,6 +126,15 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             value[c] = single;
         else
             value[c] = single + value[c] * (both.shares * side.slope + side.level);
+        if constexpr (orders == Orders::with_azimuth_and_path) {
+            const F s = directions.depth_of_both(depth);
+            value[c] =
+                value[c] + path_of_channel(
+                               side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
+                                   return path_reflected(side.path, k, angle, lane(s),
+                                                         lane(directions.reciprocal_sum));
+                               });
+        }
     }
 }
 
@@ -135,6 +161,13 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
         else
             value[c] =
                 single + value[c] * (transmitted_shares(beam, more) * side.slope + side.level);
+        if constexpr (orders == Orders::with_azimuth_and_path)
+            value[c] =
+                value[c] + path_of_channel(
+                               side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
+                                   return path_transmitted(side.path, k, angle, lane(depth),
+                                                           lane(excess), lane(directions.shallow));
+                               });
     }
 }
 

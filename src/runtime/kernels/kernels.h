@@ -31,7 +31,7 @@ struct SideKernel {
     void (*many)(const SliceSide<channels>&, const LightPaths&, float* value);
 };
 
-constexpr int order_forms = 3;  // of Orders
+constexpr int order_forms = 4;  // of Orders
 
 template <int channels>
 struct SideKernels {

@@ -80,6 +80,33 @@ STRATUS_INLINE BinaryParts<float> binary_parts(float x) {
     return parts;
 }
 
+/// x = 2^exponent (1 + fraction / 2^bits + ...): place among samples evenly spaced in each octave.
+template <class F, class Index>
+struct OctavePlace {
+    Index sample;              // counted from x = 2^-127
+    F fraction;                // of the way to the next
+    F octave, octave_inverse;  // 2^exponent, 2^-exponent
+};
+
+/// Of x > 0, normal.
+template <int bits>
+STRATUS_INLINE OctavePlace<float, std::int32_t> octave_place(float x) {
+    constexpr int shift = 23 - bits;
+    std::int32_t n;
+    __builtin_memcpy(&n, &x, sizeof n);
+    const std::int32_t exponent = n & 0x7f800000, inverse = 0x7f000000 - exponent;
+    OctavePlace<float, std::int32_t> place{
+        n >> shift, static_cast<float>(n & ((1 << shift) - 1)) * (1.0f / (1 << shift)), 0, 0};
+    __builtin_memcpy(&place.octave, &exponent, sizeof exponent);
+    __builtin_memcpy(&place.octave_inverse, &inverse, sizeof inverse);
+    return place;
+}
+
+/// n where a < b, 0 elsewhere.
+STRATUS_INLINE std::int32_t where_less(float a, float b, std::int32_t n) { return a < b ? n : 0; }
+/// yes where a < b, no elsewhere.
+STRATUS_INLINE float choose_less(float a, float b, float yes, float no) { return a < b ? yes : no; }
+
 // ---- registers
 
 #if defined(__AVX512F__)
@@ -235,6 +262,25 @@ struct FloatLanes {
                 FloatLanes(reinterpret_cast<Floats>(bits - (n << 23)))};
     }
 
+    STRATUS_FRIEND Ints where_less(FloatLanes a, FloatLanes b, std::int32_t n) {
+        return {(a.v < b.v) & n};
+    }
+    STRATUS_FRIEND FloatLanes choose_less(FloatLanes a, FloatLanes b, FloatLanes yes,
+                                          FloatLanes no) {
+        return FloatLanes(a.v < b.v ? yes.v : no.v);
+    }
+    template <int bits>
+    STRATUS_INLINE OctavePlace<FloatLanes, Ints> octave_place() const {
+        using Bits = decltype(Ints::v);
+        constexpr int shift = 23 - bits;
+        const Bits n = reinterpret_cast<Bits>(v), exponent = n & 0x7f800000;
+        return {Ints{n >> shift},
+                FloatLanes(__builtin_convertvector(n & ((1 << shift) - 1), Floats) *
+                           (1.0f / (1 << shift))),
+                FloatLanes(reinterpret_cast<Floats>(exponent)),
+                FloatLanes(reinterpret_cast<Floats>(0x7f000000 - exponent))};
+    }
+
     // 12 bits or more from the processor and one step of Newton: 2e-7, at a fraction of the time of
     // a division or an exact root.
     STRATUS_FRIEND FloatLanes reciprocal(FloatLanes x) {
@@ -258,6 +304,11 @@ template <int width, LaneContent content>
 STRATUS_INLINE FloatLanes<width, content> as_float(IntLanes<width, content> n) {
     using Lanes = FloatLanes<width, content>;
     return Lanes(__builtin_convertvector(n.v, typename Lanes::Floats));
+}
+
+template <int bits, int width, LaneContent content>
+STRATUS_INLINE auto octave_place(FloatLanes<width, content> x) {
+    return x.template octave_place<bits>();
 }
 
 /// Many lookups.

@@ -2,6 +2,7 @@
 // kernels.cpp.
 #pragma once
 
+#include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
 
 namespace stratus {
@@ -11,6 +12,7 @@ enum class Orders {
     none,
     without_azimuth,
     with_azimuth,
+    with_azimuth_and_path,  // the path law is added to what is stored
 };
 
 /// One side of a slice for `channels` colours.
@@ -31,6 +33,8 @@ struct SliceSide {
     float mu_first, mu_step_inverse;  // index = (coordinate - first) * step_inverse
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
+
+    PathSheetView path;  // with_azimuth_and_path
 };
 
 }  // namespace stratus

@@ -1,0 +1,292 @@
+#include <stratus/runtime/path_law.h>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+
+#include "octaves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr int max_count = PathWeights::max_count;
+
+/// Over n: the share of the light that meets n particles or more along a path, P(n, s), that which
+/// meets fewer, and dP/ds, the Poisson probability of n - 1.
+struct Meetings {
+    double more[max_count], fewer[max_count], slope[max_count];
+
+    Meetings(int count, double s) noexcept {
+        const int last = count - 1;
+        if (std::isinf(s) || s > 2 * max_count + 1000) {
+            std::fill_n(more, count, 1.0);
+            std::fill_n(fewer, count, 0.0);
+            std::fill_n(slope, count, 0.0);
+            return;
+        }
+        // Poisson probabilities, from the most probable downwards and upwards.
+        double probability[max_count];
+        const int peak = std::min(last, static_cast<int>(s));
+        probability[peak] =
+            s > 0 ? std::exp(peak * std::log(s) - s - std::lgamma(peak + 1.0)) : 1.0;
+        for (int k = peak; k > 0; --k) probability[k - 1] = probability[k] * k / s;
+        for (int k = peak; k < last; ++k) probability[k + 1] = probability[k] * s / (k + 1);
+        fewer[0] = 0;
+        for (int n = 1; n <= last; ++n) fewer[n] = fewer[n - 1] + probability[n - 1];
+        double beyond = 0;  // the probability of `count` and more
+        if (s < last) {
+            double term = probability[last] * s / count;
+            for (int k = count; term > 1e-17 * beyond && term > 0; term *= s / ++k) beyond += term;
+        } else {
+            beyond = std::max(0.0, 1 - fewer[last] - probability[last]);
+        }
+        more[last] = beyond + probability[last];
+        for (int n = last; n > 0; --n) more[n - 1] = more[n] + probability[n - 1];
+        slope[0] = 0;
+        std::copy_n(probability, last, slope + 1);
+    }
+};
+
+/// chi_l^n - r_l^n summed with weights; l beyond `legendre_count` no longer matters at order n.
+struct Powers {
+    std::vector<double> chi, smooth;  // to the power of n
+
+    void multiply(const PathLaw& law, std::size_t count) {
+        for (std::size_t l = 0; l < count; ++l) chi[l] *= law.moments()[l];
+        for (std::size_t l = 0; l < std::min(count, smooth.size()); ++l)
+            smooth[l] *= law.smooth_moment(l);
+    }
+};
+
+/// Calls add(n, coefficient of P_l, l below a count) for n = 2, 3, ...
+template <class Add>
+void for_each_order(const PathLaw& law, int orders, const Add& add) {
+    constexpr double negligible = 1e-18;
+    std::size_t count = law.moments().size();
+    Powers powers{law.moments(), {}};
+    for (std::size_t l = 0; l < std::min<std::size_t>(count, PathLaw::smooth_moments); ++l)
+        powers.smooth.push_back(law.smooth_moment(l));
+    std::vector<double> coefficient(count);
+    for (int n = 2; n < orders; ++n) {
+        powers.multiply(law, count);
+        while (count > 1 && std::abs(powers.chi[count - 1]) < negligible) --count;
+        for (std::size_t l = 0; l < count; ++l) {
+            const double smooth = l < powers.smooth.size() ? powers.smooth[l] : 0;
+            coefficient[l] = (2 * static_cast<double>(l) + 1) * (powers.chi[l] - smooth);
+        }
+        add(n, coefficient, count);
+    }
+}
+
+}  // namespace
+
+PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
+                         double mu_out) noexcept {
+    PathWeights weights;
+    weights.count = count;
+    const double in = optical_depth / mu_in, out = optical_depth / mu_out;
+    if (side == Side::reflection) {
+        const Meetings meetings(count, in + out);
+        for (int n = 0; n < count; ++n)
+            weights.of_order[n] = meetings.more[n] / (4 * (mu_in + mu_out));
+    } else if (std::isinf(optical_depth)) {
+        std::fill_n(weights.of_order, count, 0.0);
+    } else if (std::abs(in - out) > 0.5) {
+        const Meetings more(count, std::max(in, out)), less(count, std::min(in, out));
+        const double factor = optical_depth / (4 * mu_in * mu_out) / std::abs(in - out);
+        for (int n = 0; n < count; ++n)  // the form without cancellation
+            weights.of_order[n] = factor * (less.more[n] > 0.5 ? less.fewer[n] - more.fewer[n]
+                                                               : more.more[n] - less.more[n]);
+    } else {  // the mean slope in between, by five Gauss points
+        constexpr double node[] = {0, 0.5384693101056831, 0.9061798459386640};
+        constexpr double share[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+        const double factor = optical_depth / (4 * mu_in * mu_out) / 2;
+        const double middle = (in + out) / 2, half = std::abs(in - out) / 2;
+        std::fill_n(weights.of_order, count, 0.0);
+        for (int k = -2; k <= 2; ++k) {
+            const Meetings at(count, middle + (k < 0 ? -half : half) * node[std::abs(k)]);
+            for (int n = 0; n < count; ++n)
+                weights.of_order[n] += factor * share[std::abs(k)] * at.slope[n];
+        }
+    }
+    weights.of_order[0] = 0;
+    for (int n = 1; n < count; ++n) weights.of_order[n] /= n;
+    return weights;
+}
+
+std::vector<double> significant_moments(const PhaseFunction& phase_function) {
+    constexpr int most = 8192;
+    for (int count = 256;; count *= 2) {
+        std::vector<double> moments = phase_function.moments(count);
+        const auto shows = [&](double least) {
+            return std::abs(moments.back()) * 2 * static_cast<double>(moments.size()) >= least;
+        };
+        if (count == most && shows(1e-3)) return {};
+        while (!moments.empty() && !shows(1e-9)) moments.pop_back();
+        if (count == most || static_cast<int>(moments.size()) < count) return moments;
+    }
+}
+
+bool has_narrow_peak(const PhaseFunction& phase_function) {
+    constexpr int resolved = 32;        // moments that a few nodes hold
+    constexpr double least_peak = 0.2;  // phase value
+    const std::vector<double> first = phase_function.moments(resolved + 2);
+    return first[resolved] * (2 * resolved + 1) >= least_peak && first[resolved + 1] > 0;
+}
+
+PathLaw::PathLaw(std::vector<double> moments) : chi_(std::move(moments)) {
+    require(!chi_.empty(), "path law", "moments", "at least one", "none");
+    // Terms of order n fall like the largest of chi_l^n that is not smooth, l = 3 and more.
+    for (std::size_t l = 3; l < chi_.size(); ++l) largest_ = std::max(largest_, std::abs(chi_[l]));
+    constexpr double negligible = 1e-9;
+    while (order_count_ < max_count &&
+           2 * smooth_moments * std::pow(largest_, order_count_) > negligible * order_count_)
+        ++order_count_;
+}
+
+PathOrders::PathOrders(const PathLaw& law)
+    : order_count_(law.order_count()), deepest_(std::min(4000.0, 14 / (1 - law.largest_moment()))) {
+    // The width of the peak of order 2 is about that of the last moment that matters to it.
+    const std::vector<double>& chi = law.moments();
+    std::size_t last = 0;
+    for (std::size_t l = 0; l < chi.size(); ++l)
+        if (std::abs(chi[l]) > 0.03) last = l;
+    offset_ = static_cast<float>(
+        std::exp2(std::floor(std::log2(0.1 / std::pow(static_cast<double>(last + 1), 2)))));
+    angles_ = octave_index(offset_, angle_bits, 1 + offset_) + 2;
+
+    const auto orders = static_cast<std::size_t>(order_count_ - 2);
+    const auto stride = 2 * static_cast<std::size_t>(angles_);
+    std::vector<double> sum(orders * stride, 0.0);
+    std::vector<double> x(stride), before(stride, 0.0), here(stride, 1.0);  // P_l-1 and P_l
+    for (int k = 0; k < angles_; ++k) {
+        const double y = octave_sample(offset_, angle_bits, k) - double{offset_};
+        x[static_cast<std::size_t>(k)] = 1 - y;
+        x[static_cast<std::size_t>(angles_ + k)] = y - 1;
+    }
+    std::vector<std::vector<double>> coefficients;
+    for_each_order(
+        law, order_count_, [&](int, const std::vector<double>& coefficient, std::size_t count) {
+            coefficients.emplace_back(coefficient.begin(),
+                                      coefficient.begin() + static_cast<std::ptrdiff_t>(count));
+        });
+    for (std::size_t l = 0; l < chi.size(); ++l) {
+        for (std::size_t n = 0; n < orders && l < coefficients[n].size(); ++n) {
+            const double c = coefficients[n][l];
+            double* const row = &sum[n * stride];
+            for (std::size_t k = 0; k < stride; ++k) row[k] += c * here[k];
+        }
+        const double order = static_cast<double>(l);
+        for (std::size_t k = 0; k < stride; ++k) {
+            const double next =
+                ((2 * order + 1) * x[k] * here[k] - order * before[k]) / (order + 1);
+            before[k] = std::exchange(here[k], next);
+        }
+    }
+    for (std::size_t n = 0; n < orders; ++n)
+        for (std::size_t k = 0; k < stride; ++k)
+            samples_.push_back(static_cast<float>(
+                sum[n * stride + k] *
+                octave_sample(offset_, angle_bits, static_cast<int>(k) % angles_)));
+}
+
+std::shared_ptr<const PathOrders> PathOrders::of(const PhaseFunction& phase_function) {
+    if (!has_narrow_peak(phase_function)) return {};
+    std::vector<double> moments = significant_moments(phase_function);
+    if (moments.empty()) return {};
+    return std::make_shared<const PathOrders>(PathLaw(std::move(moments)));
+}
+
+double PathLaw::smooth_moment(std::size_t l) const noexcept {
+    constexpr double first = 2, last = smooth_moments;
+    const double u = std::clamp((static_cast<double>(l) - first) / (last - first), 0.0, 1.0);
+    return l < chi_.size() ? chi_[l] * (1 - u * u * (3 - 2 * u)) : 0;
+}
+
+std::vector<double> PathLaw::legendre(const PathWeights& weights) const {
+    std::vector<double> sum(chi_.size(), 0.0);
+    for_each_order(*this, weights.count,
+                   [&](int n, const std::vector<double>& coefficient, std::size_t count) {
+                       const double weight = weights.of_order[n];
+                       for (std::size_t l = 0; l < count; ++l) sum[l] += weight * coefficient[l];
+                   });
+    return sum;
+}
+
+double PathOrders::operator()(const PathWeights& weights, double forward,
+                              double backward) const noexcept {
+    const float x = static_cast<float>(std::min(forward, backward)) + offset_;
+    const int at = std::min(octave_index(offset_, angle_bits, x), angles_ - 2);
+    const double low = octave_sample(offset_, angle_bits, at);
+    const double high = octave_sample(offset_, angle_bits, at + 1);
+    const double share = (double{x} - low) / (high - low);
+    const float* sample = samples_.data() + at + (forward <= backward ? 0 : angles_);
+    double here = 0, next = 0;
+    for (int n = 2; n < std::min(weights.count, order_count_); ++n, sample += 2 * angles_) {
+        here += weights.of_order[n] * double{sample[0]};
+        next += weights.of_order[n] * double{sample[1]};
+    }
+    return (here + share * (next - here)) / double{x};
+}
+
+double PathOrders::operator()(Side side, double albedo, double optical_depth,
+                              const Geometry& geometry, int highest_order) const noexcept {
+    const int count = highest_order > 0 ? std::min(order_count_, highest_order + 1) : order_count_;
+    PathWeights weights = path_weights(side, count, optical_depth, geometry.mu_in, geometry.mu_out);
+    double power = albedo;
+    for (int n = 1; n < count; ++n, power *= albedo) weights.of_order[n] *= power;
+    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                                   : cos_scattering_angle_transmitted(geometry);
+    return (*this)(weights, 1 - cosine, 1 + cosine);
+}
+
+PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order)
+    : offset_(law.offset()), angles_(law.angle_count()), channels_(channels) {
+    const int count =
+        highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
+    const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest())));
+    depths_ = (octaves << depth_bits) + 1;
+    const auto row = 2 * static_cast<std::size_t>(angles_);
+    samples_.reserve(static_cast<std::size_t>(channels * depths_) * 2 * row);
+    std::vector<float> value(row), slope(row);
+    for (int c = 0; c < channels; ++c)
+        for (int d = 0; d < depths_; ++d) {
+            const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
+            std::fill(value.begin(), value.end(), 0.0f);
+            std::fill(slope.begin(), slope.end(), 0.0f);
+            double power = albedo[c];
+            for (int n = 2; n < count; ++n) {
+                power *= albedo[c];
+                const auto more = static_cast<float>(power / n * at.more[n]);
+                const auto rise = static_cast<float>(power / n * at.slope[n]);
+                if (more < 1e-12f) break;
+                const float* const f = &law.samples()[static_cast<std::size_t>(n - 2) * row];
+                for (std::size_t k = 0; k < row; ++k) {
+                    value[k] += more * f[k];
+                    slope[k] += rise * f[k];
+                }
+            }
+            for (std::size_t k = 0; k < row; ++k) {
+                samples_.push_back(value[k]);
+                samples_.push_back(slope[k]);
+            }
+        }
+}
+
+PathSheetView PathSheet::view() const noexcept {
+    PathSheetView view;
+    if (samples_.empty()) return view;
+    view.sample = samples_.data();
+    view.offset = offset_;
+    view.first_angle = bits_of(offset_) >> (mantissa_bits - PathOrders::angle_bits);
+    view.angles = angles_;
+    view.last_depth = static_cast<float>(octave_sample(1, depth_bits, depths_ - 1)) * (1 - 1e-6f);
+    view.channel = static_cast<int>(samples_.size()) / channels_;
+    return view;
+}
+
+}  // namespace stratus

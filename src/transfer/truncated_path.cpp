@@ -1,0 +1,80 @@
+#include <stratus/transfer/truncated_path.h>
+
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/special_functions/gamma.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stratus {
+
+TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(std::move(law)) {
+    const double f = truncation.fraction;
+    const std::size_t count =
+        std::max<std::size_t>(PathLaw::smooth_moments, truncation.moments.size());
+    rest_.resize(static_cast<Eigen::Index>(count), law_.order_count() - 2);
+    for (Eigen::Index l = 0; l < rest_.rows(); ++l) {
+        const auto at = static_cast<std::size_t>(l);
+        const double smooth = law_.smooth_moment(at);
+        const double c = at < truncation.moments.size() ? (1 - f) * truncation.moments[at] : 0;
+        double smooth_n = smooth, kept_n = f + c, f_n = f;  // to the power of n
+        for (Eigen::Index k = 0; k < rest_.cols(); ++k) {
+            const double order = static_cast<double>(k + 2), f_before = f_n;
+            smooth_n *= smooth;
+            kept_n *= f + c;
+            f_n *= f;
+            rest_(l, k) =
+                static_cast<double>(2 * l + 1) * (smooth_n - kept_n + f_n + order * f_before * c);
+        }
+    }
+}
+
+Eigen::VectorXd TruncatedPath::rest(const PathWeights& weights) const {
+    const Eigen::Index orders = std::max(0, weights.count - 2);
+    return rest_.leftCols(orders) * Eigen::Map<const Eigen::VectorXd>(weights.of_order + 2, orders);
+}
+
+double reflected_path(int n, double optical_depth, double mu_in, double mu_out) {
+    const double s = optical_depth / mu_in + optical_depth / mu_out;
+    const double share = std::isinf(s) ? 1 : boost::math::gamma_p(n, s);
+    return share / (4 * (mu_in + mu_out));
+}
+
+double transmitted_path(int n, double optical_depth, double mu_in, double mu_out) {
+    if (std::isinf(optical_depth)) return 0;
+    const double in = optical_depth / mu_in, out = optical_depth / mu_out;
+    const double factor = optical_depth / (4 * mu_in * mu_out);
+    if (std::abs(in - out) > 0.5) {  // the form without cancellation
+        const double difference = std::min(in, out) > n
+                                      ? boost::math::gamma_q(n, out) - boost::math::gamma_q(n, in)
+                                      : boost::math::gamma_p(n, in) - boost::math::gamma_p(n, out);
+        return factor * difference / (in - out);
+    }
+    const auto density = [n](double s) { return boost::math::gamma_p_derivative(n, s); };
+    const double middle = (in + out) / 2, half = (in - out) / 2;
+    return factor / 2 * boost::math::quadrature::gauss<double, 7>::integrate([&](double x) {
+               return density(middle + half * x);
+           });
+}
+
+std::vector<double> sum_legendre(std::span<const double> coefficients, std::span<const double> x) {
+    // Clenshaw, all x side by side
+    std::vector<double> sum(x.size(), 0), next(x.size(), 0);
+    for (std::size_t l = coefficients.size(); l-- > 0;) {
+        const double order = static_cast<double>(l), c = coefficients[l];
+        const double up = (2 * order + 1) / (order + 1), back = (order + 1) / (order + 2);
+        for (std::size_t k = 0; k < x.size(); ++k) {
+            const double now = c + up * x[k] * sum[k] - back * next[k];
+            next[k] = sum[k];
+            sum[k] = now;
+        }
+    }
+    return sum;
+}
+
+double sum_legendre(std::span<const double> coefficients, double x) {
+    return sum_legendre(coefficients, std::span(&x, 1))[0];
+}
+
+}  // namespace stratus

@@ -41,8 +41,9 @@ Axis mu_axis(int samples) {
     return make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
 }
 
-Axis azimuth_axis(int samples) {
-    return make_axis(AxisScale::linear, 0, samples == 1 ? 0 : pi, samples);
+Axis azimuth_axis(AxisScale scale, int samples) {
+    if (samples == 1) return make_axis(AxisScale::linear, 0, 0, 1);
+    return make_axis(scale, 0, pi, samples);
 }
 
 Axis albedo_axis(Range range, int samples) {

@@ -19,8 +19,8 @@ std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 /// mu from 1e-4 to 1: directions within 0.006 degrees of the surface are clamped.
 Axis mu_axis(int samples);
 
-/// 0 to pi; one sample where nothing depends on azimuth.
-Axis azimuth_axis(int samples);
+/// 0 to pi; one sample, linear, where nothing depends on azimuth.
+Axis azimuth_axis(AxisScale scale, int samples);
 
 /// sqrt(1 - w) over the range; one sample where min = max.
 Axis albedo_axis(Range range, int samples);

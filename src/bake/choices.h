@@ -15,10 +15,19 @@ struct Choice {
     double error_at_cap = 0;  // where even the last candidate misses; 0 elsewhere
 };
 
+/// Samples of azimuth, and what they lie evenly in.
+struct AzimuthChoice {
+    AxisScale scale;
+    Choice samples;
+};
+
 Choice choose_nodes(Probes& probes);
 Choice choose_modes(Probes& probes);
 Choice choose_mu_samples(Probes& probes);
-Choice choose_azimuth_samples(Probes& probes);
+
+/// On the scale that the recipe fixes, or on the one that takes fewer samples; linear where both
+/// take as many.
+AzimuthChoice choose_azimuth_samples(Probes& probes);
 
 /// First depth of the ladder beyond which the law of diffusion bridges the way to infinity; 0 where
 /// the axis does not end there.

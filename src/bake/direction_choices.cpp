@@ -83,13 +83,24 @@ double mu_error(const Probes& probes, int samples) {
         });
 }
 
-double azimuth_error(Probes& probes, int samples) {
+/// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
+/// azimuth, half in its square root, where narrow peaks are.
+std::vector<double> azimuth_tests() {
+    constexpr int count = 16;
+    std::vector<double> tests;
+    for (int n = 0; n < count; ++n) {
+        const double share = (n + 0.37) / count;
+        tests.push_back(pi * share);
+        tests.push_back(pi * share * share);
+    }
+    return tests;
+}
+
+double azimuth_error(Probes& probes, AxisScale scale, int samples) {
     const Recipe& recipe = probes.recipe;
     const ProbedLayers& layers = probed_layers(probes);
-    std::vector<double> tests;
-    // No candidate has a sample at one of these.
-    for (int n = 0; n < 16; ++n) tests.push_back(pi * (n + 0.37) / 16);
-    const Axis axis = azimuth_axis(samples);
+    const std::vector<double> tests = azimuth_tests();
+    const Axis axis = azimuth_axis(scale, samples);
     const auto grid = [&](const std::vector<double>& azimuths) {
         return DirectionGrid(recipe.phase_function, recipe.lower_boundary, probes.directions.mu(),
                              azimuths, 2 * recipe.discretisation.nodes, probes.path_law);
@@ -189,15 +200,31 @@ Choice choose_mu_samples(Probes& probes) {
                            [&](int candidate) { return mu_error(probes, candidate); });
 }
 
-Choice choose_azimuth_samples(Probes& probes) {
+AzimuthChoice choose_azimuth_samples(Probes& probes) {
     const LowerBoundary& boundary = probes.recipe.lower_boundary;
     if (probes.recipe.phase_function.is_isotropic() &&
         (boundary.kind != LowerBoundary::Kind::layer || boundary.phase_function.is_isotropic()))
-        return {1};
-    return choose_cheapest(
-        probes, "azimuth_samples",
-        {5, 7, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 37, 41, 49, 57, 65, 81, 97},
-        [&](int candidate) { return azimuth_error(probes, candidate); });
+        return {AxisScale::linear, {1}};
+    std::vector<int> candidates{5,  7,  9,  11, 13, 15, 17, 19, 21, 25,
+                                29, 33, 37, 41, 49, 57, 65, 81, 97};
+    const auto cheapest = [&](AxisScale scale) {
+        const char* const name =
+            scale == AxisScale::linear ? "azimuth_samples" : "square_root azimuth_samples";
+        return AzimuthChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
+                                 return azimuth_error(probes, scale, candidate);
+                             })};
+    };
+    const auto fixed = probes.recipe.discretisation.azimuth_scale;
+    if (fixed) return cheapest(*fixed);
+    const AzimuthChoice linear = cheapest(AxisScale::linear);
+    if (linear.samples.error_at_cap == 0)  // the other scale must do with fewer
+        while (!candidates.empty() && candidates.back() >= static_cast<int>(linear.samples.value))
+            candidates.pop_back();
+    if (candidates.empty()) return linear;
+    const double rooted = azimuth_error(probes, AxisScale::square_root, candidates.back());
+    const double to_beat =
+        linear.samples.error_at_cap > 0 ? linear.samples.error_at_cap : probes.max_error;
+    return rooted <= to_beat ? cheapest(AxisScale::square_root) : linear;
 }
 
 }  // namespace stratus

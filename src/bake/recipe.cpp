@@ -28,10 +28,10 @@ Range read_range(const Section& recipe, const char* key, double min, double max,
 }
 
 Discretisation read_discretisation(const toml::table& table) {
-    const Section section(
-        table, caller, "discretisation",
-        {"nodes", "modes", "mu_samples", "azimuth_samples", "optical_depth_samples_per_octave",
-         "deepest_optical_depth", "albedo_samples", "mixture_samples", "scheme"});
+    const Section section(table, caller, "discretisation",
+                          {"nodes", "modes", "mu_samples", "azimuth_samples", "azimuth_scale",
+                           "optical_depth_samples_per_octave", "deepest_optical_depth",
+                           "albedo_samples", "mixture_samples", "scheme"});
     Discretisation d;
     auto take = [&](int& into, const char* key, int min, int max) {
         if (section.has(key)) into = section.count(key, min, max);
@@ -40,6 +40,12 @@ Discretisation read_discretisation(const toml::table& table) {
     take(d.modes, "modes", 1, 1024);
     take(d.mu_samples, "mu_samples", 4, 512);
     take(d.azimuth_samples, "azimuth_samples", 1, 1024);
+    if (section.has("azimuth_scale")) {
+        const std::string scale = section.text("azimuth_scale");
+        require(scale == "linear" || scale == "square_root", caller, "discretisation.azimuth_scale",
+                "\"linear\" or \"square_root\"", scale);
+        d.azimuth_scale = scale == "linear" ? AxisScale::linear : AxisScale::square_root;
+    }
     take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave", 1, 64);
     if (section.has("deepest_optical_depth"))
         d.deepest_optical_depth =
@@ -185,6 +191,8 @@ std::string resolved_text(const Recipe& recipe) {
     choice("modes", d.modes);
     choice("mu_samples", d.mu_samples);
     choice("azimuth_samples", d.azimuth_samples);
+    if (d.azimuth_scale)
+        out << "azimuth_scale = " << quoted(axis_scale_name(*d.azimuth_scale)) << "\n";
     choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
     choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
     choice("albedo_samples", d.albedo_samples);

@@ -8,6 +8,8 @@
 #include "piece_of_work.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <optional>
 
 namespace stratus {
@@ -36,6 +38,24 @@ class Choices {
         if (choice.error_at_cap > 0) at_cap_.push_back({name, choice.value, choice.error_at_cap});
     }
 
+    /// Settles the samples of azimuth, and their scale with them; given samples are linear unless
+    /// their scale is given too.
+    void settle_azimuth(Discretisation& d, const std::function<AzimuthChoice()>& choose) {
+        if (d.azimuth_samples > 0) {
+            d.azimuth_scale = d.azimuth_scale.value_or(AxisScale::linear);
+            return;
+        }
+        const char* const scale_piece = "choice of azimuth_scale";
+        settle(d.azimuth_samples, "azimuth_samples", [&] {
+            const AzimuthChoice choice = choose();
+            keep_finished(options_.log, scale_piece, std::vector{static_cast<int>(choice.scale)});
+            d.azimuth_scale = choice.scale;
+            return choice.samples;
+        });
+        if (const auto scale = find_finished<int>(options_.log, scale_piece, 1))
+            d.azimuth_scale = static_cast<AxisScale>((*scale)[0]);
+    }
+
     const std::vector<AxisAtCap>& at_cap() const { return at_cap_; }
 
   private:
@@ -49,15 +69,19 @@ Resolution resolve_one_mixture(const Recipe& recipe, double max_error, const Bak
     Discretisation& d = probes.recipe.discretisation;
     Choices choices(options);
     int made = 0;
-    const auto settle = [&](auto& value, const char* name, Choice (*choose)(Probes&)) {
+    const auto show_progress = [&] {
         constexpr double count = 7;
         if (options.progress) options.progress(made++ / count, "measuring");
+    };
+    const auto settle = [&](auto& value, const char* name, Choice (*choose)(Probes&)) {
+        show_progress();
         choices.settle(value, name, [&] { return choose(probes); });
     };
     settle(d.nodes, "nodes", choose_nodes);
     settle(d.modes, "modes", choose_modes);
     settle(d.mu_samples, "mu_samples", choose_mu_samples);
-    settle(d.azimuth_samples, "azimuth_samples", choose_azimuth_samples);
+    show_progress();
+    choices.settle_azimuth(d, [&] { return choose_azimuth_samples(probes); });
     settle(d.deepest_optical_depth, "deepest_optical_depth", choose_deepest_optical_depth);
     settle(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave",
            choose_optical_depth_samples);
@@ -73,16 +97,22 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
         &Discretisation::albedo_samples, &Discretisation::optical_depth_samples_per_octave};
     Discretisation both = a;
     for (const auto count : counts) both.*count = std::max(a.*count, b.*count);
+    if (!both.azimuth_scale) both.azimuth_scale = b.azimuth_scale;
     both.deepest_optical_depth = std::max(a.deepest_optical_depth, b.deepest_optical_depth);
     return both;
 }
 
-/// Mixtures that serve all between them: both ends and the middle; just one where the
-/// recipe does not mix.
+/// Mixtures that serve all between them: both ends and the middle, the most peaked first; just one
+/// where the recipe does not mix.
 std::vector<double> probed_mixtures(const Recipe& recipe) {
     if (!recipe.mixture) return {1};
     const Range range = *recipe.mixture;
-    return {range.min, (range.min + range.max) / 2, range.max};
+    std::vector<double> shares{range.min, (range.min + range.max) / 2, range.max};
+    const auto peak = [&](double share) {
+        return std::abs(at_mixture(recipe, share).phase_function.asymmetry());
+    };
+    if (peak(range.max) > peak(range.min)) std::ranges::reverse(shares);
+    return shares;
 }
 
 }  // namespace
@@ -98,8 +128,10 @@ Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions
         BakeOptions at_share = options;
         if (recipe.mixture)
             at_share.log = part_of(options.log, "mixture " + short_number(share, 17));
-        const Resolution one = resolve_one_mixture(at_mixture(recipe, share), max_error, at_share);
         Discretisation& d = resolved.recipe.discretisation;
+        Recipe alone = at_mixture(recipe, share);
+        alone.discretisation.azimuth_scale = d.azimuth_scale;  // one for all, the first's
+        const Resolution one = resolve_one_mixture(alone, max_error, at_share);
         d = finer(d, one.recipe.discretisation);
         resolved.at_cap.insert(resolved.at_cap.end(), one.at_cap.begin(), one.at_cap.end());
     }

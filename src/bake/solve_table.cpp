@@ -103,7 +103,8 @@ class TableSolver {
                                                   std::max(1, d.optical_depth_samples_per_octave),
                                                   d.deepest_optical_depth);
         table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
-        table_.azimuth = azimuth_axis(d.azimuth_samples);
+        table_.azimuth =
+            azimuth_axis(d.azimuth_scale.value_or(AxisScale::linear), d.azimuth_samples);
     }
 
     void make_room() {

@@ -272,7 +272,7 @@ void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table
     for (const AxisField& field : axis_fields_of(metadata, texts.contains(mixture_field.name))) {
         const std::string name = field.name;
         Axis& axis = table.*field.axis;
-        check_scale(field, axis, entry(texts, name + ".scale"));
+        read_scale(field, axis, entry(texts, name + ".scale"));
         axis.values = to_numbers(name, entry(texts, name));
     }
     table.diffusion_exponent =

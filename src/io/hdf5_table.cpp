@@ -209,7 +209,7 @@ void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& file
     if (extents[0] > max_axis_samples)
         throw std::runtime_error(std::string(field.name) + " has more than " +
                                  std::to_string(max_axis_samples) + " samples");
-    check_scale(field, axis, read_text(dataset, field.name, "scale", file_bytes));
+    read_scale(field, axis, read_text(dataset, field.name, "scale", file_bytes));
     axis.values = read_values<double>(dataset, field.name, extents, file_bytes, limit);
 }
 

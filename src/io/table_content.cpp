@@ -117,9 +117,14 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
         albedo);
 }
 
+/// The first minor version whose readers know all that the table holds.
+int format_minor_of(const Table& table) {
+    if (table.azimuth.scale == AxisScale::square_root) return table_format_minor_of_square_root;
+    return table.has_mixture() ? table_format_minor_of_mixtures : table_format_minor;
+}
+
 void add_mixture(const Table& table, Metadata& metadata) {
     if (!table.has_mixture()) return;
-    metadata["format_minor"] = std::to_string(table_format_minor_of_mixtures);
     metadata["second_phase_function"] = table.second_phase_function.text();
     metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
 }
@@ -157,7 +162,7 @@ void check_moments(const Metadata& metadata, const PhaseFunction& phase_function
 }
 
 void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
-    const int newest = std::max(table_format_minor, table_format_minor_of_mixtures);
+    constexpr int newest = table_format_minor_of_square_root;
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     if (!notes || minor <= newest) return;
     const std::string major = std::to_string(table_format_major) + ".";
@@ -185,7 +190,7 @@ Metadata metadata_of(const Table& table) {
     Metadata metadata = table.attributes;
     metadata["format"] = table_format_name;
     metadata["format_major"] = std::to_string(table_format_major);
-    metadata["format_minor"] = std::to_string(table_format_minor);
+    metadata["format_minor"] = std::to_string(format_minor_of(table));
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
@@ -293,12 +298,18 @@ const char* stored_scale_name(const AxisField& field, const Axis& axis) {
     return field.axis == &Table::mixture ? mixture_scale_name : axis_scale_name(axis.scale);
 }
 
-void check_scale(const AxisField& field, const Axis& axis, const std::string& stored) {
+void read_scale(const AxisField& field, Axis& axis, const std::string& stored) {
+    const bool is_azimuth = field.axis == &Table::azimuth;
+    if (is_azimuth && stored == axis_scale_name(AxisScale::square_root)) {
+        axis.scale = AxisScale::square_root;
+        return;
+    }
     const bool matches = stored == axis_scale_name(axis.scale) ||
                          (axis.scale == AxisScale::linear && stored == mixture_scale_name);
     if (!matches)
         throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, axis) + ", got " + shown(stored));
+                                 stored_scale_name(field, axis) +
+                                 (is_azimuth ? " or square_root" : "") + ", got " + shown(stored));
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {

@@ -115,9 +115,9 @@ void check_and_remove_checksum(Metadata& metadata, const std::string& name = che
 /// Name of an axis's scale in a file.
 const char* stored_scale_name(const AxisField& field, const Axis& axis);
 
-/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory.
-/// A linear scale goes by either of its names.
-void check_scale(const AxisField& field, const Axis& axis, const std::string& stored);
+/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
+/// the azimuth takes over either of its two. A linear scale goes by either of its names.
+void read_scale(const AxisField& field, Axis& axis, const std::string& stored);
 
 /// The axes of a table, the mixture first.
 std::vector<AxisField> axis_fields_of(const Table& table);

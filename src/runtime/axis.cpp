@@ -17,6 +17,7 @@ double coordinate_of(AxisScale scale, double value) noexcept {
         case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
         case AxisScale::logarithmic: return std::log2(value);
         case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
+        case AxisScale::square_root: return std::sqrt(value);
     }
     return value;
 }
@@ -27,6 +28,7 @@ double value_at(AxisScale scale, double coordinate) noexcept {
         case AxisScale::arcsine_of_fourth_root: return std::pow(std::sin(coordinate), 4);
         case AxisScale::logarithmic: return std::exp2(coordinate);
         case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
+        case AxisScale::square_root: return coordinate * coordinate;
     }
     return coordinate;
 }
@@ -38,6 +40,7 @@ bool in_domain(AxisScale scale, double value) noexcept {
         case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
         case AxisScale::logarithmic: return value > 0;
         case AxisScale::square_root_of_complement: return value <= 1;
+        case AxisScale::square_root: return value >= 0;
     }
     return false;
 }
@@ -48,6 +51,7 @@ const char* domain_name(AxisScale scale) noexcept {
         case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
         case AxisScale::logarithmic: return "in (0, inf)";
         case AxisScale::square_root_of_complement: return "finite and at most 1";
+        case AxisScale::square_root: return "in [0, inf)";
     }
     return "";
 }
@@ -94,6 +98,7 @@ const char* axis_scale_name(AxisScale scale) noexcept {
         case AxisScale::arcsine_of_fourth_root: return "arcsine_of_fourth_root";
         case AxisScale::logarithmic: return "logarithmic";
         case AxisScale::square_root_of_complement: return "square_root_of_complement";
+        case AxisScale::square_root: return "square_root";
     }
     return "";
 }

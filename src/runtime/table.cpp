@@ -62,7 +62,7 @@ void check_mixture(const Axis& axis) {
 }
 
 void check_azimuth(const Axis& axis) {
-    check_scale(axis, "azimuth", {AxisScale::linear});
+    check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
     check_samples(axis, "azimuth", 0, pi, false);
     // The cubic is mirrored at both ends, which is right at 0 and pi only.
     if (axis.values.size() < 2) return;

@@ -219,6 +219,7 @@ std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side whic
     set_closed_forms(table, which, all, *side);
     set_axes(table, which, *side);
     side->view.azimuths = table.azimuth.count;
+    side->view.square_root_of_azimuth = table.azimuth.scale == AxisScale::square_root;
     const bool held = which == Side::reflection
                           ? table.has_reflection()
                           : table.has_transmission() && table.optical_depth.count > 0;

@@ -135,8 +135,10 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
     recipe.transmission =
         scene.effects.transmission && through && range.optical_depth.min < infinity;
     recipe.reflection = scene.effects.reflection || !recipe.transmission;
-    if (!scene.effects.azimuth)
+    if (!scene.effects.azimuth) {
         recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
+        recipe.discretisation.azimuth_scale = AxisScale::linear;
+    }
     return recipe;
 }
 

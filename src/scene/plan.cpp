@@ -1,6 +1,7 @@
 #include <stratus/scene/plan.h>
 
 #include <stratus/bake/clock.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/scene/render.h>
 
 #include <algorithm>
@@ -112,7 +113,10 @@ class BakeCosts {
         const Discretisation own = recipe.discretisation;
         recipe.discretisation = resolved_->discretisation;
         if (own.modes > 0) recipe.discretisation.modes = own.modes;
-        if (own.azimuth_samples > 0) recipe.discretisation.azimuth_samples = own.azimuth_samples;
+        if (own.azimuth_samples > 0) {
+            recipe.discretisation.azimuth_samples = own.azimuth_samples;
+            recipe.discretisation.azimuth_scale = own.azimuth_scale;
+        }
         const double albedos = recipe.discretisation.albedo_samples;
         recipe.albedo.min = recipe.albedo.max;
         recipe.discretisation.albedo_samples = 1;
@@ -144,18 +148,32 @@ double ray_nanoseconds(const Scene& scene, const LayerTables* tables) {
     return 1e9 * fastest;
 }
 
+/// Shares of an azimuth axis' samples in the mean over azimuth.
+std::vector<double> azimuth_shares(const AxisView& axis) {
+    const int azimuths = 64 * axis.count;
+    std::vector<double> shares(static_cast<std::size_t>(axis.count));
+    for (int n = 0; n < azimuths; ++n) {
+        const Stencil stencil = axis.mirrored_stencil(pi * (n + 0.5) / azimuths);
+        for (int i = 0; i < std::min(stencil_size, axis.count); ++i)
+            shares[static_cast<std::size_t>(stencil.first + i)] +=
+                double{stencil.weight[i]} / azimuths;
+    }
+    return shares;
+}
+
 /// A table's mean over azimuth.
 Table azimuth_mean(const Table& table) {
     Table mean = table;
-    mean.azimuth.values = {0};
-    const std::size_t azimuths = table.azimuth.values.size();
+    mean.azimuth = {AxisScale::linear, {0}};
+    const std::vector<double> shares = azimuth_shares(table.azimuth.view());
+    const std::size_t azimuths = shares.size();
     if (azimuths > 1)
         for (std::vector<float>* side : {&mean.reflection_multiple, &mean.transmission_multiple}) {
             for (std::size_t row = 0; row < side->size() / azimuths; ++row) {
                 const float* const around = side->data() + row * azimuths;
-                double sum = -(double{around[0]} + double{around[azimuths - 1]}) / 2;
-                for (std::size_t k = 0; k < azimuths; ++k) sum += double{around[k]};
-                (*side)[row] = static_cast<float>(sum / static_cast<double>(azimuths - 1));
+                double sum = 0;
+                for (std::size_t k = 0; k < azimuths; ++k) sum += shares[k] * double{around[k]};
+                (*side)[row] = static_cast<float>(sum);
             }
             side->resize(side->size() / azimuths);
         }

@@ -20,6 +20,7 @@ SCALES = {
     "logarithmic": np.log2,
     "arcsine_of_fourth_root": lambda mu: np.arcsin(mu**0.25),
     "linear": lambda x: x,
+    "square_root": np.sqrt,
     "identity": lambda x: x,
 }
 PHASE_FUNCTIONS = {
@@ -195,12 +196,28 @@ albedo_samples = 6
 """
 OVER_LAYER = DEEP.replace("64", "1").replace("512", "4") + '[below]\nphase_function = "rayleigh"\nalbedo = 0.8\n'
 
+# Forward-peaked, azimuths even in their square root.
+PEAKED = """
+phase_function = "henyey_greenstein:g=0.7"
+tolerance = 0.1
+optical_depth = { min = 0.5, max = 2.0 }
+albedo = { min = 0.9, max = 1.0 }
+[discretisation]
+nodes = 8
+modes = 12
+mu_samples = 6
+azimuth_samples = 9
+azimuth_scale = "square_root"
+optical_depth_samples_per_octave = 2
+albedo_samples = 3
+"""
+
 program, golden = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 for name in ("plain.h5", "ground.h5", "mixture.h5"):
     check(program, golden / name)
 with tempfile.TemporaryDirectory() as folder:
     recipe, baked = pathlib.Path(folder) / "recipe.toml", pathlib.Path(folder) / "table.h5"
-    for text in (DEEP, OVER_LAYER):
+    for text in (DEEP, OVER_LAYER, PEAKED):
         recipe.write_text(text)
         subprocess.run([program, "bake", recipe, "-o", baked, "--quiet"], check=False)  # 1 where its tolerance is missed
         check(program, baked)

@@ -2,6 +2,7 @@
 // from it.
 #pragma once
 
+#include <stratus/runtime/axis.h>
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/transfer/solve.h>
@@ -30,6 +31,8 @@ struct Discretisation {
     int albedo_samples = 0;
     int mixture_samples = 0;  // of recipes that mix
     Scheme scheme = Scheme::harmonic;
+    /// linear or square_root; open: the cheaper one, or linear where azimuth_samples is given.
+    std::optional<AxisScale> azimuth_scale;
 };
 
 struct Recipe {

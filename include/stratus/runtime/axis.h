@@ -1,10 +1,11 @@
 // Axes of a table: value -> fractional index and back, and the four weights of a cubic.
 //
 // Each quantity is sampled uniformly in the coordinate in which scattered light varies evenly:
-// optical depth in log2(tau), albedo in sqrt(1 - w), azimuth and mixture in themselves, cosines in
-// asin(mu^(1/4)): thin layers vary fast at grazing angles, and odd azimuthal modes carry a factor
-// sqrt(1 - mu^2), which has infinite slope at mu = 1 in any power of mu. Interpolation is by the
-// cubic through the four nearest samples (Lagrange), fewer where the axis has fewer.
+// optical depth in log2(tau), albedo in sqrt(1 - w), mixture in itself, azimuth in itself or, where
+// light is scattered mostly straight on, in its square root, cosines in asin(mu^(1/4)): thin layers
+// vary fast at grazing angles, and odd azimuthal modes carry a factor sqrt(1 - mu^2), which has
+// infinite slope at mu = 1 in any power of mu. Interpolation is by the cubic through the four
+// nearest samples (Lagrange), fewer where the axis has fewer.
 #pragma once
 
 #include <vector>
@@ -16,10 +17,11 @@ enum class AxisScale {
     arcsine_of_fourth_root,     // mu: asin(mu^(1/4))
     logarithmic,                // optical depth: log2(tau)
     square_root_of_complement,  // albedo: -sqrt(1 - w)
+    square_root,                // azimuth of peaked light: sqrt(azimuth)
 };
 
 /// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement".
+/// "square_root_of_complement", "square_root".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
 /// Name in files of the linear scale of a mixture.
@@ -58,7 +60,8 @@ struct AxisView {
     Stencil stencil(double value) const noexcept;
 
     /// The same for an axis mirrored at both ends, as the azimuth is: light is even in it about 0
-    /// and pi.
+    /// and pi. In its square root it is so about 0; about pi, where peaked light varies slowly,
+    /// the mirrored cubic measures no worse than one that ends there.
     Stencil mirrored_stencil(double value) const noexcept;
 };
 

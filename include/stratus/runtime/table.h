@@ -100,7 +100,8 @@ struct Table {
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
     Axis mu_out{AxisScale::arcsine_of_fourth_root, {}};
-    Axis azimuth{AxisScale::linear, {}};  // radians, 0 to pi; 0 alone when nothing depends on it
+    // Radians, 0 to pi, linear or square_root; linear 0 alone when nothing depends on it.
+    Axis azimuth{AxisScale::linear, {}};
 
     // Orders n >= 2 over (albedo, optical_depth, mu_in, mu_out, azimuth); empty when the side was
     // not asked for. These, and all below, lie once for each mixture, one after the other.

@@ -192,8 +192,10 @@ STRATUS_INLINE auto direction_window(const TexturedSide& side, Index block,
         const float last = static_cast<float>(side.azimuths - 1);
         const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
         const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
-        const auto place =
-            axis_place(minimum(maximum(turn, turn * -1.0f) * (2 * last), last * (1 - 1e-6f)));
+        const F half_turn = maximum(turn, turn * -1.0f);
+        const F along = side.square_root_of_azimuth ? square_root(half_turn * 2.0f) * last
+                                                    : half_turn * (2 * last);
+        const auto place = axis_place(minimum(along, last * (1 - 1e-6f)));
         at.first_azimuth = place.sample;
         cubic_weights(place.fraction + 1.0f, at.azimuth);
     }

@@ -69,7 +69,8 @@ struct TexturedSide {
     // needs there: over (block, segment), the index of the cosine where a segment begins.
     const float* place;
     float v_first, segments_per_v;
-    int azimuths;  // samples of the table; 1: nothing depends on azimuth
+    int azimuths;                 // samples of the table; 1: nothing depends on azimuth
+    bool square_root_of_azimuth;  // what they lie evenly in
 };
 
 /// One lookup; co_albedo is 1 - albedo, accurate where it is small.

@@ -24,7 +24,7 @@ struct MetadataField {
     EntryType type;
 };
 
-constexpr std::array<MetadataField, 16> metadata_fields{{
+constexpr std::array<MetadataField, 17> metadata_fields{{
     {"format", EntryType::text},
     {"format_major", EntryType::integer},
     {"format_minor", EntryType::integer},
@@ -36,6 +36,7 @@ constexpr std::array<MetadataField, 16> metadata_fields{{
     {"below_phase_function", EntryType::text},
     {"moments", EntryType::numbers},
     {"asymmetry", EntryType::number},
+    {"path_law", EntryType::numbers},
     {"extrapolation_length", EntryType::number},
     {"second_extrapolation_length", EntryType::number},
     {"tolerance", EntryType::number},
@@ -119,6 +120,7 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
 
 /// The first minor version whose readers know all that the table holds.
 int format_minor_of(const Table& table) {
+    if (table.path_law) return 0;
     if (table.azimuth.scale == AxisScale::square_root) return table_format_minor_of_square_root;
     return table.has_mixture() ? table_format_minor_of_mixtures : table_format_minor;
 }
@@ -148,8 +150,36 @@ std::vector<AxisField> all_axis_fields(bool has_mixture) {
     return fields;
 }
 
-void check_moments(const Metadata& metadata, const PhaseFunction& phase_function) {
-    const std::vector<double> expected = phase_function.moments(stored_moments);
+/// With the path law all moments that matter to it: readers sum its orders.
+std::vector<double> moments_to_store(const Table& table) {
+    const std::vector<double> all =
+        table.path_law ? significant_moments(table.phase_function) : std::vector<double>{};
+    return table.phase_function.moments(std::max(stored_moments, static_cast<int>(all.size())));
+}
+
+/// What smooths the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
+/// second on.
+const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smooth_moments};
+
+void read_path_law(const Metadata& metadata, Table& table) {
+    const bool has_path_law = metadata.contains("path_law");
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    if (has_path_law != (major == table_format_major_of_path_law))
+        throw std::runtime_error("attribute path_law belongs to format " +
+                                 std::to_string(table_format_major_of_path_law) + ".x alone");
+    if (!has_path_law) return;
+    const std::string text = entry(metadata, "path_law");
+    if (to_numbers("path_law", text) != path_law_moments)
+        throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
+                                 ", got " + shown(text));
+    table.path_law = PathOrders::of(table.phase_function);
+    if (!table.path_law)
+        throw std::runtime_error("attribute path_law needs a phase function with a narrow peak");
+}
+
+void check_moments(const Metadata& metadata, const Table& table) {
+    const PhaseFunction& phase_function = table.phase_function;
+    const std::vector<double> expected = moments_to_store(table);
     const std::vector<double> stored = to_numbers("moments", entry(metadata, "moments"));
     bool same = stored.size() == expected.size() &&
                 std::abs(to_number("asymmetry", entry(metadata, "asymmetry")) -
@@ -162,11 +192,13 @@ void check_moments(const Metadata& metadata, const PhaseFunction& phase_function
 }
 
 void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
-    constexpr int newest = table_format_minor_of_square_root;
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    const int newest =
+        major == table_format_major_of_path_law ? 0 : table_format_minor_of_square_root;
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     if (!notes || minor <= newest) return;
-    const std::string major = std::to_string(table_format_major) + ".";
-    notes->push_back("format " + major + std::to_string(minor) + " is newer than " + major +
+    const std::string dotted = std::to_string(major) + ".";
+    notes->push_back("format " + dotted + std::to_string(minor) + " is newer than " + dotted +
                      std::to_string(newest) +
                      ", the newest that this program knows: what it adds is ignored");
 }
@@ -189,13 +221,15 @@ EntryType entry_type(const std::string& name) {
 Metadata metadata_of(const Table& table) {
     Metadata metadata = table.attributes;
     metadata["format"] = table_format_name;
-    metadata["format_major"] = std::to_string(table_format_major);
+    metadata["format_major"] =
+        std::to_string(table.path_law ? table_format_major_of_path_law : table_format_major);
     metadata["format_minor"] = std::to_string(format_minor_of(table));
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
     add_mixture(table, metadata);
-    metadata["moments"] = to_text(table.phase_function.moments(stored_moments));
+    metadata["moments"] = to_text(moments_to_store(table));
+    if (table.path_law) metadata["path_law"] = to_text(path_law_moments);
     metadata["asymmetry"] = shortest_text(table.phase_function.asymmetry());
     metadata["extrapolation_length"] = shortest_text(table.extrapolation_length);
     metadata["tolerance"] = shortest_text(table.tolerance);
@@ -215,8 +249,9 @@ void check_format(const Metadata& metadata) {
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     const std::string version = std::to_string(major) + "." + std::to_string(minor);
     const std::string readable =
-        "this program reads (" + std::to_string(table_format_major) + ".x)";
-    if (major > table_format_major)
+        "this program reads (" + std::to_string(table_format_major) + ".x and " +
+        std::to_string(table_format_major_of_path_law) + ".x)";
+    if (major > table_format_major_of_path_law)
         throw std::runtime_error("format " + version + " is newer than " + readable);
     if (major < table_format_major || minor < 0)
         throw std::runtime_error("format " + version + " is not one that " + readable);
@@ -228,7 +263,8 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
     table.lower_boundary = read_lower_boundary(metadata);
     read_mixture(metadata, table);
-    check_moments(metadata, table.phase_function);
+    read_path_law(metadata, table);
+    check_moments(metadata, table);
     table.extrapolation_length = number("extrapolation_length");
     table.tolerance = number("tolerance");
     table.measured_error = number("measured_error");

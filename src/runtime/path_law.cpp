@@ -202,7 +202,7 @@ std::shared_ptr<const PathOrders> PathOrders::of(const PhaseFunction& phase_func
 }
 
 double PathLaw::smooth_moment(std::size_t l) const noexcept {
-    constexpr double first = 2, last = smooth_moments;
+    constexpr double first = first_smoothed, last = smooth_moments;
     const double u = std::clamp((static_cast<double>(l) - first) / (last - first), 0.0, 1.0);
     return l < chi_.size() ? chi_[l] * (1 - u * u * (3 - 2 * u)) : 0;
 }
@@ -244,7 +244,8 @@ double PathOrders::operator()(Side side, double albedo, double optical_depth,
     return (*this)(weights, 1 - cosine, 1 + cosine);
 }
 
-PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order)
+PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order,
+                     int divided)
     : offset_(law.offset()), angles_(law.angle_count()), channels_(channels) {
     const int count =
         highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
@@ -258,12 +259,12 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
             const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
             std::fill(value.begin(), value.end(), 0.0f);
             std::fill(slope.begin(), slope.end(), 0.0f);
-            double power = albedo[c];
+            double power = std::pow(albedo[c], 1 - divided);
             for (int n = 2; n < count; ++n) {
                 power *= albedo[c];
                 const auto more = static_cast<float>(power / n * at.more[n]);
                 const auto rise = static_cast<float>(power / n * at.slope[n]);
-                if (more < 1e-12f) break;
+                if (more < 1e-12f && rise < 1e-12f) break;
                 const float* const f = &law.samples()[static_cast<std::size_t>(n - 2) * row];
                 for (std::size_t k = 0; k < row; ++k) {
                     value[k] += more * f[k];

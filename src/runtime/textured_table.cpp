@@ -22,6 +22,7 @@ struct TexturedMemory {
     TexturedSide view{};
     const TexturedKernel* kernel = nullptr;
     PhaseCurve phase;
+    PathSheet path;
     std::vector<TexturedBlock> blocks;
     std::vector<std::vector<FunctionRow>> function;
     std::vector<std::vector<CoefficientRow>> coefficient;
@@ -53,6 +54,18 @@ void set_closed_forms(const TableView& table, Side which, const TexturedKernels&
     side.view.phase = side.phase.view();
     side.kernel = &(which == Side::reflection ? all.reflected : all.transmitted)
                        .of(side.phase.form(), table.azimuth.count > 1);
+}
+
+/// The path law, divided by w^2, over w^2.
+void set_path_law(const TableView& table, TexturedMemory& side) {
+    constexpr int steps = 11;
+    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
+    double albedo[steps + 1];
+    for (int i = 0; i <= steps; ++i)
+        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / steps));
+    side.path = PathSheet(*table.path_law, albedo, steps + 1, table.highest_order, 2);
+    side.view.path = side.path.view();
+    side.view.path_steps = steps;
 }
 
 /// The axes of the coefficients and the scales along them.
@@ -219,6 +232,7 @@ std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side whic
     set_closed_forms(table, which, all, *side);
     set_axes(table, which, *side);
     side->view.azimuths = table.azimuth.count;
+    if (table.path_law != nullptr) set_path_law(table, *side);
     side->view.square_root_of_azimuth = table.azimuth.scale == AxisScale::square_root;
     const bool held = which == Side::reflection
                           ? table.has_reflection()
@@ -307,7 +321,7 @@ std::size_t TexturedTable::bytes() const noexcept {
         if (side == nullptr) continue;
         for (const auto& rows : side->function) sum += rows.size() * sizeof(FunctionRow);
         for (const auto& rows : side->coefficient) sum += rows.size() * sizeof(CoefficientRow);
-        sum += side->phase.sample_count() * sizeof(float);
+        sum += (side->phase.sample_count() + side->path.sample_count()) * sizeof(float);
     }
     return sum;
 }

@@ -54,8 +54,8 @@ bool has_narrow_peak(const PhaseFunction& phase_function);
 
 class PathLaw {
   public:
-    /// Moments of the smooth part: r_l = 0 from here on.
-    static constexpr int smooth_moments = 16;
+    /// b(l) falls from 1 at the first to 0 at the second: r_l = 0 from there on.
+    static constexpr int first_smoothed = 2, smooth_moments = 16;
 
     /// Range    chi_0 .. , as far as they matter.
     explicit PathLaw(std::vector<double> moments);
@@ -137,8 +137,9 @@ class PathSheet {
 
     PathSheet() = default;
 
-    /// `highest_order` 0: all orders.
-    PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order);
+    /// `highest_order` 0: all orders. Order n is multiplied by w^(n - divided).
+    PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order,
+              int divided = 0);
 
     PathSheetView view() const noexcept;
     std::size_t sample_count() const noexcept { return samples_.size(); }

@@ -131,8 +131,8 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             value[c] =
                 value[c] + path_of_channel(
                                side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
-                                   return path_reflected(side.path, k, angle, lane(s),
-                                                         lane(directions.reciprocal_sum));
+                                   return path_reflected(side.path, k * side.path.channel, angle,
+                                                         lane(s), lane(directions.reciprocal_sum));
                                });
         }
     }
@@ -165,8 +165,9 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
             value[c] =
                 value[c] + path_of_channel(
                                side.path, path, c, [&](int k, const auto& angle, const auto& lane) {
-                                   return path_transmitted(side.path, k, angle, lane(depth),
-                                                           lane(excess), lane(directions.shallow));
+                                   return path_transmitted(side.path, k * side.path.channel, angle,
+                                                           lane(depth), lane(excess),
+                                                           lane(directions.shallow));
                                });
     }
 }

@@ -31,52 +31,52 @@ struct PathValue {
     F value, slope;
 };
 
-/// Of one channel at a slant depth, but for the angle's scale.
-template <class F, class Index>
-STRATUS_INLINE PathValue<F> path_value(const PathSheetView& sheet, int channel,
+/// Of the channel whose samples begin at `first`, but for the angle's scale.
+template <class F, class Index, class First>
+STRATUS_INLINE PathValue<F> path_value(const PathSheetView& sheet, First first,
                                        const PathAngle<F, Index>& angle, F depth) {
     const auto place = octave_place<PathSheet::depth_bits>(minimum(depth + 1.0f, sheet.last_depth));
     constexpr int first_depth = bits_of_1 >> (23 - PathSheet::depth_bits);
     const int row = 4 * sheet.angles;
-    const auto at = (place.sample + -first_depth) * row + angle.sample * 2;
-    const float* const sample = sheet.sample + channel * sheet.channel;
+    const auto at = (place.sample + -first_depth) * row + angle.sample * 2 + first;
     const auto corner = [&](int from) {
-        const Neighbours<F> here = neighbours<1, F>(sample + from, at);
-        const Neighbours<F> next = neighbours<1, F>(sample + from + 2, at);
+        const Neighbours<F> here = neighbours<1, F>(sheet.sample + from, at);
+        const Neighbours<F> next = neighbours<1, F>(sheet.sample + from + 2, at);
         return PathValue<F>{here.here + angle.fraction * (next.here - here.here),
                             here.next + angle.fraction * (next.next - here.next)};
     };
     const PathValue<F> low = corner(0), high = corner(row);
     constexpr float cells = 1 << PathSheet::depth_bits;
     const F width = place.octave * (1 / cells), t = place.fraction;
-    const F rise = high.value - low.value, first = low.slope * width, last = high.slope * width;
-    const F b = rise * 3.0f - first * 2.0f - last, c = first + last - rise * 2.0f;
-    return {low.value + t * (first + t * (b + t * c)),
-            (first + t * (b * 2.0f + t * c * 3.0f)) * (place.octave_inverse * cells)};
+    const F rise = high.value - low.value, start = low.slope * width, end = high.slope * width;
+    const F b = rise * 3.0f - start * 2.0f - end, c = start + end - rise * 2.0f;
+    return {low.value + t * (start + t * (b + t * c)),
+            (start + t * (b * 2.0f + t * c * 3.0f)) * (place.octave_inverse * cells)};
 }
 
 /// R of the path law, orders n >= 2, at the slant depth of both ways.
-template <class F, class Index>
-STRATUS_INLINE F path_reflected(const PathSheetView& sheet, int channel,
+template <class F, class Index, class First>
+STRATUS_INLINE F path_reflected(const PathSheetView& sheet, First first,
                                 const PathAngle<F, Index>& angle, F depth_of_both,
                                 F reciprocal_sum) {
-    return path_value(sheet, channel, angle, depth_of_both).value * angle.scale * 0.25f *
+    return path_value(sheet, first, angle, depth_of_both).value * angle.scale * 0.25f *
            reciprocal_sum;
 }
 
 /// T likewise, between the slant depths `depth` and `depth` + `excess`: the mean slope of H between
-/// them, which is that in the middle where they are close.
-template <class F, class Index>
-STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, int channel,
+/// them, which is that in the middle where they are close; 0 beyond the last depth.
+template <class F, class Index, class First>
+STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
                                   const PathAngle<F, Index>& angle, F depth, F excess, F shallow) {
     constexpr float close = 0.05f;
     const F few = (depth + 1.0f) * close;
     const PathValue<F> first =
-        path_value(sheet, channel, angle, choose_less(excess, few, depth + excess * 0.5f, depth));
-    const PathValue<F> last = path_value(sheet, channel, angle, depth + excess);
+        path_value(sheet, first, angle, choose_less(excess, few, depth + excess * 0.5f, depth));
+    const PathValue<F> high = path_value(sheet, first, angle, depth + excess);
     const F mean =
-        choose_less(excess, few, first.slope, (last.value - first.value) * reciprocal(excess));
-    return mean * angle.scale * depth * shallow * 0.25f;
+        choose_less(excess, few, low.slope, (high.value - low.value) * reciprocal(excess));
+    return choose_less(depth + 1.0f, F(sheet.last_depth), mean, F(0.0f)) * angle.scale * depth *
+           shallow * 0.25f;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "diffusion_scales.h"
 #include "interpolation.h"
 #include "kernels.h"
+#include "path_law.h"
 
 #include <utility>
 
@@ -19,7 +20,7 @@ struct Plan {
     alignas(64) float depth_weight[stencil_size][width];
     alignas(64) float corner_weight[4][width];
     alignas(64) float azimuth_weight[stencil_size][width];
-    alignas(64) float single[width], factor[width];
+    alignas(64) float single[width], along_path[width], factor[width];
     CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
     const CoefficientRow* coefficient[width];   // first of the stencil
     int coefficient_stride[width];              // from one albedo to the next
@@ -253,6 +254,34 @@ STRATUS_INLINE void set_addresses(const TexturedSide& side, const SampleIndices&
     if constexpr (width > 1) prefetch<azimuthal>(plan, n, rows);
 }
 
+/// Orders n >= 2 of the path law: cubic in w^2.
+template <Side which, class F>
+STRATUS_INLINE F along_path(const TexturedSide& side, const LightPathOf<F>& path, F albedo,
+                            F depth) {
+    const PathSheetView& sheet = side.path;
+    const F square = albedo * albedo, place = square * side.path_steps;
+    const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
+    F weight[stencil_size];
+    cubic_weights(place - first, weight);
+    const auto angle = path_angle(sheet, path);
+    F sum(0.0f);
+    for (int a = 0; a < stencil_size; ++a) {
+        const auto at = truncated(first + static_cast<float>(a)) * sheet.channel;
+        F value;
+        if constexpr (which == Side::reflection) {
+            const ReflectedPath<F> directions(path);
+            value = path_reflected(sheet, at, angle, directions.depth_of_both(depth),
+                                   directions.reciprocal_sum);
+        } else {
+            const TransmittedPath<F> directions(path);
+            value = path_transmitted(sheet, at, angle, directions.depth(depth),
+                                     directions.excess(depth), directions.shallow);
+        }
+        sum = sum + weight[a] * value;
+    }
+    return sum * square;
+}
+
 /// Lookups n .. n + lanes of F of a plan.
 template <Side which, PhaseForm form, bool azimuthal, class F, int width>
 STRATUS_INLINE void prepare(const TexturedSide& side, const TexturedPointOf<F>& point, int n,
@@ -269,6 +298,9 @@ STRATUS_INLINE void prepare(const TexturedSide& side, const TexturedPointOf<F>& 
     else
         closed = closed_transmission<form>(side, point.albedo, depth, layers, path);
     store(closed.single, plan.single + n);
+    F along(0.0f);
+    if (side.path.sample != nullptr) along = along_path<which>(side, path, point.albedo, depth);
+    store(along, plan.along_path + n);
     store(closed.factor, plan.factor + n);
 
     const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
@@ -373,7 +405,7 @@ void evaluate_one(const TexturedSide& side, const TexturedPoint& at, float* sing
     Plan<1> plan;
     prepare<which, form, azimuthal>(side, at, 0, plan);
     single_multiple[0] = plan.single[0];
-    single_multiple[1] = contracted<azimuthal>(side, plan, 0);
+    single_multiple[1] = contracted<azimuthal>(side, plan, 0) + plan.along_path[0];
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
@@ -406,7 +438,7 @@ void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size
                                                  plan[1 - first / step % 2]);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
-                now.single[n] + contracted<azimuthal>(side, now, n);
+                now.single[n] + (contracted<azimuthal>(side, now, n) + now.along_path[n]);
     }
 }
 

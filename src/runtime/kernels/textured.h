@@ -4,6 +4,7 @@
 #pragma once
 
 #include <stratus/runtime/half.h>
+#include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/textured_table.h>
 
@@ -71,6 +72,9 @@ struct TexturedSide {
     float v_first, segments_per_v;
     int azimuths;                 // samples of the table; 1: nothing depends on azimuth
     bool square_root_of_azimuth;  // what they lie evenly in
+
+    PathSheetView path;    // divided by w^2, over w^2; null samples: none
+    float path_steps = 0;  // from w = 0 to 1
 };
 
 /// One lookup; co_albedo is 1 - albedo, accurate where it is small.

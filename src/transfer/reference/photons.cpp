@@ -3,6 +3,8 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 
+#include "scattering_angle.h"
+
 #include <boost/math/special_functions/expint.hpp>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <bit>
 #include <cmath>
 #include <random>
-#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -35,58 +36,6 @@ class Random {
 
   private:
     std::mt19937_64 engine_;
-};
-
-/// Samples the scattering angle as v = (1 - cos Theta)/2, the share of the sphere within Theta,
-/// from |phi| tabulated on a grid of Theta and linear in v between.
-class AngleSampler {
-  public:
-    explicit AngleSampler(const PhaseFunction& phase_function) {
-        // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
-        // backward half mirrors the forward one.
-        std::vector<double> angles{0};
-        double angle = 1e-5;
-        while (angle < pi / 2) {
-            angles.push_back(angle);
-            angle += std::min(0.02 * angle, pi / 1024);
-        }
-        for (std::size_t i = angles.size(); i-- > 0;) angles.push_back(pi - angles[i]);
-        for (const double turn : angles) {
-            v_.push_back(std::pow(std::sin(turn / 2), 2));
-            height_.push_back(std::max(min_height, std::abs(phase_function(std::cos(turn)))));
-            if (v_.size() == 1) continue;
-            const std::size_t i = v_.size() - 2;
-            cumulative_.push_back((cumulative_.empty() ? 0 : cumulative_.back()) +
-                                  (v_[i + 1] - v_[i]) * (height_[i] + height_[i + 1]) / 2);
-        }
-    }
-
-    double sample(Random& random) const {
-        const std::size_t i = bin(cumulative_, random() * cumulative_.back());
-        // Within the bin the density is a + (b - a) x: invert a x + (b - a) x^2/2 = u (a + b)/2.
-        const double a = height_[i], b = height_[i + 1], u = random();
-        const double x = u * (a + b) / (a + std::sqrt(a * a + u * (b - a) * (b + a)));
-        return v_[i] + x * (v_[i + 1] - v_[i]);
-    }
-
-    /// Sampling density relative to a uniform one over the sphere; never 0.
-    double density(double v) const {
-        const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
-        const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
-        return (height_[i] + x * (height_[i + 1] - height_[i])) / cumulative_.back();
-    }
-
-  private:
-    static std::size_t bin(std::span<const double> ends, double at) {
-        return static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end() - 1, at) -
-                                        ends.begin());
-    }
-
-    /// Floor of the density (mean 1): angles where phi is 0 or changes sign are sampled too.
-    static constexpr double min_height = 1e-3;
-
-    std::vector<double> v_, height_;  // at the grid points
-    std::vector<double> cumulative_;  // the density's integral up to each bin's end
 };
 
 /// A unit vector; z points up, out of the lit side.
@@ -168,13 +117,13 @@ class PhotonRun {
   public:
     PhotonRun(const PhaseFunction& phase_function, double albedo, double optical_depth,
               int highest_order)
-        : phase_function_(phase_function),
+        : phase_(phase_function),
           albedo_(albedo),
           optical_depth_(optical_depth),
           highest_order_(highest_order),
           along_share_(optical_depth < thin_depth ? 0.25 : 0),
           along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
-          angles_(phase_function) {}
+          angles_(phase_) {}
 
     Tallies<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
         std::vector<ExitDirection> exits;
@@ -268,21 +217,25 @@ class PhotonRun {
     /// share of the directions is drawn from the density 1/max(|z|, tau) instead.
     Direction scatter(const Direction& from, Random& random, double& weight) const {
         const double azimuth = 2 * pi * random();
-        Direction to{};
         if (along_share_ > 0 && random() < along_share_) {
             const double u = random() * along_norm_;
             const double z = optical_depth_ * (u < 1 ? u : std::exp(u - 1));
-            to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
-        } else {
-            to = scattered(from, angles_.sample(random), azimuth);
+            const Direction to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
+            const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
+            weight *= phase_(1 - 2 * v) / mixed_density(angles_.density(v), to);
+            return to;
         }
-        const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
-        double density = angles_.density(v);
-        if (along_share_ > 0)
-            density += along_share_ *
-                       (1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_) - density);
-        weight *= phase_function_(1 - 2 * v) / density;
+        const double bin_number = random();
+        const auto [v, density] = angles_.sample(bin_number, random());
+        const Direction to = scattered(from, v, azimuth);
+        weight *= phase_(1 - 2 * v) / mixed_density(density, to);
         return to;
+    }
+
+    double mixed_density(double density, const Direction& to) const {
+        if (along_share_ == 0) return density;
+        const double along = 1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_);
+        return density + along_share_ * (along - density);
     }
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
@@ -291,8 +244,7 @@ class PhotonRun {
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const double height[] = {depth, optical_depth_ - depth};
-            const double phase[] = {phase_function_(dot(direction, up)),
-                                    phase_function_(dot(direction, down))};
+            const double phase[] = {phase_(dot(direction, up)), phase_(dot(direction, down))};
             for (const Face side : {lit, far})
                 photon.exits[e].single[side] +=
                     weight / 4 * phase[side] * std::exp(-height[side] / mu) / mu;
@@ -307,8 +259,8 @@ class PhotonRun {
         for (std::size_t e = 0; e < exits.size(); ++e) {
             const auto& [mu, up, down] = exits[e];
             const Face back = flight.ahead == lit ? far : lit;
-            const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
-            const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
+            const double on = phase_(dot(direction, flight.ahead == lit ? up : down));
+            const double turn = phase_(dot(direction, flight.ahead == lit ? down : up));
             auto& tally = photon.exits[e].multiple;
             tally[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
             tally[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
@@ -316,7 +268,7 @@ class PhotonRun {
         }
     }
 
-    const PhaseFunction& phase_function_;
+    const PhaseValues phase_;
     const double albedo_, optical_depth_;
     const int highest_order_;
     const double along_share_, along_norm_;

@@ -60,6 +60,21 @@ void PrintTo(const Layer& of, std::ostream* out) {
     *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
 }
 
+void expect_radiances(const PhotonSolution& photons, const LayerSolution& layer) {
+    for (const PhotonGeometry& at : photons.geometries) {
+        const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
+        const auto meets = [](const PhotonValue& value, const SolvedValue& expected,
+                              const std::string& what) {
+            expect_meets({value.value.total, value.standard_error}, expected.total, what);
+            EXPECT_EQ(value.value.single, expected.single);
+            EXPECT_EQ(value.value.total, value.value.single + value.value.multiple);
+        };
+        meets(at.reflection, layer.reflection(in, out, at.geometry.azimuth), "R");
+        meets(at.transmission, layer.transmission(in, out, at.geometry.azimuth), "T");
+        EXPECT_GT(at.reflection.standard_error, 0);
+    }
+}
+
 class PhotonsInALayer : public testing::TestWithParam<Layer> {
   protected:
     PhotonSolution solve(const PhotonOptions& options) const {
@@ -83,18 +98,7 @@ TEST_P(PhotonsInALayer, MatchTheClosedFormOfOrderOne) {
 TEST_P(PhotonsInALayer, MatchTheSolver) {
     const PhotonSolution photons = solve(with_photons(10'000));
     const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth, cosines);
-    for (const PhotonGeometry& at : photons.geometries) {
-        const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
-        const auto meets = [](const PhotonValue& value, const SolvedValue& expected,
-                              const std::string& what) {
-            expect_meets({value.value.total, value.standard_error}, expected.total, what);
-            EXPECT_EQ(value.value.single, expected.single);
-            EXPECT_EQ(value.value.total, value.value.single + value.value.multiple);
-        };
-        meets(at.reflection, layer.reflection(in, out, at.geometry.azimuth), "R");
-        meets(at.transmission, layer.transmission(in, out, at.geometry.azimuth), "T");
-        EXPECT_GT(at.reflection.standard_error, 0);
-    }
+    expect_radiances(photons, layer);
     for (std::size_t b = 0; b < photons.mu_in.size(); ++b) {
         const int in = index_of(photons.mu_in[b]);
         expect_meets(photons.plane[b].albedo, layer.plane_albedo(in), "plane albedo");
@@ -105,6 +109,13 @@ TEST_P(PhotonsInALayer, MatchTheSolver) {
     through.value += photons.uniform.direct_transmittance;
     expect_meets(photons.uniform.albedo, layer.spherical_albedo, "spherical albedo");
     expect_meets(through, layer.total_transmittance, "total transmittance");
+}
+
+TEST_P(PhotonsInALayer, MatchTheSolverFromBothEnds) {
+    PhotonOptions options = with_photons(5000);
+    options.backward_collisions = 3;
+    expect_radiances(solve(options),
+                     solve_layer(phase_function, of.albedo, of.optical_depth, cosines));
 }
 
 TEST_P(PhotonsInALayer, ConserveEnergy) {
@@ -220,6 +231,43 @@ TEST(Photons, StopAfterTheRequestedOrder) {
               whole.value.multiple);
 }
 
+TEST(Photons, FromBothEndsEqualNextEventEstimationOrderByOrder) {
+    // as long as paths from the exits have a share in every order, in some, and in thin layers
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.5);
+    for (const double optical_depth : {0.05, 2.0})
+        for (const int n : {2, 3, 5}) {
+            PhotonOptions options = with_photons(20'000);
+            options.highest_order = n;
+            const PhotonSolution expected =
+                solve_photons(phase_function, 0.9, optical_depth, geometries, options);
+            options.backward_collisions = 3;
+            options.seed = 2;
+            const PhotonSolution met =
+                solve_photons(phase_function, 0.9, optical_depth, geometries, options);
+            for (std::size_t i = 0; i < geometries.size(); ++i)
+                for (const auto side :
+                     {&PhotonGeometry::reflection, &PhotonGeometry::transmission}) {
+                    const PhotonValue &a = met.geometries[i].*side,
+                                      &b = expected.geometries[i].*side;
+                    EXPECT_NEAR(a.value.multiple, b.value.multiple,
+                                4 * std::hypot(a.standard_error, b.standard_error));
+                    EXPECT_LT(a.standard_error, 0.1 * a.value.multiple);
+                }
+        }
+}
+
+TEST(Photons, FromBothEndsHaveSmallErrorsUnderANarrowPeak) {
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.95);
+    const Geometry backward{0.7, 0.7, 3.1};
+    PhotonOptions options = with_photons(20'000);
+    const PhotonValue next_event =
+        solve_photons(phase_function, 1, 2, {backward}, options).geometries[0].reflection;
+    options.backward_collisions = 8;
+    const PhotonValue both_ends =
+        solve_photons(phase_function, 1, 2, {backward}, options).geometries[0].reflection;
+    EXPECT_LT(both_ends.standard_error, 0.2 * next_event.standard_error);
+}
+
 TEST(Photons, MatchTheMarkovChainOrderByOrder) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
     MarkovOptions chain_options;  // error of 16 nodes and 32 sublayers: 1e-5
@@ -280,6 +328,7 @@ TEST(Photons, AreDeterministicOnAnyThreads) {
     const auto solve = [](const ParallelFor& parallel_for) {
         PhotonOptions options = with_photons(10'001);  // batches of unequal size
         options.parallel_for = parallel_for;
+        options.backward_collisions = 2;
         return numbers(solve_photons(PhaseFunction::rayleigh(), 0.9, 1, geometries, options));
     };
     const std::vector<double> serial = solve({});
@@ -366,6 +415,12 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     PhotonOptions options;
     options.highest_order = -1;
     expect_photons_refuse(0.5, 1, at, options, {"photons", "highest_order", ">= 0", "-1"});
+    for (const int count : {-1, 101}) {
+        PhotonOptions both_ends;
+        both_ends.backward_collisions = count;
+        expect_photons_refuse(0.5, 1, at, both_ends,
+                              {"photons: backward_collisions must be in [0, 100], got"});
+    }
 }
 
 TEST(Photons, RefuseAnInfiniteLayerWithoutAbsorption) {

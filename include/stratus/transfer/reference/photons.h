@@ -6,6 +6,14 @@
 // requested direction is tallied (next-event estimation), averaged over the whole flight: a flight
 // is a beam onto the part of the layer ahead, which scatters it once. One path serves all
 // geometries of its mu_in. Order 1 is the closed form; photons estimate n >= 2.
+//
+// In a forward peak few photons fly nearly towards an exit, and those few count thousands of times.
+// Paths are therefore also followed back from the exits, against the light, and each flight of a
+// photon is joined to each of theirs by one collision. The layer is plane, so that flights which
+// overlap in depth meet: the joint is single scattering by what both cross. A path of n collisions
+// arises in several ways, joined at one or another of its last collisions. Each way counts with the
+// share (1/phi at the joint) / (sum of 1/phi over these collisions); the shares of a path sum to 1
+// and no way counts more than the smallest phi.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -24,8 +32,9 @@ using ParallelFor = std::function<void(int count, const std::function<void(int)>
 struct PhotonOptions {
     std::uint64_t photons = 1'000'000;  // per distinct mu_in and for uniform illumination, >= 2
     std::uint64_t seed = 1;
-    int highest_order = 0;     // paths end after this many scatterings; 0: followed to their end
-    ParallelFor parallel_for;  // none: serial
+    int highest_order = 0;        // paths end after this many scatterings; 0: followed to their end
+    int backward_collisions = 0;  // of paths from the exits, [0, 100]; 0: next-event estimation
+    ParallelFor parallel_for;     // none: serial
 };
 
 /// A mean and its standard error, from the spread of single photons.

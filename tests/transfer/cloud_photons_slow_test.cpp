@@ -7,8 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -31,6 +30,10 @@ struct Cloud {
     const char* name;
     double albedo, optical_depth;
 };
+
+void PrintTo(const Cloud& of, std::ostream* out) {
+    *out << "w " << of.albedo << " tau " << of.optical_depth;
+}
 
 class CloudFromPhotons : public testing::TestWithParam<Cloud> {};
 

@@ -362,7 +362,9 @@ TEST(Photons, DependOnTheSeed) {
     EXPECT_NE(of_seed(1), of_seed(1 + (std::uint64_t{1} << 32)));
 }
 
-TEST(Photons, HaveTheirStatedStandardErrors) {
+class PhotonsFollowedBack : public testing::TestWithParam<int> {};
+
+TEST_P(PhotonsFollowedBack, HaveTheirStatedStandardErrors) {
     // (estimate - exact) / (standard error) over 400 seeds: mean 0 with an error of 0.05, variance
     // 1 with one of 0.07; four of those are allowed.
     constexpr unsigned seeds = 400;
@@ -374,8 +376,9 @@ TEST(Photons, HaveTheirStatedStandardErrors) {
                             layer.diffuse_transmittance(0),    layer.spherical_albedo};
     double sum[6] = {}, squares[6] = {};
     for (unsigned seed = 0; seed < seeds; ++seed) {
-        const PhotonSolution photons =
-            solve_photons(phase_function, 0.9, 1, {at}, with_photons(2000, 100u + seed));
+        PhotonOptions options = with_photons(2000, 100u + seed);
+        options.backward_collisions = GetParam();
+        const PhotonSolution photons = solve_photons(phase_function, 0.9, 1, {at}, options);
         const auto& [geometry, R, T] = photons.geometries[0];
         const Estimate met[] = {{R.value.total, R.standard_error}, R.single,
                                 {T.value.total, T.standard_error}, photons.plane[0].albedo,
@@ -391,6 +394,8 @@ TEST(Photons, HaveTheirStatedStandardErrors) {
         EXPECT_NEAR(squares[i] / seeds, 1, 0.28) << i;
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Collisions, PhotonsFollowedBack, testing::Values(0, 4));
 
 // ---- refusals ----------------------------------------------------------------------------------
 

@@ -78,11 +78,14 @@ struct PhotonSolution {
 ///          photon has not ended after 1e8 collisions.
 /// Accuracy unbiased for every phase function, negative lobes of moment series included. Standard
 ///          errors are reliable (spread over seeds within 20 % of them from 5000 photons on) up to
-///          g = 0.75, grazing cosines and layers of 1e-6 included. They are too small where few
-///          photons carry the answer: forward peaks (g = 0.99: 1e6 photons are not enough), T of
-///          absorbing layers below 1e-5 (below 1e-4 where paths end after a few orders), and, for
-///          `single` alone, cosines below 0.02.
-/// Cost     photons x collisions x geometries; collisions grow like the depth at w = 1.
+///          g = 0.75, grazing cosines and layers of 1e-6 included; up to g = 0.99 and for a water
+///          cloud's 768 moments from 10,000 photons on with 8 backward collisions. They are too
+///          small where few photons carry the answer: forward peaks without backward collisions
+///          (g = 0.99: 1e6 photons are not enough), T of absorbing layers below 1e-5 (below 1e-4
+///          where paths end after a few orders), and, for `single` alone, cosines below 0.02.
+///          Legendre series are tabulated, to 1e-7 of their values.
+/// Cost     photons x collisions x geometries x (1 + backward_collisions); collisions grow like the
+///          depth at w = 1.
 /// Threads  bit-identical with every `parallel_for`; results of a beam depend on its mu_in only.
 PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
                              double optical_depth, const std::vector<Geometry>& geometries,

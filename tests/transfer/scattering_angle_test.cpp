@@ -14,7 +14,7 @@
 namespace stratus {
 namespace {
 
-/// A cloud of water droplets whose peak of 7300 takes 768 moments.
+/// A cloud of water droplets whose peak of 7400 takes 768 moments.
 const char* const water_cloud = "moments:file=water_cloud_10um_moments.csv";
 
 PhaseFunction phase_function_of(const std::string& text) {

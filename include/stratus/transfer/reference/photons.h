@@ -86,7 +86,8 @@ struct PhotonSolution {
 ///          Legendre series are tabulated, to 1e-7 of their values.
 /// Cost     photons x collisions x geometries x (1 + backward_collisions); collisions grow like the
 ///          depth at w = 1.
-/// Threads  bit-identical with every `parallel_for`; results of a beam depend on its mu_in only.
+/// Threads  bit-identical with every `parallel_for`; results of a beam depend on its mu_in only, with
+///          backward collisions on its geometries too.
 PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
                              double optical_depth, const std::vector<Geometry>& geometries,
                              const PhotonOptions& options = {});

@@ -260,6 +260,7 @@ Method by_photons(const LayerQuestion& question) {
     if (question.photons) options.photons = question.photons;
     options.seed = question.seed;
     options.highest_order = question.orders;
+    options.backward_collisions = question.backward_collisions;
     options.parallel_for = [threads = question.threads](int count,
                                                         const std::function<void(int)>& body) {
         parallel_for(count, threads, body);

@@ -25,6 +25,7 @@ struct LayerQuestion {
     double start_depth = 0;  // classic
     int sublayers = 0;       // markov
     std::uint64_t photons = 0, seed = 1;  // photons
+    int backward_collisions = 0;          // photons
     int threads = 0;                      // photons
 };
 

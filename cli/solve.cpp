@@ -181,7 +181,7 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
     for (const char* name : {"--start", "--start-depth"})
         require_scheme(solve.get_option(name), scheme, {"classic"});
     require_scheme(solve.get_option("--sublayers"), scheme, {"markov"});
-    for (const char* name : {"--photons", "--seed", "--threads"})
+    for (const char* name : {"--photons", "--seed", "--backward-collisions", "--threads"})
         require_scheme(solve.get_option(name), scheme, {"photons"});
 }
 
@@ -232,6 +232,11 @@ void add_scheme_options(CLI::App& solve, SolveCommand& command) {
         ->check(whole_number(2, 1'000'000'000'000));
     solve.add_option("--seed", command.question.seed, "photons: another draw. Default: 1")
         ->check(whole_number(0, 1'000'000'000'000'000'000));
+    solve
+        .add_option("--backward-collisions", command.question.backward_collisions,
+                    "photons: of paths also followed back from the exits, [0, 100]; 8 for narrow "
+                    "peaks. Default: 0")
+        ->check(whole_number(0, 100));
     solve
         .add_option("--threads", command.question.threads,
                     "photons: threads; 0: one for each processor. The answer is the same")

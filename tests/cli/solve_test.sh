@@ -87,6 +87,9 @@ expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --threads 2
 expect_same "$out" photons.csv
 expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --seed 2
 cmp -s "$out" photons.csv && fail "another seed must draw other photons"
+expect_ok solve "${layer[@]}" --scheme photons --photons 20000 --backward-collisions 4
+expect_rows 2 "($(agree '4 * (f["reflection_error"] + f["transmission_error"])')) && f[\"reflection_error\"] > 0"
+cmp -s "$out" photons.csv && fail "paths followed back must draw other photons"
 
 # fluxes of each, too
 layer=(--phase isotropic --albedo 0.9 --optical-depth 1 --mu-in 0.5)
@@ -117,6 +120,8 @@ expect_json
 # options that belong to other schemes, and what a reference solver cannot do
 layer=(solve --phase isotropic --albedo 0.9 --optical-depth 1)
 expect_refused 2 --scheme "photons with --seed" "got harmonic" -- "${layer[@]}" --seed 1
+expect_refused 2 --scheme "photons with --backward-collisions" "got harmonic" -- "${layer[@]}" --backward-collisions 4
+expect_refused 2 --backward-collisions "[0, 100]" "got 101" -- "${layer[@]}" --scheme photons --backward-collisions 101
 expect_refused 2 --scheme "photons with --photons" "got markov" -- "${layer[@]}" --scheme markov --photons 10
 expect_refused 2 --scheme "classic with --start" "got harmonic" -- "${layer[@]}" --start single
 expect_refused 2 --scheme "classic with --start-depth" -- "${layer[@]}" --start-depth 1e-3

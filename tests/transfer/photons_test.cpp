@@ -60,6 +60,21 @@ void PrintTo(const Layer& of, std::ostream* out) {
     *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
 }
 
+void expect_radiances(const PhotonSolution& photons, const LayerSolution& layer) {
+    for (const PhotonGeometry& at : photons.geometries) {
+        const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
+        const auto meets = [](const PhotonValue& value, const SolvedValue& expected,
+                              const std::string& what) {
+            expect_meets({value.value.total, value.standard_error}, expected.total, what);
+            EXPECT_EQ(value.value.single, expected.single);
+            EXPECT_EQ(value.value.total, value.value.single + value.value.multiple);
+        };
+        meets(at.reflection, layer.reflection(in, out, at.geometry.azimuth), "R");
+        meets(at.transmission, layer.transmission(in, out, at.geometry.azimuth), "T");
+        EXPECT_GT(at.reflection.standard_error, 0);
+    }
+}
+
 class PhotonsInALayer : public testing::TestWithParam<Layer> {
   protected:
     PhotonSolution solve(const PhotonOptions& options) const {
@@ -83,18 +98,7 @@ TEST_P(PhotonsInALayer, MatchTheClosedFormOfOrderOne) {
 TEST_P(PhotonsInALayer, MatchTheSolver) {
     const PhotonSolution photons = solve(with_photons(10'000));
     const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth, cosines);
-    for (const PhotonGeometry& at : photons.geometries) {
-        const int in = index_of(at.geometry.mu_in), out = index_of(at.geometry.mu_out);
-        const auto meets = [](const PhotonValue& value, const SolvedValue& expected,
-                              const std::string& what) {
-            expect_meets({value.value.total, value.standard_error}, expected.total, what);
-            EXPECT_EQ(value.value.single, expected.single);
-            EXPECT_EQ(value.value.total, value.value.single + value.value.multiple);
-        };
-        meets(at.reflection, layer.reflection(in, out, at.geometry.azimuth), "R");
-        meets(at.transmission, layer.transmission(in, out, at.geometry.azimuth), "T");
-        EXPECT_GT(at.reflection.standard_error, 0);
-    }
+    expect_radiances(photons, layer);
     for (std::size_t b = 0; b < photons.mu_in.size(); ++b) {
         const int in = index_of(photons.mu_in[b]);
         expect_meets(photons.plane[b].albedo, layer.plane_albedo(in), "plane albedo");
@@ -105,6 +109,13 @@ TEST_P(PhotonsInALayer, MatchTheSolver) {
     through.value += photons.uniform.direct_transmittance;
     expect_meets(photons.uniform.albedo, layer.spherical_albedo, "spherical albedo");
     expect_meets(through, layer.total_transmittance, "total transmittance");
+}
+
+TEST_P(PhotonsInALayer, MatchTheSolverFromBothEnds) {
+    PhotonOptions options = with_photons(5000);
+    options.backward_collisions = 3;
+    expect_radiances(solve(options),
+                     solve_layer(phase_function, of.albedo, of.optical_depth, cosines));
 }
 
 TEST_P(PhotonsInALayer, ConserveEnergy) {
@@ -220,6 +231,43 @@ TEST(Photons, StopAfterTheRequestedOrder) {
               whole.value.multiple);
 }
 
+TEST(Photons, FromBothEndsEqualNextEventEstimationOrderByOrder) {
+    // as long as paths from the exits have a share in every order, in some, and in thin layers
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.5);
+    for (const double optical_depth : {0.05, 2.0})
+        for (const int n : {2, 3, 5}) {
+            PhotonOptions options = with_photons(20'000);
+            options.highest_order = n;
+            const PhotonSolution expected =
+                solve_photons(phase_function, 0.9, optical_depth, geometries, options);
+            options.backward_collisions = 3;
+            options.seed = 2;
+            const PhotonSolution met =
+                solve_photons(phase_function, 0.9, optical_depth, geometries, options);
+            for (std::size_t i = 0; i < geometries.size(); ++i)
+                for (const auto side :
+                     {&PhotonGeometry::reflection, &PhotonGeometry::transmission}) {
+                    const PhotonValue &a = met.geometries[i].*side,
+                                      &b = expected.geometries[i].*side;
+                    EXPECT_NEAR(a.value.multiple, b.value.multiple,
+                                4 * std::hypot(a.standard_error, b.standard_error));
+                    EXPECT_LT(a.standard_error, 0.1 * a.value.multiple);
+                }
+        }
+}
+
+TEST(Photons, FromBothEndsHaveSmallErrorsUnderANarrowPeak) {
+    const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.95);
+    const Geometry backward{0.7, 0.7, 3.1};
+    PhotonOptions options = with_photons(20'000);
+    const PhotonValue next_event =
+        solve_photons(phase_function, 1, 2, {backward}, options).geometries[0].reflection;
+    options.backward_collisions = 8;
+    const PhotonValue both_ends =
+        solve_photons(phase_function, 1, 2, {backward}, options).geometries[0].reflection;
+    EXPECT_LT(both_ends.standard_error, 0.2 * next_event.standard_error);
+}
+
 TEST(Photons, MatchTheMarkovChainOrderByOrder) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
     MarkovOptions chain_options;  // error of 16 nodes and 32 sublayers: 1e-5
@@ -280,6 +328,7 @@ TEST(Photons, AreDeterministicOnAnyThreads) {
     const auto solve = [](const ParallelFor& parallel_for) {
         PhotonOptions options = with_photons(10'001);  // batches of unequal size
         options.parallel_for = parallel_for;
+        options.backward_collisions = 2;
         return numbers(solve_photons(PhaseFunction::rayleigh(), 0.9, 1, geometries, options));
     };
     const std::vector<double> serial = solve({});
@@ -313,7 +362,9 @@ TEST(Photons, DependOnTheSeed) {
     EXPECT_NE(of_seed(1), of_seed(1 + (std::uint64_t{1} << 32)));
 }
 
-TEST(Photons, HaveTheirStatedStandardErrors) {
+class PhotonsFollowedBack : public testing::TestWithParam<int> {};
+
+TEST_P(PhotonsFollowedBack, HaveTheirStatedStandardErrors) {
     // (estimate - exact) / (standard error) over 400 seeds: mean 0 with an error of 0.05, variance
     // 1 with one of 0.07; four of those are allowed.
     constexpr unsigned seeds = 400;
@@ -325,8 +376,9 @@ TEST(Photons, HaveTheirStatedStandardErrors) {
                             layer.diffuse_transmittance(0),    layer.spherical_albedo};
     double sum[6] = {}, squares[6] = {};
     for (unsigned seed = 0; seed < seeds; ++seed) {
-        const PhotonSolution photons =
-            solve_photons(phase_function, 0.9, 1, {at}, with_photons(2000, 100u + seed));
+        PhotonOptions options = with_photons(2000, 100u + seed);
+        options.backward_collisions = GetParam();
+        const PhotonSolution photons = solve_photons(phase_function, 0.9, 1, {at}, options);
         const auto& [geometry, R, T] = photons.geometries[0];
         const Estimate met[] = {{R.value.total, R.standard_error}, R.single,
                                 {T.value.total, T.standard_error}, photons.plane[0].albedo,
@@ -342,6 +394,8 @@ TEST(Photons, HaveTheirStatedStandardErrors) {
         EXPECT_NEAR(squares[i] / seeds, 1, 0.28) << i;
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Collisions, PhotonsFollowedBack, testing::Values(0, 4));
 
 // ---- refusals ----------------------------------------------------------------------------------
 
@@ -366,6 +420,12 @@ TEST(Photons, RefuseArgumentsOutOfRange) {
     PhotonOptions options;
     options.highest_order = -1;
     expect_photons_refuse(0.5, 1, at, options, {"photons", "highest_order", ">= 0", "-1"});
+    for (const int count : {-1, 101}) {
+        PhotonOptions both_ends;
+        both_ends.backward_collisions = count;
+        expect_photons_refuse(0.5, 1, at, both_ends,
+                              {"photons: backward_collisions must be in [0, 100], got"});
+    }
 }
 
 TEST(Photons, RefuseAnInfiniteLayerWithoutAbsorption) {

@@ -3,6 +3,8 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 
+#include "scattering_angle.h"
+
 #include <boost/math/special_functions/expint.hpp>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <bit>
 #include <cmath>
 #include <random>
-#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -35,58 +36,6 @@ class Random {
 
   private:
     std::mt19937_64 engine_;
-};
-
-/// Samples the scattering angle as v = (1 - cos Theta)/2, the share of the sphere within Theta,
-/// from |phi| tabulated on a grid of Theta and linear in v between.
-class AngleSampler {
-  public:
-    explicit AngleSampler(const PhaseFunction& phase_function) {
-        // Steps of 2 % from 1e-5 on resolve peaks of g = 0.9999, steps of pi/1024 the rest; the
-        // backward half mirrors the forward one.
-        std::vector<double> angles{0};
-        double angle = 1e-5;
-        while (angle < pi / 2) {
-            angles.push_back(angle);
-            angle += std::min(0.02 * angle, pi / 1024);
-        }
-        for (std::size_t i = angles.size(); i-- > 0;) angles.push_back(pi - angles[i]);
-        for (const double turn : angles) {
-            v_.push_back(std::pow(std::sin(turn / 2), 2));
-            height_.push_back(std::max(min_height, std::abs(phase_function(std::cos(turn)))));
-            if (v_.size() == 1) continue;
-            const std::size_t i = v_.size() - 2;
-            cumulative_.push_back((cumulative_.empty() ? 0 : cumulative_.back()) +
-                                  (v_[i + 1] - v_[i]) * (height_[i] + height_[i + 1]) / 2);
-        }
-    }
-
-    double sample(Random& random) const {
-        const std::size_t i = bin(cumulative_, random() * cumulative_.back());
-        // Within the bin the density is a + (b - a) x: invert a x + (b - a) x^2/2 = u (a + b)/2.
-        const double a = height_[i], b = height_[i + 1], u = random();
-        const double x = u * (a + b) / (a + std::sqrt(a * a + u * (b - a) * (b + a)));
-        return v_[i] + x * (v_[i + 1] - v_[i]);
-    }
-
-    /// Sampling density relative to a uniform one over the sphere; never 0.
-    double density(double v) const {
-        const std::size_t i = bin({v_.begin() + 1, v_.end()}, v);
-        const double x = (v - v_[i]) / (v_[i + 1] - v_[i]);
-        return (height_[i] + x * (height_[i + 1] - height_[i])) / cumulative_.back();
-    }
-
-  private:
-    static std::size_t bin(std::span<const double> ends, double at) {
-        return static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end() - 1, at) -
-                                        ends.begin());
-    }
-
-    /// Floor of the density (mean 1): angles where phi is 0 or changes sign are sampled too.
-    static constexpr double min_height = 1e-3;
-
-    std::vector<double> v_, height_;  // at the grid points
-    std::vector<double> cumulative_;  // the density's integral up to each bin's end
 };
 
 /// A unit vector; z points up, out of the lit side.
@@ -167,26 +116,31 @@ struct Beam {
 class PhotonRun {
   public:
     PhotonRun(const PhaseFunction& phase_function, double albedo, double optical_depth,
-              int highest_order)
-        : phase_function_(phase_function),
+              const PhotonOptions& options)
+        : phase_(phase_function),
           albedo_(albedo),
           optical_depth_(optical_depth),
-          highest_order_(highest_order),
+          highest_order_(options.highest_order),
+          backward_collisions_(options.backward_collisions),
           along_share_(optical_depth < thin_depth ? 0.25 : 0),
           along_norm_(1 - std::log(std::min(optical_depth, 1.0))),
-          angles_(phase_function) {}
+          angles_(phase_) {}
 
     Tallies<Tally> run(const Beam& beam, std::uint64_t photons, Random& random) const {
-        std::vector<ExitDirection> exits;
-        for (const Geometry& of : beam.geometries)
-            exits.push_back({of.mu_out, beam_direction(of.mu_out, of.azimuth, 1),
-                             beam_direction(of.mu_out, of.azimuth, -1)});
         Tallies<Tally> tallies;
-        tallies.exits.resize(exits.size());
+        tallies.exits.resize(beam.geometries.size());
         Tallies<double> photon;
+        std::vector<Exit> exits(beam.geometries.size());
         for (std::uint64_t i = 0; i < photons; ++i) {
             photon = {std::move(photon.exits), {}, {}};
             photon.exits.assign(exits.size(), {});
+            for (std::size_t e = 0; e < exits.size(); ++e) {
+                const Geometry& of = beam.geometries[e];
+                follow_back(beam_direction(of.mu_out, of.azimuth + pi, -1), 0, random,
+                            exits[e][lit]);
+                follow_back(beam_direction(of.mu_out, of.azimuth + pi, 1), optical_depth_, random,
+                            exits[e][far]);
+            }
             // Uniform illumination has the density 2 mu dmu.
             const double mu_in = beam.mu_in > 0 ? beam.mu_in : std::sqrt(1 - random());
             follow(mu_in, exits, random, photon);
@@ -196,10 +150,20 @@ class PhotonRun {
     }
 
   private:
-    struct ExitDirection {
-        double mu;
-        Direction up, down;
+    /// A photon on its way to its next collision.
+    struct Flight {
+        Direction direction{};
+        double depth = 0;       // where it began
+        double weight = 1;      // of the photon
+        Face ahead = far;       // the face it moves towards
+        double mu = 1;          // cosine to the normal
+        double before = 0;      // vertical optical depth from its beginning to the face ahead
+        double slant = 0;       // before/mu
+        double min_weight = 0;  // Russian roulette begins below it
+        double inverse = 0;     // sum of 1/phi over the collisions so far, of paths followed back
     };
+    /// Paths followed back from one exit direction on both sides: a flight after each collision.
+    using Exit = std::array<std::vector<Flight>, 2>;
 
     /// Russian roulette begins below this share of the weight at the second collision.
     static constexpr double roulette_share = 0.3;
@@ -209,49 +173,65 @@ class PhotonRun {
     static constexpr double thin_depth = 0.1;  // below it, see `scatter`
     static constexpr int max_collisions = 100'000'000;
 
-    void follow(double mu_in, const std::vector<ExitDirection>& exits, Random& random,
+    void follow(double mu_in, const std::vector<Exit>& exits, Random& random,
                 Tallies<double>& photon) const {
-        Direction direction = beam_direction(mu_in, 0, -1);
-        double depth = 0, weight = 1, min_weight = 0;
-        double slant = optical_depth_ / mu_in;  // optical distance to the face ahead
+        Flight flight;
+        set_out(flight, beam_direction(mu_in, 0, -1));
+        // recent[k]: sum of 1/phi over the last k collisions
+        std::vector<double> recent(static_cast<std::size_t>(backward_collisions_) + 1, 0.0);
+        tally_flight(flight, 0, recent, exits, photon);
         for (int order = 1; order <= max_collisions; ++order) {
-            weight *= -std::expm1(-slant);  // the flight is forced to end inside
-            if (order == 2) min_weight = roulette_share * std::abs(weight);
-            if (order > 2 && std::abs(weight) < min_weight) {
-                if (random() * min_weight >= std::abs(weight)) return;
-                weight = std::copysign(min_weight, weight);
-            }
-            if (weight == 0) return;
-            const double length = fly(slant, order == 1 ? even_share : 0, random, weight);
-            depth = std::clamp(depth - direction.z * length, 0.0, optical_depth_);
-
-            photon.absorbed += weight * (1 - albedo_);
-            weight *= albedo_;
-            if (order == 1) tally_collision(weight, depth, direction, exits, photon);
-            direction = scatter(direction, random, weight);
-            const Flight flight = flight_from(depth, direction);
-            slant = flight.slant;
-            photon.flux[flight.ahead] += weight * std::exp(-slant);
+            if (!collide(flight, order, random)) return;
+            photon.absorbed += flight.weight * (1 - albedo_);
+            flight.weight *= albedo_;
+            if (order == 1) tally_collision(flight, exits, photon);
+            const double inverse = scatter(flight, random);
+            for (std::size_t k = recent.size(); k-- > 1;) recent[k] = recent[k - 1] + inverse;
+            photon.flux[flight.ahead] += flight.weight * std::exp(-flight.slant);
             if (order == highest_order_) return;
-            tally_flight(weight, flight, direction, exits, photon);
+            tally_flight(flight, order, recent, exits, photon);
         }
         throw std::runtime_error("photons: a photon was still inside after 1e8 collisions");
     }
 
-    /// The path ahead of a photon that has just been scattered.
-    struct Flight {
-        Face ahead;     // the face it moves towards
-        double mu;      // cosine to the normal
-        double before;  // vertical optical depth from the photon to the face ahead
-        double behind;  // to the other face
-        double slant;   // before/mu
-    };
+    /// A path from a face against the light, `backward_collisions` long or until it ends.
+    void follow_back(const Direction& direction, double depth, Random& random,
+                     std::vector<Flight>& flights) const {
+        flights.clear();
+        if (std::isinf(depth)) return;  // nothing is transmitted
+        Flight flight;
+        flight.depth = depth;
+        set_out(flight, direction);
+        flights.push_back(flight);
+        for (int order = 1; order <= backward_collisions_; ++order) {
+            if (!collide(flight, order, random)) return;
+            flight.weight *= albedo_;
+            flight.inverse += scatter(flight, random);
+            flights.push_back(flight);
+        }
+    }
 
-    Flight flight_from(double depth, const Direction& direction) const {
-        const double mu = std::max(std::abs(direction.z), 1e-100);  // avoids 0/0
-        const double under = optical_depth_ - depth;
-        if (direction.z > 0) return {lit, mu, depth, under, depth / mu};
-        return {far, mu, under, depth, under / mu};
+    void set_out(Flight& flight, const Direction& direction) const {
+        flight.direction = direction;
+        flight.mu = std::max(std::abs(direction.z), 1e-100);  // avoids 0/0
+        flight.ahead = direction.z > 0 ? lit : far;
+        flight.before = direction.z > 0 ? flight.depth : optical_depth_ - flight.depth;
+        flight.slant = flight.before / flight.mu;
+    }
+
+    /// Moves a photon to its next collision; false when Russian roulette ends its path.
+    bool collide(Flight& flight, int order, Random& random) const {
+        double& weight = flight.weight;
+        weight *= -std::expm1(-flight.slant);  // the flight is forced to end inside
+        if (order == 2) flight.min_weight = roulette_share * std::abs(weight);
+        if (order > 2 && std::abs(weight) < flight.min_weight) {
+            if (random() * flight.min_weight >= std::abs(weight)) return false;
+            weight = std::copysign(flight.min_weight, weight);
+        }
+        if (weight == 0) return false;
+        const double length = fly(flight.slant, order == 1 ? even_share : 0, random, weight);
+        flight.depth = std::clamp(flight.depth - flight.direction.z * length, 0.0, optical_depth_);
+        return true;
     }
 
     /// The length of a flight, of density exp(-x) on (0, slant) or of a mixture of that and a
@@ -264,61 +244,95 @@ class PhotonRun {
         return x;
     }
 
-    /// The direction after a collision. In thin layers only grazing photons collide again, so a
-    /// share of the directions is drawn from the density 1/max(|z|, tau) instead.
-    Direction scatter(const Direction& from, Random& random, double& weight) const {
-        const double azimuth = 2 * pi * random();
+    /// Turns a photon at a collision; returns 1/phi. In thin layers only grazing photons collide
+    /// again, so a share of the directions is drawn from the density 1/max(|z|, tau) instead.
+    double scatter(Flight& flight, Random& random) const {
+        const Direction& from = flight.direction;
         Direction to{};
+        AngleSampler::Sample angle{};
+        const double azimuth = 2 * pi * random();
         if (along_share_ > 0 && random() < along_share_) {
             const double u = random() * along_norm_;
             const double z = optical_depth_ * (u < 1 ? u : std::exp(u - 1));
             to = beam_direction(std::min(z, 1.0), azimuth, random() < 0.5 ? 1 : -1);
+            angle.v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
+            angle.density = angles_.density(angle.v);
         } else {
-            to = scattered(from, angles_.sample(random), azimuth);
+            const double bin_number = random();
+            angle = angles_.sample(bin_number, random());
+            to = scattered(from, angle.v, azimuth);
         }
-        const double v = std::clamp((1 - dot(from, to)) / 2, 0.0, 1.0);
-        double density = angles_.density(v);
         if (along_share_ > 0)
-            density += along_share_ *
-                       (1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_) - density);
-        weight *= phase_function_(1 - 2 * v) / density;
-        return to;
+            angle.density +=
+                along_share_ *
+                (1 / (std::max(std::abs(to.z), optical_depth_) * along_norm_) - angle.density);
+        const double phase = phase_(1 - 2 * angle.v);
+        flight.weight *= phase / angle.density;
+        set_out(flight, to);
+        return inverse_of(phase);
     }
+
+    /// 1/|phi|, kept finite: shares may be any that sum to 1.
+    static double inverse_of(double phase) { return 1 / std::max(std::abs(phase), 1e-3); }
 
     /// A first collision that scatters `weight` at depth t adds (weight phi/4) exp(-t/mu)/mu to R.
-    void tally_collision(double weight, double depth, const Direction& direction,
-                         const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
-        for (std::size_t e = 0; e < exits.size(); ++e) {
-            const auto& [mu, up, down] = exits[e];
-            const double height[] = {depth, optical_depth_ - depth};
-            const double phase[] = {phase_function_(dot(direction, up)),
-                                    phase_function_(dot(direction, down))};
-            for (const Face side : {lit, far})
-                photon.exits[e].single[side] +=
-                    weight / 4 * phase[side] * std::exp(-height[side] / mu) / mu;
-        }
+    void tally_collision(const Flight& flight, const std::vector<Exit>& exits,
+                         Tallies<double>& photon) const {
+        for (std::size_t e = 0; e < exits.size(); ++e)
+            for (const Face side : {lit, far}) {
+                if (exits[e][side].empty()) continue;
+                const Flight& exit = exits[e][side].front();
+                const double height = std::abs(flight.depth - exit.depth);
+                photon.exits[e].single[side] += flight.weight / 4 *
+                                                phase_(-dot(flight.direction, exit.direction)) *
+                                                std::exp(-height / exit.mu) / exit.mu;
+            }
     }
 
-    /// A flight is a beam onto the part of the layer ahead: its next collision contributes the
-    /// single scattering of that part, attenuated by the part behind where it is reflected.
-    void tally_flight(double weight, const Flight& flight, const Direction& direction,
-                      const std::vector<ExitDirection>& exits, Tallies<double>& photon) const {
-        const double w = weight * albedo_;
-        for (std::size_t e = 0; e < exits.size(); ++e) {
-            const auto& [mu, up, down] = exits[e];
-            const Face back = flight.ahead == lit ? far : lit;
-            const double on = phase_function_(dot(direction, flight.ahead == lit ? up : down));
-            const double turn = phase_function_(dot(direction, flight.ahead == lit ? down : up));
-            auto& tally = photon.exits[e].multiple;
-            tally[flight.ahead] += single_transmission(on, w, flight.before, flight.mu, mu);
-            tally[back] += single_reflection(turn, w, flight.before, flight.mu, mu) *
-                           direct_transmittance(flight.behind, mu);
-        }
+    /// Joins a flight after `order` collisions to the paths followed back from every exit.
+    void tally_flight(const Flight& flight, int order, const std::vector<double>& recent,
+                      const std::vector<Exit>& exits, Tallies<double>& photon) const {
+        for (std::size_t e = 0; e < exits.size(); ++e)
+            for (const Face side : {lit, far}) {
+                const std::vector<Flight>& back = exits[e][side];
+                for (std::size_t j = order == 0 ? 1 : 0; j < back.size();
+                     ++j) {  // order 1 is the closed form
+                    if (highest_order_ > 0 && order + static_cast<int>(j) >= highest_order_) break;
+                    const auto [value, phase] = join(flight, back[j]);
+                    const double inverse = inverse_of(phase);
+                    photon.exits[e].multiple[side] +=
+                        value * inverse /
+                        (inverse + back[j].inverse + recent[recent.size() - 1 - j]);
+                }
+            }
     }
 
-    const PhaseFunction& phase_function_;
+    struct Joined {
+        double value, phase;
+    };
+
+    /// One collision between a flight and one followed back: single scattering, in closed form, by
+    /// the part of the layer that both cross, attenuated on the way there.
+    Joined join(const Flight& flight, const Flight& back) const {
+        const double w = flight.weight * back.weight * albedo_;
+        const double below = back.depth - flight.depth;
+        if (flight.ahead == back.ahead) {
+            const double phase = phase_(-dot(flight.direction, back.direction));
+            const double common = std::min(flight.before, back.before);
+            const double farther = (below > 0) == (flight.ahead == far) ? flight.mu : back.mu;
+            return {single_reflection(phase, w, common, flight.mu, back.mu) *
+                        direct_transmittance(std::abs(below), farther),
+                    phase};
+        }
+        const double apart = flight.ahead == far ? below : -below;
+        if (apart <= 0) return {0, 1};
+        const double phase = phase_(-dot(flight.direction, back.direction));
+        return {single_transmission(phase, w, apart, flight.mu, back.mu), phase};
+    }
+
+    const PhaseValues phase_;
     const double albedo_, optical_depth_;
-    const int highest_order_;
+    const int highest_order_, backward_collisions_;
     const double along_share_, along_norm_;
     const AngleSampler angles_;
 };
@@ -329,6 +343,8 @@ void check(double albedo, double optical_depth, const std::vector<Geometry>& geo
     require(albedo >= 0 && albedo <= 1, caller, "albedo", "in [0, 1]", albedo);
     require(optical_depth >= 0, caller, "optical_depth", "in [0, inf]", optical_depth);
     require(options.highest_order >= 0, caller, "highest_order", ">= 0", options.highest_order);
+    require(options.backward_collisions >= 0 && options.backward_collisions <= 100, caller,
+            "backward_collisions", "in [0, 100]", options.backward_collisions);
     require(options.photons >= 2, caller, "photons", ">= 2", options.photons);
     if (albedo == 1 && options.highest_order == 0)
         require(!std::isinf(optical_depth), caller, "optical_depth",
@@ -424,7 +440,7 @@ PhotonSolution solve_photons(const PhaseFunction& phase_function, double albedo,
     PhotonSolution solution = unscattered(phase_function, albedo, optical_depth, geometries, beams);
     if (optical_depth == 0 || albedo == 0) return solution;
 
-    const PhotonRun run(phase_function, albedo, optical_depth, options.highest_order);
+    const PhotonRun run(phase_function, albedo, optical_depth, options);
     const std::vector<Tallies<Tally>> totals = run_beams(run, beams, options);
     for (std::size_t b = 0; b < beams.size(); ++b) {
         const auto estimate = [&](const Tally& of) { return of.estimate(options.photons); };

@@ -1,0 +1,123 @@
+// Tabulated phase functions keep their values, and sampled scattering angles their moments.
+#include "reference/scattering_angle.h"
+
+#include <stratus/io/phase_file.h>
+#include <stratus/runtime/constants.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
+namespace stratus {
+namespace {
+
+/// A cloud of water droplets whose peak of 7400 takes 768 moments.
+const char* const water_cloud = "moments:file=water_cloud_10um_moments.csv";
+
+PhaseFunction phase_function_of(const std::string& text) {
+    return read_phase_function(text, STRATUS_REFERENCE_FOLDER);
+}
+
+/// Largest relative error at 5000 angles, more of them where peaks are.
+double largest_error(const PhaseFunction& exact) {
+    const PhaseValues values(exact);
+    double worst = 0;
+    for (int i = 0; i <= 5000; ++i) {
+        const double x = i / 5000.0, c = std::cos(pi * x * x);
+        for (const double cosine : {c, -c})
+            worst = std::max(worst, std::abs(values(cosine) / exact(cosine) - 1));
+    }
+    return worst;
+}
+
+TEST(PhaseValues, OfLegendreSeriesKeepSevenDigitsOfTheirSum) {
+    for (const char* const series :
+         {water_cloud, "moments:file=haze_l_moments.csv", "moments:chi=1 0.4 0.1",
+          "0.3*moments:file=water_cloud_10um_moments.csv + 0.7*henyey_greenstein:g=0.8"})
+        EXPECT_LT(largest_error(phase_function_of(series)), 1e-7) << series;  // 2e-8 measured
+}
+
+TEST(PhaseValues, OfASeriesCutOffAreWithinAShareOfItsLastMoment) {
+    std::vector<double> chi{1};
+    for (int l = 1; l < 38; ++l) chi.push_back(0.85 * chi.back());
+    const PhaseFunction exact = PhaseFunction::from_moments(chi);
+    const PhaseValues values(exact);
+    for (double c = -1; c <= 1; c += 1.0 / 2048)
+        EXPECT_NEAR(values(c), exact(c), 1e-6 * 75 * chi.back()) << c;
+}
+
+TEST(PhaseValues, OfClosedFormsAreExact) {
+    for (const char* const closed :
+         {"isotropic", "rayleigh", "henyey_greenstein:g=0.999", "lambert_sphere",
+          "0.5*henyey_greenstein:g=0.9 + 0.5*rayleigh"})
+        EXPECT_EQ(largest_error(phase_function_of(closed)), 0) << closed;
+}
+
+double legendre(int l, double x) {
+    double before = 1, here = l == 0 ? 1 : x;
+    for (int k = 2; k <= l; ++k) {
+        const double next = ((2 * k - 1) * x * here - (k - 1) * before) / k;
+        before = here;
+        here = next;
+    }
+    return here;
+}
+
+class AngleSamplerOf : public testing::TestWithParam<const char*> {
+  protected:
+    const PhaseFunction phase_function = phase_function_of(GetParam());
+    const PhaseValues phase{phase_function};
+    const AngleSampler sampler{phase};
+    std::mt19937_64 engine{7};
+    double uniform() { return static_cast<double>(engine() >> 11) * 0x1p-53; }
+};
+
+TEST_P(AngleSamplerOf, KeepsTheMoments) {
+    constexpr int count = 400'000;
+    const int orders[] = {1, 2, 20, 100};
+    double sum[4] = {}, squares[4] = {};
+    for (int i = 0; i < count; ++i) {
+        const double bin_number = uniform();
+        const auto [v, density] = sampler.sample(bin_number, uniform());
+        const double cosine = 1 - 2 * v;
+        for (int k = 0; k < 4; ++k) {
+            const double value = phase(cosine) / density * legendre(orders[k], cosine);
+            sum[k] += value;
+            squares[k] += value * value;
+        }
+    }
+    const std::vector<double> chi = phase_function.moments(101);
+    for (int k = 0; k < 4; ++k) {
+        const double mean = sum[k] / count;
+        const double error = std::sqrt((squares[k] / count - mean * mean) / count);
+        EXPECT_NEAR(mean, chi[static_cast<std::size_t>(orders[k])], 4 * error) << orders[k];
+        EXPECT_LT(error, 2e-3) << orders[k];
+    }
+}
+
+TEST_P(AngleSamplerOf, DrawsNearlyFromThePhaseFunction) {
+    // Weights near 1: photons differ by where they go, not by what they weigh.
+    double sum = 0, squares = 0;
+    constexpr int count = 100'000;
+    for (int i = 0; i < count; ++i) {
+        const double bin_number = uniform();
+        const auto [v, density] = sampler.sample(bin_number, uniform());
+        EXPECT_NEAR(density, sampler.density(v), 1e-9 * density);
+        const double weight = phase(1 - 2 * v) / density;
+        sum += weight;
+        squares += weight * weight;
+    }
+    const double mean = sum / count;
+    EXPECT_LT(std::sqrt(squares / count - mean * mean), 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Phase, AngleSamplerOf,
+                         testing::Values(water_cloud, "isotropic", "rayleigh",
+                                         "henyey_greenstein:g=0.95", "henyey_greenstein:g=0.999"),
+                         [](const auto& row) { return "Row" + std::to_string(row.index); });
+
+}  // namespace
+}  // namespace stratus

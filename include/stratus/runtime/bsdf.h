@@ -78,6 +78,8 @@ class BsdfOf {
 
   private:
     bool is_lit(const Vector& wi) const noexcept;
+    template <class Coordinates, int nodes>
+    void integrate();
 
     SliceOf<channels> slice_;
     DirectionDensity density_;

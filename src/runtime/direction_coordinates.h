@@ -163,10 +163,10 @@ struct FourthRoot {
 /// Coordinates for peaks that rise from a wide foot, as those of droplets: fourth roots of the
 /// distance to the middle of the forward peak.
 struct PeakedCoordinates {
-    static constexpr float width = 0.004f;  // radians; a fraction of the narrowest peak's
+    static constexpr float width = 0.005f;  // radians; a fraction of the narrowest peak's
 
     static FourthRoot cosine_root(const SphereQuarter& quarter, const Cosine& in) noexcept {
-        constexpr float in_reflection = 0.1f;  // there the middle lies below the horizon
+        constexpr float in_reflection = 0.5f;  // there the middle lies below the horizon
         const float blur =
             quarter.side() == Side::transmission ? width / (3 * in.root_mu + width) : in_reflection;
         return FourthRoot(blur / (std::abs(quarter.reach(in)) + blur));

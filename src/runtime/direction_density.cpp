@@ -3,8 +3,6 @@
 #include "direction_coordinates.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -13,9 +11,6 @@ namespace stratus {
 namespace {
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
-
-// A channel's share of the density at least; of three, one has up to 0.56.
-constexpr double least_share = 0.22;
 
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float around_sample(int sample, int last, float u) noexcept {
@@ -79,7 +74,7 @@ struct DirectionDensity::LobeGrid : LobeCoordinates {
     static constexpr int rows = 25, quarter_lines = 12, azimuths = 12, lines = 4 * quarter_lines;
 };
 struct DirectionDensity::PeakedGrid : PeakedCoordinates {
-    static constexpr int rows = 25, quarter_lines = 20, azimuths = 24, lines = 4 * quarter_lines;
+    static constexpr int rows = 25, quarter_lines = 24, azimuths = 32, lines = 4 * quarter_lines;
 };
 
 template <class Grid>
@@ -110,27 +105,6 @@ float row_place(const Cosine& in) noexcept {
     return (in.v - normal_v) * (Grid::rows - 1);
 }
 
-/// The light of all channels over `value`, one after the other, in the shares in which they are
-/// drawn; on any scale. `mass` is their light in all.
-std::vector<float> mixed(const std::vector<float>& value, const std::vector<double>& mass) {
-    const std::size_t count = value.size() / mass.size();
-    std::vector<float> sum(value.begin(), value.begin() + static_cast<std::ptrdiff_t>(count));
-    if (mass.size() == 1) return sum;
-    double all = 0, scattering = 0;
-    for (const double each : mass) {
-        all += each;
-        scattering += each > 0 ? 1 : 0;
-    }
-    std::fill(sum.begin(), sum.end(), 0.0f);
-    for (std::size_t c = 0; c < mass.size(); ++c) {
-        if (!(mass[c] > 0)) continue;
-        const double share = least_share + (1 - scattering * least_share) * mass[c] / all;
-        const auto factor = static_cast<float>(share / mass[c]);
-        for (std::size_t i = 0; i < count; ++i) sum[i] += factor * value[c * count + i];
-    }
-    return sum;
-}
-
 /// A sample counts by half at either end.
 float end_half(int sample, int count) { return sample == 0 || sample == count - 1 ? 0.5f : 1.0f; }
 
@@ -158,24 +132,82 @@ std::vector<float> light_at(int channels, const DirectionDensity& density,
         }
     std::vector<float> value(size(channels) * stretch.size());
     pairs.evaluate(light, value.data());
-    for (std::size_t i = 0; i < value.size(); ++i) value[i] *= stretch[i % stretch.size()];
+    for (std::size_t i = 0; i < value.size(); ++i)
+        value[i] = std::max(value[i], 0.0f) * stretch[i % stretch.size()];
     return value;
 }
 
-/// The light of each channel in all.
+/// The trapezoidal rule over the samples `value`.
 template <class Grid>
-std::vector<double> masses(int channels, const std::vector<float>& value) {
-    std::vector<double> mass;
-    auto next = value.begin();
-    for (int c = 0; c < channels; ++c) {
-        double sum = 0;
-        for (int line = 0; line < Grid::lines; ++line)
-            for (int k = 0; k < Grid::azimuths; ++k)
-                sum += double{*next++} * end_half(k, Grid::azimuths) *
-                       end_half(line % Grid::quarter_lines, Grid::quarter_lines);
-        mass.push_back(sum);
+double integral(const float* value) {
+    double sum = 0;
+    for (int line = 0; line < Grid::lines; ++line)
+        for (int k = 0; k < Grid::azimuths; ++k)
+            sum += double{*value++} * end_half(k, Grid::azimuths) *
+                   end_half(line % Grid::quarter_lines, Grid::quarter_lines);
+    return sum;
+}
+
+/// The largest of each sample and what lies half-way to its neighbours: straight lines between these
+/// do not cut a ridge off.
+template <class Grid>
+std::vector<float> raised(const std::vector<float>& value, const std::vector<float>& half_way) {
+    std::vector<float> highest = value;
+    std::size_t corner = 0, met = 0;
+    while (corner < highest.size()) {
+        for (int line = 0; line < Grid::quarter_lines - 1; ++line, ++corner)
+            for (int k = 0; k < Grid::azimuths - 1; ++k, ++corner, ++met)
+                for (const std::size_t at : {corner, corner + 1, corner + size(Grid::azimuths),
+                                             corner + size(Grid::azimuths) + 1})
+                    highest[at] = std::max(highest[at], half_way[met]);
+        corner += size(Grid::azimuths);
     }
-    return mass;
+    return highest;
+}
+
+/// One density for several channels. Of densities f of each, of integral 1, and f' of its `raised`
+/// samples, it is proportional to the largest over channels c of
+///
+///     f_c (light of c / light of the brightest)^4   and   f'_c / L.
+///
+/// For a single dim channel no density has less variance in the brightest one, of those that keep
+/// weights below the same limit. Channels of much the same light count alike.
+struct Envelope {
+    std::vector<float> factor, factor_of_raised;  // of each channel
+
+    std::vector<float> of(const std::vector<float>& value, const std::vector<float>& high) const {
+        const std::size_t channels = factor.size(), count = value.size() / channels;
+        std::vector<float> largest(count);
+        for (std::size_t c = 0; c < channels; ++c)
+            for (std::size_t i = 0; i < count; ++i)
+                largest[i] = std::max({largest[i], factor[c] * value[c * count + i],
+                                       factor_of_raised[c] * high[c * count + i]});
+        return largest;
+    }
+};
+
+/// With the largest L for which no channel's weight exceeds 4.5 times its mean.
+template <class Grid>
+Envelope envelope(int channels, const std::vector<float>& value, const std::vector<float>& high) {
+    constexpr double max_weight = 4.5;
+    std::vector<double> light;
+    for (int c = 0; c < channels; ++c)
+        light.push_back(integral<Grid>(&value[size(c) * value.size() / size(channels)]));
+    const double brightest = *std::max_element(light.begin(), light.end());
+    Envelope found{std::vector<float>(size(channels)), std::vector<float>(size(channels))};
+    double low = 1, high_end = max_weight;
+    for (int step = 0; step < 12; ++step) {
+        const double L = (low + high_end) / 2;
+        for (std::size_t c = 0; c < light.size(); ++c) {
+            if (!(light[c] > 0)) continue;
+            const double share = light[c] / brightest;
+            found.factor[c] = static_cast<float>(share * share * share);
+            found.factor_of_raised[c] = static_cast<float>(1 / (L * share));
+        }
+        const double all = integral<Grid>(found.of(value, high).data()) / brightest;
+        (L * all <= max_weight ? low : high_end) = L;
+    }
+    return found;
 }
 
 /// Relative standard deviation of light over density, half-way between the samples `value`.
@@ -192,10 +224,9 @@ double deviation(const std::vector<float>& value, const std::vector<float>& half
                                     double{corner[azimuths]} + double{corner[azimuths + 1]}) /
                                    4;
             const double here = double{*met++};
-            if (here == 0 && density == 0) continue;
             sum += here;
             density_sum += density;
-            squares += here * here / std::max(density, 1e-30);
+            if (here > 0) squares += here * here / std::max(density, here * 1e-3);
         }
     }
     return sum > 0 ? std::sqrt(std::max(squares * density_sum / (sum * sum) - 1, 0.0)) : 0;
@@ -213,9 +244,22 @@ double DirectionDensity::fill(int channels, const Light& light) {
     for (int row = 0; row < rows; ++row) {
         constexpr float lowest = 0.995f;  // mu = 1e-4: thin layers are far from their limit at 0
         const Cosine in = cosine_at(std::min(as_float(row) / (rows - 1), lowest));
-        const std::vector<float> of_channels = light_at<Grid>(channels, *this, light, in, 0);
-        const std::vector<double> channel_mass = masses<Grid>(channels, of_channels);
-        const std::vector<float> value = mixed(of_channels, channel_mass);
+        constexpr int check_every = 6;  // the horizon included: there all sharp peaks are seen
+        const bool is_checked = row % check_every == 0;
+        std::vector<float> value = light_at<Grid>(channels, *this, light, in, 0), half_way;
+        if (channels > 1 || is_checked)
+            half_way = light_at<Grid>(channels, *this, light, in, 0.5f);
+        if (channels > 1) {
+            const std::vector<float> high = raised<Grid>(value, half_way);
+            const Envelope over = envelope<Grid>(channels, value, high);
+            if (is_checked)
+                largest_deviation = std::max(largest_deviation,
+                                             deviation<Grid>(over.of(value, value),
+                                                             over.of(half_way, half_way)));
+            value = over.of(value, high);
+        } else if (is_checked) {
+            largest_deviation = std::max(largest_deviation, deviation<Grid>(value, half_way));
+        }
         std::array<double, lines> mass{};
         double all = 0;
         for (int line = 0; line < lines; ++line) {
@@ -240,13 +284,6 @@ double DirectionDensity::fill(int channels, const Light& light) {
             line_sum += here * end_half(line % Grid::quarter_lines, Grid::quarter_lines);
         }
         over_lines_.push_back(all > 0 ? 1.0f : 0.0f);
-        constexpr int check_first = 3, check_every = 6;
-        if (row % check_every == check_first)
-            largest_deviation =
-                std::max(largest_deviation,
-                         deviation<Grid>(value, mixed(light_at<Grid>(channels, *this, light, in,
-                                                                     0.5f),
-                                                      channel_mass)));
     }
     return largest_deviation;
 }
@@ -267,7 +304,6 @@ DirectionDensity::DirectionDensity(int channels, const Light& light) {
     const double of_lobes = fill<LobeGrid>(channels, light);
     if (of_lobes <= bearable) return;
     is_peaked_ = fill<PeakedGrid>(channels, light) < of_lobes;
-    if (getenv("DD")) printf("   [lobes %.3f]\n", of_lobes);
     if (!is_peaked_) fill<LobeGrid>(channels, light);
 }
 

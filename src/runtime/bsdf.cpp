@@ -94,8 +94,8 @@ void BsdfOf<channels>::integrate() {
             weight.clear();
             for (const bool to_horizon : {false, true})
                 for (int i = 0; i < nodes; ++i) {
-                    const OutgoingCosine out = Coordinates::outgoing_cosine(SphereQuarter(side, to_horizon),
-                                                               peaks, in, gauss.x[i]);
+                    const OutgoingCosine out = Coordinates::outgoing_cosine(
+                        SphereQuarter(side, to_horizon), peaks, in, gauss.x[i]);
                     const auto scale = Coordinates::azimuth_scale(side, peaks, in, out.cosine);
                     for (int k = 0; k < nodes; ++k) {
                         const Azimuth azimuth = Coordinates::azimuth_at(scale, gauss.x[k]);

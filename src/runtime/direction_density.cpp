@@ -10,7 +10,7 @@
 namespace stratus {
 namespace {
 
-std::size_t size(int n) { return static_cast<std::size_t>(n); }
+constexpr std::size_t size(int n) { return static_cast<std::size_t>(n); }
 
 /// A place in [0, last] with the density of a tent around a sample, folded back at both ends.
 float around_sample(int sample, int last, float u) noexcept {
@@ -148,21 +148,25 @@ double integral(const float* value) {
     return sum;
 }
 
-/// The largest of each sample and what lies half-way to its neighbours: straight lines between these
-/// do not cut a ridge off.
+/// The samples of all channels, raised until straight lines between them do not cut off what lies
+/// half-way.
 template <class Grid>
 std::vector<float> raised(const std::vector<float>& value, const std::vector<float>& half_way) {
-    std::vector<float> highest = value;
-    std::size_t corner = 0, met = 0;
-    while (corner < highest.size()) {
-        for (int line = 0; line < Grid::quarter_lines - 1; ++line, ++corner)
-            for (int k = 0; k < Grid::azimuths - 1; ++k, ++corner, ++met)
-                for (const std::size_t at : {corner, corner + 1, corner + size(Grid::azimuths),
-                                             corner + size(Grid::azimuths) + 1})
-                    highest[at] = std::max(highest[at], half_way[met]);
-        corner += size(Grid::azimuths);
+    constexpr std::size_t azimuths = size(Grid::azimuths),
+                          quarter_lines = size(Grid::quarter_lines);
+    std::vector<float> high = value;
+    auto met = half_way.begin();
+    for (std::size_t line = 0; line < value.size() / azimuths; ++line) {
+        if (line % quarter_lines == quarter_lines - 1) continue;
+        for (std::size_t k = line * azimuths; k < (line + 1) * azimuths - 1; ++k) {
+            const std::size_t corners[] = {k, k + 1, k + azimuths, k + azimuths + 1};
+            float mean = 0;
+            for (const std::size_t at : corners) mean += value[at] / 4;
+            const float factor = *met++ / std::max(mean, 1e-30f);
+            for (const std::size_t at : corners) high[at] = std::max(high[at], factor * value[at]);
+        }
     }
-    return highest;
+    return high;
 }
 
 /// One density for several channels. Of densities f of each, of integral 1, and f' of its `raised`
@@ -186,10 +190,10 @@ struct Envelope {
     }
 };
 
-/// With the largest L for which no channel's weight exceeds 4.5 times its mean.
+/// With the largest L for which no channel's weight exceeds 3.95 times its mean.
 template <class Grid>
 Envelope envelope(int channels, const std::vector<float>& value, const std::vector<float>& high) {
-    constexpr double max_weight = 4.5;
+    constexpr double max_weight = 3.95;
     std::vector<double> light;
     for (int c = 0; c < channels; ++c)
         light.push_back(integral<Grid>(&value[size(c) * value.size() / size(channels)]));
@@ -247,15 +251,14 @@ double DirectionDensity::fill(int channels, const Light& light) {
         constexpr int check_every = 6;  // the horizon included: there all sharp peaks are seen
         const bool is_checked = row % check_every == 0;
         std::vector<float> value = light_at<Grid>(channels, *this, light, in, 0), half_way;
-        if (channels > 1 || is_checked)
-            half_way = light_at<Grid>(channels, *this, light, in, 0.5f);
+        if (channels > 1 || is_checked) half_way = light_at<Grid>(channels, *this, light, in, 0.5f);
         if (channels > 1) {
             const std::vector<float> high = raised<Grid>(value, half_way);
             const Envelope over = envelope<Grid>(channels, value, high);
             if (is_checked)
-                largest_deviation = std::max(largest_deviation,
-                                             deviation<Grid>(over.of(value, value),
-                                                             over.of(half_way, half_way)));
+                largest_deviation =
+                    std::max(largest_deviation,
+                             deviation<Grid>(over.of(value, value), over.of(half_way, half_way)));
             value = over.of(value, high);
         } else if (is_checked) {
             largest_deviation = std::max(largest_deviation, deviation<Grid>(value, half_way));
@@ -388,11 +391,10 @@ template <class Grid, Side side>
     const Peaks& peaks = peaks_[static_cast<int>(side)];
     const float at_line =
         around_sample(given.line.number % quarter_lines, quarter_lines - 1, given.line.rest);
-    const OutgoingCosine out = Grid::outgoing_cosine(quarter, peaks, given.in,
-                                                     at_line * (1.0f / (quarter_lines - 1)));
+    const OutgoingCosine out =
+        Grid::outgoing_cosine(quarter, peaks, given.in, at_line * (1.0f / (quarter_lines - 1)));
 
-    const std::size_t line =
-        given.row * Grid::lines + static_cast<std::size_t>(given.line.number);
+    const std::size_t line = given.row * Grid::lines + static_cast<std::size_t>(given.line.number);
     const float around = inside_unit(given.u2) * 2 - 1;
     const Event event_along = event<azimuths>(along_azimuth_.data() + line * (azimuths + 1),
                                               inside_unit(std::abs(around)));

@@ -91,7 +91,7 @@ class DirectionDensity {
     float peaked_pdf(Side side, const Inclination& in, const Inclination& out,
                      const HalfAzimuth& half) const noexcept;
 
-    Peaks peaks_[2];                    // over Side
+    Peaks peaks_[2];  // over Side
     bool is_peaked_ = false;
     std::vector<float> density_;        // over (mu_in, line, azimuth); a line has one mu_out
     std::vector<float> along_azimuth_;  // cumulative, 0 to 1, in each line

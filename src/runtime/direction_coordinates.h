@@ -122,6 +122,10 @@ inline Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
 /// The coordinates above, which suit peaks like Henyey-Greenstein's, by the names that all
 /// coordinates share.
 struct LobeCoordinates {
+    /// Incident cosines over [0, 1], the normal first: v, and its inverse.
+    static float incident_v(float place) noexcept { return place; }
+    static float incident_place(const Cosine& in) noexcept { return in.v - normal_v; }
+
     static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
                                           const DirectionDensity::Peaks& peaks, const Cosine& in,
                                           float s) noexcept {
@@ -163,7 +167,18 @@ struct FourthRoot {
 /// Coordinates for peaks that rise from a wide foot, as those of droplets: fourth roots of the
 /// distance to the middle of the forward peak.
 struct PeakedCoordinates {
+    static constexpr float normal_slope = 0.1f;
     static constexpr float width = 0.005f;  // radians; a fraction of the narrowest peak's
+
+    /// Densest at the normal, where a peak is a ring around it.
+    static float incident_v(float place) noexcept {
+        return place * (normal_slope + (1 - normal_slope) * place);
+    }
+    static float incident_place(const Cosine& in) noexcept {
+        return 2 * in.v /
+               (normal_slope +
+                square_root(normal_slope * normal_slope + 4 * (1 - normal_slope) * in.v));
+    }
 
     static FourthRoot cosine_root(const SphereQuarter& quarter, const Cosine& in) noexcept {
         constexpr float in_reflection = 0.5f;  // there the middle lies below the horizon

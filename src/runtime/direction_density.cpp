@@ -74,7 +74,7 @@ struct DirectionDensity::LobeGrid : LobeCoordinates {
     static constexpr int rows = 25, quarter_lines = 12, azimuths = 12, lines = 4 * quarter_lines;
 };
 struct DirectionDensity::PeakedGrid : PeakedCoordinates {
-    static constexpr int rows = 25, quarter_lines = 24, azimuths = 32, lines = 4 * quarter_lines;
+    static constexpr int rows = 33, quarter_lines = 24, azimuths = 32, lines = 4 * quarter_lines;
 };
 
 template <class Grid>
@@ -98,12 +98,6 @@ struct DirectionDensity::SamplePlace {
 };
 
 namespace {
-
-/// Place among the incident cosines of the density, 0 at the normal.
-template <class Grid>
-float row_place(const Cosine& in) noexcept {
-    return (in.v - normal_v) * (Grid::rows - 1);
-}
 
 /// A sample counts by half at either end.
 float end_half(int sample, int count) { return sample == 0 || sample == count - 1 ? 0.5f : 1.0f; }
@@ -247,7 +241,7 @@ double DirectionDensity::fill(int channels, const Light& light) {
     double largest_deviation = 0;
     for (int row = 0; row < rows; ++row) {
         constexpr float lowest = 0.995f;  // mu = 1e-4: thin layers are far from their limit at 0
-        const Cosine in = cosine_at(std::min(as_float(row) / (rows - 1), lowest));
+        const Cosine in = cosine_at(std::min(Grid::incident_v(as_float(row) / (rows - 1)), lowest));
         constexpr int check_every = 6;  // the horizon included: there all sharp peaks are seen
         const bool is_checked = row % check_every == 0;
         std::vector<float> value = light_at<Grid>(channels, *this, light, in, 0), half_way;
@@ -346,9 +340,9 @@ float DirectionDensity::lobe_pdf(Side side, const Inclination& from, const Incli
     const float slope_here =
         square_root(peaks.slope * peaks.slope + 4 * (1 - peaks.slope) * distance);
     const float s = (slope_here - peaks.slope) * peaks.half_over_bend;
-    const float density = at(SamplePlace<LobeGrid>(row_place<LobeGrid>(in), quarter,
-                                                   s * (LobeGrid::quarter_lines - 1),
-                                                   y * one_over * (LobeGrid::azimuths - 1)));
+    const float density = at(SamplePlace<LobeGrid>(
+        LobeGrid::incident_place(in) * (LobeGrid::rows - 1), quarter,
+        s * (LobeGrid::quarter_lines - 1), y * one_over * (LobeGrid::azimuths - 1)));
     // d mu / d s times d azimuth / d q, and one of two signs of the azimuth
     return density * (scale.a * scale.b) * half.square * (one_over * one_over) /
            (reach * slope_here * (16 * out.v * out.root_mu));
@@ -365,9 +359,9 @@ float DirectionDensity::peaked_pdf(Side side, const Inclination& from, const Inc
     const float s = along.place(within(0, std::abs(out.v - in.v) / reach, 1));
     const float t = half.sine / (square_root(half.square) + half.cosine);
     const float q = around.place(within(0, t, 1));
-    const float density = at(SamplePlace<PeakedGrid>(row_place<PeakedGrid>(in), quarter,
-                                                     s * (PeakedGrid::quarter_lines - 1),
-                                                     q * (PeakedGrid::azimuths - 1)));
+    const float density = at(SamplePlace<PeakedGrid>(
+        PeakedGrid::incident_place(in) * (PeakedGrid::rows - 1), quarter,
+        s * (PeakedGrid::quarter_lines - 1), q * (PeakedGrid::azimuths - 1)));
     // d mu / d s times d azimuth / d q, and one of two signs of the azimuth
     return density * (1 + t * t) /
            (reach * along.stretch(s) * around.stretch(q) * (32 * out.v * out.root_mu));
@@ -415,7 +409,7 @@ template <class Grid>
     const Inclination& from, float u1, float u2, float u3) const noexcept {
     constexpr int rows = Grid::rows, lines = Grid::lines;
     const Cosine in = cosine_of(from);
-    const float at_row = row_place<Grid>(in);
+    const float at_row = Grid::incident_place(in) * (rows - 1);
     const auto low_row = truncated(within(0, at_row, rows - 2));
     const auto row = static_cast<std::size_t>(low_row + (u3 < at_row - as_float(low_row) ? 1 : 0));
     const float* const over_lines = over_lines_.data() + row * (lines + 1);

@@ -76,15 +76,16 @@ BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
     : slice_(std::move(slice)),
       density_(channels, [this](auto... arguments) { slice_.eval(arguments...); }) {
     if (density_.is_peaked())
-        integrate<PeakedCoordinates, 32>();
+        integrate_albedo<PeakedCoordinates, 40, 32>();
     else
-        integrate<LobeCoordinates, 16>();
+        integrate_albedo<LobeCoordinates, 16, 16>();
 }
 
 template <int channels>
-template <class Coordinates, int nodes>
-void BsdfOf<channels>::integrate() {
-    const Quadrature<nodes> gauss;
+template <class Coordinates, int cosines, int azimuths>
+void BsdfOf<channels>::integrate_albedo() {
+    const Quadrature<cosines> over_cosines;
+    const Quadrature<azimuths> over_azimuths;
     std::vector<float> value, weight;
     for (int row = 0; row < albedo_rows; ++row) {
         const Cosine in = cosine_at(as_float(row) / (albedo_rows - 1));
@@ -93,14 +94,14 @@ void BsdfOf<channels>::integrate() {
             DirectionPairs pairs;
             weight.clear();
             for (const bool to_horizon : {false, true})
-                for (int i = 0; i < nodes; ++i) {
+                for (int i = 0; i < cosines; ++i) {
                     const OutgoingCosine out = Coordinates::outgoing_cosine(
-                        SphereQuarter(side, to_horizon), peaks, in, gauss.x[i]);
+                        SphereQuarter(side, to_horizon), peaks, in, over_cosines.x[i]);
                     const auto scale = Coordinates::azimuth_scale(side, peaks, in, out.cosine);
-                    for (int k = 0; k < nodes; ++k) {
-                        const Azimuth azimuth = Coordinates::azimuth_at(scale, gauss.x[k]);
-                        weight.push_back(2 * gauss.weight[i] * gauss.weight[k] * out.cosine.mu *
-                                         out.stretch * azimuth.stretch);
+                    for (int k = 0; k < azimuths; ++k) {
+                        const Azimuth azimuth = Coordinates::azimuth_at(scale, over_azimuths.x[k]);
+                        weight.push_back(2 * over_cosines.weight[i] * over_azimuths.weight[k] *
+                                         out.cosine.mu * out.stretch * azimuth.stretch);
                         pairs.add(side, in, out, azimuth);
                     }
                 }

@@ -70,6 +70,7 @@ DirectionDensity::Peaks peaks_of(const DirectionDensity::Light& light, Side side
 }  // namespace
 
 // Samples of the density: incident cosines; outgoing ones in each quarter of the sphere; azimuths.
+// Those of peaks hold a rainbow too.
 struct DirectionDensity::LobeGrid : LobeCoordinates {
     static constexpr int rows = 25, quarter_lines = 12, azimuths = 12, lines = 4 * quarter_lines;
 };
@@ -184,7 +185,8 @@ struct Envelope {
     }
 };
 
-/// With the largest L for which no channel's weight exceeds 3.95 times its mean.
+/// With the largest L for which no channel's weight exceeds 3.95 times its mean. Between samples it
+/// may, by a quarter where a rainbow is narrower than their distance.
 template <class Grid>
 Envelope envelope(int channels, const std::vector<float>& value, const std::vector<float>& high) {
     constexpr double max_weight = 3.95;

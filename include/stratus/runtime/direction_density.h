@@ -38,9 +38,9 @@ class DirectionDensity {
         float pdf;  // per steradian; 0: nothing is scattered
     };
 
-    /// Of several channels the density is a mixture, for each incident cosine: a channel's share
-    /// grows with the light that it scatters, from 0.22 on. So no channel's weights exceed 4.5
-    /// times their mean, but for the error of the samples.
+    /// Of several channels the density follows the brightest, for each incident cosine, and others
+    /// where it would fall so far below them that a weight, light / density, exceeded 4 times its
+    /// mean in the channel.
     DirectionDensity(int channels, const Light& light);
 
     /// Cosine and sine of half the azimuth, neither negative, on any scale.

@@ -14,7 +14,7 @@
 //           of unlike depths it varies by 50 % of the mean in the brightest channel, and is not
 //           more than 5 times the mean in any.
 // Cost      to build: 3 to 8 ms, 150,000 lookups of the slice; 126 kB. Of colours twice the time.
-//           With sharp peaks five times the lookups, and 0.84 MB.
+//           With sharp peaks six times the lookups, and 0.84 MB.
 // Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 

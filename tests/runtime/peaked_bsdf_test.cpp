@@ -61,6 +61,7 @@ struct Frame {
 /// Integrals of the density, by midpoints, `n` along either side of a ring's sector.
 template <class AnyBsdf>
 Counts integrals_of_pdf(const AnyBsdf& bsdf, const Frame& frame, int n) {
+    const double turn_width = 2 * pi / (static_cast<double>(sectors) * n);
     Counts sum{};
     for (std::size_t ring = 0; ring < rings; ++ring)
         for (int i = 0; i < n; ++i) {
@@ -68,11 +69,10 @@ Counts integrals_of_pdf(const AnyBsdf& bsdf, const Frame& frame, int n) {
             const double angle = angles[ring] + (i + 0.5) * width;
             for (std::size_t sector = 0; sector < sectors; ++sector)
                 for (int k = 0; k < n; ++k) {
-                    const double part = (static_cast<double>(sector) + (k + 0.5) / n) / sectors;
-                    const Vector wo = frame.direction(angle, 2 * pi * part);
-                    sum[place(frame.wi(), wo, ring, sector)] += double{bsdf.pdf(frame.wi(), wo)} *
-                                                                std::sin(angle) * width * 2 * pi /
-                                                                (sectors * n);
+                    const double turn = (static_cast<double>(sector) * n + k + 0.5) * turn_width;
+                    const Vector wo = frame.direction(angle, turn);
+                    sum[place(frame.wi(), wo, ring, sector)] +=
+                        double{bsdf.pdf(frame.wi(), wo)} * std::sin(angle) * width * turn_width;
                 }
         }
     return sum;

@@ -206,8 +206,7 @@ std::vector<Pair> random_pairs() {
 }
 
 template <class Ask>
-void bsdf(benchmark::State& state, const Table& (*table)(), Ask ask) {
-    const stratus::Bsdf bsdf(stratus::bind(table().view(), 1, 0.99));
+void ask_at_random_pairs(benchmark::State& state, const stratus::Bsdf& bsdf, Ask ask) {
     const std::vector<Pair> pairs = random_pairs();
     std::size_t next = 0;
     for (auto _ : state) {
@@ -215,6 +214,11 @@ void bsdf(benchmark::State& state, const Table& (*table)(), Ask ask) {
         next = (next + 1) & (pairs.size() - 1);
     }
     state.counters["kB"] = static_cast<double>(bsdf.bytes()) * 1e-3;
+}
+
+template <class Ask>
+void bsdf(benchmark::State& state, const Table& (*table)(), Ask ask) {
+    ask_at_random_pairs(state, stratus::Bsdf(stratus::bind(table().view(), 1, 0.99)), ask);
 }
 
 const auto evaluate = [](const stratus::Bsdf& bsdf, const Pair& at) {
@@ -229,6 +233,19 @@ const auto sample_and_pdf = [](const stratus::Bsdf& bsdf, const Pair& at) {
     drawn.pdf += pdf(bsdf, at);
     return drawn;
 };
+
+/// The same of a peak too sharp for the usual samples: single scattering of g = 0.99.
+stratus::Slice sharp() { return {stratus::PhaseFunction::henyey_greenstein(0.99), {{1}, {0.99}}}; }
+
+template <class Ask>
+void bsdf_of_sharp_peak(benchmark::State& state, Ask ask) {
+    const stratus::Bsdf bsdf(sharp());
+    ask_at_random_pairs(state, bsdf, ask);
+}
+
+void build_bsdf_of_sharp_peak(benchmark::State& state) {
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::Bsdf(sharp()).bytes());
+}
 
 /// Without binding the slice.
 void build_bsdf(benchmark::State& state, const Table& (*table)()) {
@@ -385,6 +402,11 @@ BENCHMARK_CAPTURE(bsdf, pdf_rings, rings, pdf);
 BENCHMARK_CAPTURE(bsdf, sample_rings, rings, sample);
 BENCHMARK_CAPTURE(bsdf, sample_and_pdf_rings, rings, sample_and_pdf);
 BENCHMARK_CAPTURE(build_bsdf, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bsdf_of_sharp_peak, eval, evaluate);
+BENCHMARK_CAPTURE(bsdf_of_sharp_peak, pdf, pdf);
+BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample, sample);
+BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample_and_pdf, sample_and_pdf);
+BENCHMARK(build_bsdf_of_sharp_peak)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, stratus::Side::reflection);
 BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, stratus::Side::transmission);
 BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, stratus::Side::reflection);

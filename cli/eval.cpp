@@ -41,17 +41,13 @@ struct EvalOptions {
     ReadOptions reading;
 };
 
-/// What is asked for; `background`: the share of it that is seen through the layer.
-struct Asked : Effects {
-    bool background = false;
-};
-
 constexpr const char* effect_names = "single, multiple, reflection, transmission, background";
 
 /// Sides and orders are separate: where none of a kind is named, all of that kind are meant.
-Asked parse_effects(const std::vector<std::string>& names) {
-    Asked named;
+Effects parse_effects(const std::vector<std::string>& names) {
+    Effects named;
     named.single = named.multiple = named.reflection = named.transmission = false;
+    named.background = false;
     for (const std::string& name : names) {
         if (name == "single") {
             named.single = true;
@@ -95,7 +91,7 @@ Opposition parse_opposition(const std::string& text, double density) {
 }
 
 /// Leaves out the sides that the table does not hold, and says so; refuses when nothing is left.
-Asked available_effects(const Asked& asked, const TableView& table, const std::string& name) {
+Effects available_effects(const Effects& asked, const TableView& table, const std::string& name) {
     if (asked.background && table.has_lower_boundary())
         throw std::invalid_argument("eval: --effects must be without background for " + name +
                                     ", whose lower boundary hides it, got background");
@@ -104,7 +100,7 @@ Asked available_effects(const Asked& asked, const TableView& table, const std::s
         std::cerr << "stratus: note: " << name
                   << " holds no diffuse_transmittance, background is seen by the beam"
                   << (asked.single ? " and single scattering alone\n" : " alone\n");
-    Asked available = asked;
+    Effects available = asked;
     available.reflection = asked.reflection && table.has_reflection();
     available.transmission = asked.transmission && table.has_transmission();
     const bool left_out =
@@ -195,7 +191,7 @@ struct Answer {
 /// Looks the rows of one layer up.
 class LayerLookup {
   public:
-    LayerLookup(const TableView& table, const LayerKey& layer, const Asked& asked,
+    LayerLookup(const TableView& table, const LayerKey& layer, const Effects& asked,
                 OutsideTable outside)
         : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
@@ -214,12 +210,12 @@ class LayerLookup {
         through_slices_ = true;
         if (asked.single) {
             Effects effects = asked;
-            effects.multiple = false;
+            effects.multiple = effects.background = false;
             single_ = bound(effects);
         }
         if (asked.multiple) {
             Effects effects = asked;
-            effects.single = false;
+            effects.single = effects.background = false;
             effects.opposition = {};  // of single scattering alone
             multiple_ = bound(effects);
         }
@@ -266,14 +262,14 @@ class LayerLookup {
 
     TableView table_;
     LayerKey layer_;
-    Asked asked_;
+    Effects asked_;
     std::vector<Slice> slices_;
     const Slice *background_ = nullptr, *single_ = nullptr, *multiple_ = nullptr;
     bool through_slices_ = false, clamped_ = false;
 };
 
 std::vector<Answer> answers_of(const TableView& table, const std::vector<QueryPoint>& points,
-                               const CsvTable& query, const Asked& asked, OutsideTable outside) {
+                               const CsvTable& query, const Effects& asked, OutsideTable outside) {
     std::map<LayerKey, std::vector<std::size_t>> rows_of;
     for (std::size_t r = 0; r < points.size(); ++r) rows_of[points[r].layer].push_back(r);
     std::vector<Answer> answers(points.size());
@@ -316,7 +312,7 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
               << list << '\n';
 }
 
-void write_header(std::ostream& out, const CsvTable& query, const Asked& effects) {
+void write_header(std::ostream& out, const CsvTable& query, const Effects& effects) {
     std::vector<std::string> columns = query.columns;
     const auto both_sides = [&](bool asked, const std::string& ending) {
         if (asked && effects.reflection) columns.push_back("reflection" + ending);
@@ -331,7 +327,7 @@ void write_header(std::ostream& out, const CsvTable& query, const Asked& effects
 }
 
 void write_row(std::ostream& out, const std::vector<double>& query_row, const Answer& answer,
-               const Asked& effects) {
+               const Effects& effects) {
     for (std::size_t c = 0; c < query_row.size(); ++c)
         out << (c ? "," : "") << shortest_text(query_row[c]);
     const auto both_sides = [&](bool asked, auto&& part) {
@@ -348,13 +344,13 @@ void write_row(std::ostream& out, const std::vector<double>& query_row, const An
 }
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
-TableView without_unasked_samples(TableView table, const Asked& effects) {
+TableView without_unasked_samples(TableView table, const Effects& effects) {
     if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = {};
     return table;
 }
 
 void run_eval(const EvalOptions& options) {
-    Asked asked = parse_effects(options.effects);
+    Effects asked = parse_effects(options.effects);
     asked.density = options.density;
     asked.opposition = parse_opposition(options.opposition, options.density);
     check_effects(asked);
@@ -367,7 +363,7 @@ void run_eval(const EvalOptions& options) {
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
     const std::vector<QueryPoint> points = points_of(query, table);
 
-    const Asked effects = available_effects(asked, table.view(), options.table);
+    const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers = answers_of(
         view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);

@@ -292,6 +292,7 @@ void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
         Effects effects;
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
+        effects.background = false;
         const Slice slice =
             bind(table.at_mixture(at.mixture), at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);

@@ -27,8 +27,8 @@ void set(Rgb& value, const float* channel) noexcept {
 }
 
 /// Gauss-Legendre on [0, 1].
+template <int nodes>
 struct Quadrature {
-    static constexpr int nodes = 16;
     float x[nodes], weight[nodes];
 
     Quadrature() {
@@ -74,16 +74,18 @@ struct Horizontal {
 template <int channels>
 BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
     : slice_(std::move(slice)),
-      density_([this](std::size_t count, const float* const wi[3], const float* const wo[3],
-                      float* value) {
-          std::vector<float> all(channels * count);
-          slice_.eval(count, wi, wo, all.data());
-          for (std::size_t i = 0; i < count; ++i) {
-              value[i] = all[i];
-              for (std::size_t c = 1; c < channels; ++c) value[i] += all[c * count + i];
-          }
-      }) {
-    const Quadrature gauss;
+      density_(channels, [this](auto... arguments) { slice_.eval(arguments...); }) {
+    if (density_.is_peaked())
+        integrate_albedo<PeakedCoordinates, 40, 32>();
+    else
+        integrate_albedo<LobeCoordinates, 16, 16>();
+}
+
+template <int channels>
+template <class Coordinates, int cosines, int azimuths>
+void BsdfOf<channels>::integrate_albedo() {
+    const Quadrature<cosines> over_cosines;
+    const Quadrature<azimuths> over_azimuths;
     std::vector<float> value, weight;
     for (int row = 0; row < albedo_rows; ++row) {
         const Cosine in = cosine_at(as_float(row) / (albedo_rows - 1));
@@ -92,14 +94,14 @@ BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
             DirectionPairs pairs;
             weight.clear();
             for (const bool to_horizon : {false, true})
-                for (int i = 0; i < gauss.nodes; ++i) {
-                    const OutgoingCosine out = outgoing_cosine(SphereQuarter(side, to_horizon),
-                                                               peaks.slope, in, gauss.x[i]);
-                    const AzimuthScale scale = azimuth_scale(side, peaks, in, out.cosine);
-                    for (int k = 0; k < gauss.nodes; ++k) {
-                        const Azimuth azimuth = azimuth_at(scale, gauss.x[k]);
-                        weight.push_back(2 * gauss.weight[i] * gauss.weight[k] * out.cosine.mu *
-                                         out.stretch * azimuth.stretch);
+                for (int i = 0; i < cosines; ++i) {
+                    const OutgoingCosine out = Coordinates::outgoing_cosine(
+                        SphereQuarter(side, to_horizon), peaks, in, over_cosines.x[i]);
+                    const auto scale = Coordinates::azimuth_scale(side, peaks, in, out.cosine);
+                    for (int k = 0; k < azimuths; ++k) {
+                        const Azimuth azimuth = Coordinates::azimuth_at(scale, over_azimuths.x[k]);
+                        weight.push_back(2 * over_cosines.weight[i] * over_azimuths.weight[k] *
+                                         out.cosine.mu * out.stretch * azimuth.stretch);
                         pairs.add(side, in, out, azimuth);
                     }
                 }

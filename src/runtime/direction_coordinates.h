@@ -119,6 +119,100 @@ inline Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
     return {(x - y) * (x + y) * one_over, 2 * x * y * one_over, 2 * scale.a * scale.b * one_over};
 }
 
+/// The coordinates above, which suit peaks like Henyey-Greenstein's, by the names that all
+/// coordinates share.
+struct LobeCoordinates {
+    /// Incident cosines over [0, 1], the normal first: v, and its inverse.
+    static float incident_v(float place) noexcept { return place; }
+    static float incident_place(const Cosine& in) noexcept { return in.v - normal_v; }
+
+    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
+                                          const DirectionDensity::Peaks& peaks, const Cosine& in,
+                                          float s) noexcept {
+        return stratus::outgoing_cosine(quarter, peaks.slope, in, s);
+    }
+    static AzimuthScale azimuth_scale(Side side, const DirectionDensity::Peaks& peaks,
+                                      const Cosine& in, const Cosine& out) noexcept {
+        return stratus::azimuth_scale(side, peaks, in, out);
+    }
+    static Azimuth azimuth_at(const AzimuthScale& scale, float q) noexcept {
+        return stratus::azimuth_at(scale, q);
+    }
+};
+
+/// A coordinate of distances in [0, 1], linear in the fourth root of `blur` + distance: places lie
+/// densest at 0, and every octave of distances beyond `blur` has its share of them.
+struct FourthRoot {
+    float blur, from, length;
+
+    explicit FourthRoot(float blur_) noexcept
+        : blur(blur_),
+          from(square_root(square_root(blur))),
+          length(square_root(square_root(1 + blur)) - from) {}
+
+    float distance(float place) const noexcept {
+        const float root = from + place * length, square = root * root;
+        return within(0, square * square - blur, 1);
+    }
+    /// d distance / d place.
+    float stretch(float place) const noexcept {
+        const float root = from + place * length;
+        return 4 * length * root * root * root;
+    }
+    float place(float distance) const noexcept {
+        return (square_root(square_root(blur + distance)) - from) / length;
+    }
+};
+
+/// Coordinates for peaks that rise from a wide foot, as those of droplets: fourth roots of the
+/// distance to the middle of the forward peak.
+struct PeakedCoordinates {
+    static constexpr float normal_slope = 0.1f;
+    static constexpr float width = 0.005f;  // radians; a fraction of the narrowest peak's
+
+    /// Densest at the normal, where a peak is a ring around it.
+    static float incident_v(float place) noexcept {
+        return place * (normal_slope + (1 - normal_slope) * place);
+    }
+    static float incident_place(const Cosine& in) noexcept {
+        return 2 * in.v /
+               (normal_slope +
+                square_root(normal_slope * normal_slope + 4 * (1 - normal_slope) * in.v));
+    }
+
+    static FourthRoot cosine_root(const SphereQuarter& quarter, const Cosine& in) noexcept {
+        constexpr float in_reflection = 0.5f;  // there the middle lies below the horizon
+        const float blur =
+            quarter.side() == Side::transmission ? width / (3 * in.root_mu + width) : in_reflection;
+        return FourthRoot(blur / (std::abs(quarter.reach(in)) + blur));
+    }
+
+    static OutgoingCosine outgoing_cosine(const SphereQuarter& quarter,
+                                          const DirectionDensity::Peaks& /*peaks*/,
+                                          const Cosine& in, float s) noexcept {
+        const FourthRoot root = cosine_root(quarter, in);
+        const float reach = quarter.reach(in);
+        const Cosine out = cosine_at(in.v + reach * root.distance(s));
+        return {out, std::abs(reach) * root.stretch(s) * (4 * out.v * out.root_mu)};
+    }
+
+    /// Along tan(azimuth / 4).
+    static FourthRoot azimuth_scale(Side side, const DirectionDensity::Peaks& /*peaks*/,
+                                    const Cosine& in, const Cosine& out) noexcept {
+        // The square of the smallest scattering angle over all azimuths.
+        const float sine_in = sine(in), sine_out = sine(out), along = sine_in - sine_out;
+        const float across = side == Side::transmission ? in.mu - out.mu : in.mu + out.mu;
+        const float smallest = width * width + along * along + across * across;
+        return FourthRoot(square_root(smallest / (16 * sine_in * sine_out + smallest)));
+    }
+    static Azimuth azimuth_at(const FourthRoot& root, float q) noexcept {
+        const float t = root.distance(q), one_over = 1 / (1 + t * t);
+        const float cosine = (1 - t) * (1 + t) * one_over, sine = 2 * t * one_over;  // of half
+        return {(cosine - sine) * (cosine + sine), 2 * cosine * sine,
+                4 * one_over * root.stretch(q)};
+    }
+};
+
 /// Pairs of directions of one incident cosine, to be evaluated together.
 class DirectionPairs {
   public:

@@ -234,7 +234,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
         take(Side::transmission, effects.transmission, table.has_transmission(), *transmission_);
         set_kernels();
     }
-    if (effects.multiple && table.diffuse_transmittance != nullptr)
+    if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
         check_coverage(table, Side::transmission, outside);
     bind_background(&table, table.mixed_phase_function(), effects);
 }
@@ -305,7 +305,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
 template <int channels>
 void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
                                         const Effects& effects) {
-    if (one_sided_) return;
+    if (one_sided_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;
     background_mu_ = all_orders ? table->mu_in : background_axis();

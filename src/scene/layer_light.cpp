@@ -71,6 +71,7 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
+    effects.background = false;  // see LayerLight::background
     effects.opposition = opposition_;
     if (table)
         slice_.emplace(*table, medium, effects);

@@ -4,6 +4,7 @@
 #include <stratus/runtime/constants.h>
 
 #include "bsdf_estimate.h"
+#include "water_cloud.h"
 
 #include <gtest/gtest.h>
 
@@ -47,6 +48,24 @@ TEST(BsdfOfTable, ReflectsAndTransmitsTheTableFluxes) {
     expect_fluxes(bake(layer_recipe("henyey_greenstein:g=0.6", "1.0", "0.95")), 1e-3, 0.12);
     expect_fluxes(bake(layer_recipe("rayleigh", "0.1", "1.0")), 1e-3, 0.12);
     expect_fluxes(bake(layer_recipe("isotropic", "8.0", "1.0")), 1e-3, 0.12);
+}
+
+/// Deep enough for light of all orders, with the peak of what is scattered forward alone on top.
+TEST(BsdfOfTable, FollowsThePeakOfACloud) {
+    Recipe recipe = layer_recipe("isotropic", "8.0", "1.0",
+                                 "[discretisation]\nnodes = 24\nmodes = 24\nmu_samples = 24\n"
+                                 "azimuth_samples = 33\nscheme = 'harmonic'\n");
+    recipe.phase_function = water_cloud();
+    const Table table = bake(recipe);
+    const Bsdf bsdf(bind(table.view(), 8, 1));
+    for (const double mu : {0.05, 0.1, 0.3, 0.6, 1.0}) {
+        const Vector wi = direction(mu, 1, true);
+        const Estimate estimate = estimated(bsdf, wi, 1 << 17);
+        const ScatteredShares<float> shares = bsdf.albedo(wi);
+        EXPECT_LT(estimate.deviation, 0.15) << "mu_in " << mu;
+        EXPECT_NEAR(estimate.reflected, shares.reflected, 1e-3) << "mu_in " << mu;
+        EXPECT_NEAR(estimate.transmitted, shares.transmitted, 1e-3) << "mu_in " << mu;
+    }
 }
 
 TEST(BsdfOfTable, ReflectsThePlaneAlbedoOverGround) {

@@ -53,6 +53,21 @@ TEST(Background, IsTheBeamAndSingleTransmissionWithoutATable) {
         }
 }
 
+TEST(Background, IsTheBeamAloneWhereItIsNotAskedFor) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.85);
+    Effects effects;
+    ASSERT_TRUE(effects.background);
+    effects.background = false;
+    const Slice with(phase, {{0.7}, {0.8}}), without(phase, {{0.7}, {0.8}}, effects);
+    for (const float mu : {0.1f, 0.5f, 1.0f}) {
+        EXPECT_EQ(without.background(mu), without.direct(mu));
+        EXPECT_GT(with.background(mu), without.background(mu));
+        EXPECT_EQ(without.source_behind(mu), with.source_behind(mu));
+        EXPECT_EQ(without.transmission(mu, 0.3f, 1), with.transmission(mu, 0.3f, 1));
+    }
+    EXPECT_LT(without.bytes(), with.bytes());
+}
+
 TEST(Background, IsBetweenZeroAndOne) {
     for (const double g : {0.0, 0.85, 0.99})
         for (const double tau : {1e-6, 0.01, 1.0, 30.0, infinity}) {
@@ -83,11 +98,15 @@ TEST(Background, UsesTheDiffuseTransmittanceOfItsTable) {
             Effects multiple_alone;
             multiple_alone.single = false;
             const Slice without_single = bind(table.view(), tau, w, multiple_alone);
+            Effects without_background;
+            without_background.background = false;
+            const Slice beam_alone = bind(table.view(), tau, w, without_background);
             for (const double mu : {0.02, 0.3, 1.0}) {
                 const auto cosine = static_cast<float>(mu);
                 const double beam = std::exp(-tau / mu);
                 EXPECT_NEAR(slice.background(cosine), beam + diffuse(w, tau, mu), 1e-3);
                 const double once = background_once(table.phase_function, w, tau, mu) - beam;
+                EXPECT_NEAR(beam_alone.background(cosine), beam, 1e-6);
                 EXPECT_NEAR(without_single.background(cosine),
                             beam + std::max(0.0, diffuse(w, tau, mu) - once), 2e-3);  // 8 cosines
             }

@@ -5,12 +5,16 @@
 // (mu_in, mu_out, azimuth) as in slices, light then comes from above. Densities are per steradian
 // of outgoing directions. The directly transmitted beam is no part of a BSDF: see SliceOf::direct.
 //
-// Directions follow single scattering and all higher orders together, both sides at once, the mean
-// over channels (direction_density.h).
+// Directions follow single scattering and all higher orders together, both sides at once. Colours
+// are drawn together, by their envelope (direction_density.h).
 //
 // Accuracy  eval * cos / pdf varies by 1 to 9 % of its mean, up to 15 % within a few degrees of the
-//           normal and the horizon for Henyey-Greenstein's g = 0.85, up to 25 % for g = 0.95.
-// Cost      to build: 3 to 8 ms, 150,000 lookups of the slice; 126 kB.
+//           normal and the horizon for Henyey-Greenstein's g = 0.85, up to 25 % for g = 0.95; 15 %
+//           at most in the peaks of droplets of 10 um, from any incident cosine >= 0.05. Of colours
+//           of unlike depths it varies by 50 % of the mean in the brightest channel, and is not
+//           more than 5 times the mean in any.
+// Cost      to build: 3 to 8 ms, 150,000 lookups of the slice; 126 kB. Of colours twice the time.
+//           With sharp peaks six times the lookups, and 0.84 MB.
 // Threads   no call allocates, throws or takes a lock; any number of threads may share a BSDF.
 #pragma once
 
@@ -56,7 +60,7 @@ class BsdfOf {
     Value eval(const Vector& wi, const Vector& wo) const noexcept { return slice_.eval(wi, wo); }
     Value eval(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 
-    /// Density with which `sample` draws wo.
+    /// Density with which `sample` draws wo: exact, in the peaks too.
     float pdf(const Vector& wi, const Vector& wo) const noexcept;
     float pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept;
 
@@ -78,6 +82,8 @@ class BsdfOf {
 
   private:
     bool is_lit(const Vector& wi) const noexcept;
+    template <class Coordinates, int cosines, int azimuths>
+    void integrate_albedo();
 
     SliceOf<channels> slice_;
     DirectionDensity density_;

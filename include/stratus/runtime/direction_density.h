@@ -2,6 +2,10 @@
 // cosine, outgoing cosine and azimuth, in coordinates that widen forward and backward peaks.
 // Samples follow exactly the density that `pdf` returns.
 //
+// Peaks like Henyey-Greenstein's need few samples. Where these fall short of the light, as in the
+// peak of a droplet's phase function, there are more, in coordinates that leave a share to each
+// octave of the scattering angle.
+//
 // After construction no call allocates, throws or takes a lock.
 #pragma once
 
@@ -18,6 +22,7 @@ namespace stratus {
 class DirectionDensity {
   public:
     /// Light scattered between `count` pairs of directions, on any scale; arrays of x, y and z.
+    /// Channel c of pair i lands in value[c * count + i].
     using Light = std::function<void(std::size_t count, const float* const wi[3],
                                      const float* const wo[3], float* value)>;
 
@@ -33,7 +38,10 @@ class DirectionDensity {
         float pdf;  // per steradian; 0: nothing is scattered
     };
 
-    explicit DirectionDensity(const Light& light);
+    /// Of several channels the density follows the brightest, for each incident cosine, and others
+    /// where it would fall so far below them that a weight, light / density, exceeded 4 times its
+    /// mean in the channel.
+    DirectionDensity(int channels, const Light& light);
 
     /// Cosine and sine of half the azimuth, neither negative, on any scale.
     struct HalfAzimuth {
@@ -61,14 +69,30 @@ class DirectionDensity {
 
     const Peaks& peaks(Side side) const noexcept { return peaks_[static_cast<int>(side)]; }
 
+    /// True where samples lie in the coordinates of sharp peaks.
+    bool is_peaked() const noexcept { return is_peaked_; }
+
   private:
+    struct LobeGrid;
+    struct PeakedGrid;
+    template <class Grid>
     struct SamplePlace;
     struct DrawnLine;
-    float at(const SamplePlace& place) const noexcept;
-    template <Side side>
+    template <class Grid>
+    double fill(int channels, const Light& light);
+    template <class Grid>
+    float at(const SamplePlace<Grid>& place) const noexcept;
+    template <class Grid, Side side>
     Direction draw(const DrawnLine& given) const noexcept;
+    template <class Grid>
+    Direction sample_of(const Inclination& in, float u1, float u2, float u3) const noexcept;
+    float lobe_pdf(Side side, const Inclination& in, const Inclination& out,
+                   const HalfAzimuth& half) const noexcept;
+    float peaked_pdf(Side side, const Inclination& in, const Inclination& out,
+                     const HalfAzimuth& half) const noexcept;
 
-    Peaks peaks_[2];                    // over Side
+    Peaks peaks_[2];  // over Side
+    bool is_peaked_ = false;
     std::vector<float> density_;        // over (mu_in, line, azimuth); a line has one mu_out
     std::vector<float> along_azimuth_;  // cumulative, 0 to 1, in each line
     std::vector<float> over_lines_;     // cumulative, 0 to 1, for each mu_in

@@ -98,7 +98,7 @@ class SliceOf {
 
     /// Share of a uniform background that is seen through the layer: the beam, and the diffuse
     /// transmittance of the orders asked for. Of a table without diffuse_transmittance order 1
-    /// alone. At most 1.
+    /// alone; without Effects::background the beam alone. At most 1.
     Value background(float mu) const noexcept;
 
     /// Of a small bright source straight behind the layer: the beam, and the radiance scattered

@@ -9,7 +9,7 @@
 
 namespace stratus {
 
-constexpr int sizes_of_a_distribution = 1000;
+constexpr int sizes_of_a_distribution = 2000;
 
 /// Radii between which droplets count, over the effective radius.
 struct RadiusRange {

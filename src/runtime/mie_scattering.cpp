@@ -1,5 +1,7 @@
 #include "mie_scattering.h"
 
+#include "kernels/sphere_sums.h"
+
 #include <stratus/runtime/constants.h>
 
 #include <algorithm>
@@ -55,24 +57,8 @@ std::vector<double> riccati_bessel(double x, std::size_t count) {
 
 // ---- Angles
 
-constexpr std::size_t lanes = 4;   // spheres summed side by side
+constexpr std::size_t lanes = spheres_at_once;
 constexpr std::size_t chunk = 32;  // angles whose functions are kept
-
-/// One term of the series of `lanes` spheres: (2n+1) / (n(n+1)) times a_n + b_n and a_n - b_n.
-struct LaneTerm {
-    double sum_re[lanes], sum_im[lanes], difference_re[lanes], difference_im[lanes];
-};
-
-/// S1 + S2 and S1 - S2.
-struct LaneAmplitudes {
-    double sum_re[lanes] = {}, sum_im[lanes] = {};
-    double difference_re[lanes] = {}, difference_im[lanes] = {};
-};
-
-/// pi_n + tau_n and pi_n - tau_n. [BH83] 4.47
-struct AngleTerm {
-    double sum, difference;
-};
 
 void fill_angle_terms(double c, std::size_t count, AngleTerm* terms) {
     double before = 0, here = 1;  // pi_{n-1}, pi_n
@@ -86,23 +72,8 @@ void fill_angle_terms(double c, std::size_t count, AngleTerm* terms) {
     }
 }
 
-LaneAmplitudes amplitudes(const std::vector<LaneTerm>& terms, const AngleTerm* angle) {
-    LaneAmplitudes S;
-    for (std::size_t n = 0; n < terms.size(); ++n) {
-        const LaneTerm& term = terms[n];
-        const AngleTerm at = angle[n];
-        for (std::size_t k = 0; k < lanes; ++k) S.sum_re[k] += term.sum_re[k] * at.sum;
-        for (std::size_t k = 0; k < lanes; ++k) S.sum_im[k] += term.sum_im[k] * at.sum;
-        for (std::size_t k = 0; k < lanes; ++k)
-            S.difference_re[k] += term.difference_re[k] * at.difference;
-        for (std::size_t k = 0; k < lanes; ++k)
-            S.difference_im[k] += term.difference_im[k] * at.difference;
-    }
-    return S;
-}
-
-void put_sphere(const MieCoefficients& sphere, std::size_t lane, std::vector<LaneTerm>& terms) {
-    if (terms.size() < sphere.a.size()) terms.resize(sphere.a.size(), LaneTerm{});
+void put_sphere(const MieCoefficients& sphere, std::size_t lane, std::vector<SphereTerm>& terms) {
+    if (terms.size() < sphere.a.size()) terms.resize(sphere.a.size(), SphereTerm{});
     for (std::size_t i = 0; i < sphere.a.size(); ++i) {
         const double n = static_cast<double>(i + 1);
         const double factor = (2 * n + 1) / (n * (n + 1));
@@ -119,7 +90,7 @@ void put_sphere(const MieCoefficients& sphere, std::size_t lane, std::vector<Lan
 
 /// The spheres that are summed side by side.
 struct LaneSpheres {
-    std::vector<LaneTerm> terms;
+    std::vector<SphereTerm> terms;
     double number[lanes] = {};
 };
 
@@ -161,20 +132,22 @@ void add_intensities(const std::vector<LaneSpheres>& spheres, std::size_t most_t
                      AtNodes& nodes) {
     const std::size_t count = nodes.cosine.size();
     std::vector<AngleTerm> angle(chunk * most_terms);
+    SphereAmplitudes S[chunk];
     for (std::size_t first = 0; first < count; first += chunk) {
         const std::size_t angles = std::min(chunk, count - first);
         for (std::size_t j = 0; j < angles; ++j)
             fill_angle_terms(nodes.cosine[first + j], most_terms, &angle[j * most_terms]);
-        for (const LaneSpheres& group : spheres)
-            for (std::size_t j = 0; j < angles; ++j) {
-                const LaneAmplitudes S = amplitudes(group.terms, &angle[j * most_terms]);
+        for (const LaneSpheres& group : spheres) {
+            sphere_sums().amplitudes(group.terms.data(), group.terms.size(), angle.data(),
+                                     most_terms, angles, S);
+            for (std::size_t j = 0; j < angles; ++j)
                 for (std::size_t k = 0; k < lanes; ++k)
                     nodes.value[first + j] +=
                         group.number[k] / 2 *
-                        (S.sum_re[k] * S.sum_re[k] + S.sum_im[k] * S.sum_im[k] +
-                         S.difference_re[k] * S.difference_re[k] +
-                         S.difference_im[k] * S.difference_im[k]);
-            }
+                        (S[j].sum_re[k] * S[j].sum_re[k] + S[j].sum_im[k] * S[j].sum_im[k] +
+                         S[j].difference_re[k] * S[j].difference_re[k] +
+                         S[j].difference_im[k] * S[j].difference_im[k]);
+        }
     }
 }
 
@@ -222,11 +195,12 @@ MieCoefficients mie_coefficients(double x, Complex m) {
 }
 
 MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
-    std::vector<LaneTerm> terms;
+    std::vector<SphereTerm> terms;
     put_sphere(sphere, 0, terms);
     std::vector<AngleTerm> angle(terms.size());
     fill_angle_terms(cos_theta, terms.size(), angle.data());
-    const LaneAmplitudes S = amplitudes(terms, angle.data());
+    SphereAmplitudes S;
+    sphere_sums().amplitudes(terms.data(), terms.size(), angle.data(), 0, 1, &S);
     const Complex sum(S.sum_re[0], S.sum_im[0]);
     const Complex difference(S.difference_re[0], S.difference_im[0]);
     return {(sum + difference) / 2.0, (sum - difference) / 2.0};

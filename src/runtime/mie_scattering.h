@@ -53,7 +53,7 @@ struct SphereScattering {
     std::vector<double> moments;  // chi_l of the phase function, to the last one, l = 2 n_max
 };
 
-/// Cost  the number of terms of all spheres times twice that of the largest: 0.2 s for a cloud of
+/// Cost  the number of terms of all spheres times twice that of the largest: 0.25 s for a cloud of
 ///       r_eff = 10 um at 0.55 um.
 SphereScattering scattering_of(const std::vector<SphereSize>& spheres, std::complex<double> m);
 

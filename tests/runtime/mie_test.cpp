@@ -2,6 +2,7 @@
 #include <stratus/runtime/phase_function.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/instruction_set.h>
 
 #include "droplet_sizes.h"
 #include "mie_scattering.h"
@@ -90,6 +91,18 @@ TEST(MieAmplitudes, ArePublishedOnesStraightBack) {
     EXPECT_LT(std::abs(back(1000, 0.75) - Complex(17.05778, 484.2510)), 2e-4);
     EXPECT_LT(std::abs(back(100, {1.33, 1e-5}) - Complex(-56.59205, 46.50974)), 2e-5);
     EXPECT_LT(std::abs(back(10000, {1.33, 1e-5}) - Complex(-182.116215, -951.909674)), 1e-3);
+}
+
+TEST(MieAmplitudes, HaveTheSameBitsOnEveryProcessor) {
+    const auto value = [] {
+        const PhaseFunction phi = parse_phase_function("mie:radius=2um,variance=0.1");
+        return phi.moments(100);
+    };
+    const std::vector<double> widest = value();
+    for (const auto set : {InstructionSet::generic, InstructionSet::avx2}) {
+        const InstructionSetLimit limit(set);
+        EXPECT_EQ(value(), widest) << name_of(set);
+    }
 }
 
 TEST(MieCoefficients, ScatterAllThatTheyTakeAtRealIndices) {
@@ -199,9 +212,9 @@ TEST(SizesOf, AreDenseEnough) {
         worst = std::max(worst, std::abs(off));
         squares += off * off;
     }
-    EXPECT_LT(worst, 0.06);
-    EXPECT_LT(std::sqrt(squares / (angles + 1)), 0.02);
-    EXPECT_NEAR(phi.asymmetry(), finer.asymmetry(), 4e-4);
+    EXPECT_LT(worst, 0.03);
+    EXPECT_LT(std::sqrt(squares / (angles + 1)), 0.01);
+    EXPECT_NEAR(phi.asymmetry(), finer.asymmetry(), 2e-4);
 }
 
 // ---- A cloud of 10 um
@@ -217,7 +230,7 @@ TEST(WaterCloud, HasIndependentlyComputedMoments) {
         char comma;
         if (!(std::istringstream(line) >> l >> comma >> expected)) continue;  // comments, header
         // both sample sizes, between which resonances lie: see SizesOf.AreDenseEnough
-        EXPECT_NEAR(chi[l], expected, 4e-4) << "l = " << l;
+        EXPECT_NEAR(chi[l], expected, 2e-4) << "l = " << l;
         ++rows;
     }
     EXPECT_GT(rows, 30);
@@ -260,11 +273,11 @@ TEST(Mie, HasTheValuesOfItsSeries) {
 TEST(Mie, AbsorbsMoreInLargerAndDarkerDroplets) {
     const auto albedo = [](const char* text) { return *parse_phase_function(text).albedo(); };
     EXPECT_EQ(albedo("mie:radius=5um,variance=0.1,index=1.333"), 1);
-    const double small = albedo("mie:radius=5um,variance=0.1,wavelength=1.6um");
-    const double large = albedo("mie:radius=20um,variance=0.1,wavelength=1.6um");
+    const double small = albedo("mie:radius=5um,variance=0.1,index=1.333+1e-6i");
+    const double large = albedo("mie:radius=20um,variance=0.1,index=1.333+1e-6i");
     EXPECT_GT(small, large);
     // weak absorption: 1 - w is proportional to the volume over the cross-section
-    EXPECT_NEAR((1 - large) / (1 - small), 4, 0.3);
+    EXPECT_NEAR((1 - large) / (1 - small), 4, 0.2);
 }
 
 TEST(PhaseFunction, HasAnAlbedoWhereAllTermsHave) {

@@ -15,7 +15,7 @@ expect_silent "$err"
 expect_header l,chi_1,chi_2
 expect_rows 3 '(f["chi_2"] - 0.5 ^ f["l"]) ^ 2 < 1e-28'
 
-expect_ok phase mie:radius=0.5um,variance=0.1,index=1.5+0.01i --moments 40 -o chi.csv --svg phase.svg
+expect_ok phase mie:radius=0.5um,variance=0.1,index=1.5+0.01i --moments 100 -o chi.csv --svg phase.svg
 expect_silent "$out"
 expect_says "$err" ": g 0." ", albedo 0." ", extinction efficiency " ", effective radius 0.5 um"
 grep -q '<svg ' phase.svg || fail "the figure must be an SVG"

@@ -13,6 +13,7 @@ void add_verify(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_fit(CLI::App& app);
 void add_cost(CLI::App& app);
+void add_phase(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
 

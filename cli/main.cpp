@@ -50,6 +50,7 @@ int run(int argc, char** argv) {
     stratus::add_convert(app);
     stratus::add_fit(app);
     stratus::add_cost(app);
+    stratus::add_phase(app);
     stratus::add_plan(app);
     stratus::add_render(app);
 

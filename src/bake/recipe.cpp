@@ -27,6 +27,17 @@ Range read_range(const Section& recipe, const char* key, double min, double max,
     return range;
 }
 
+/// A range, or that of the droplets alone: `albedo = "phase_function"`.
+Range read_albedo(const Section& recipe, const PhaseFunction& phase_function) {
+    if (!recipe.is("albedo", "phase_function"))
+        return read_range(recipe, "albedo", 0, 1, "in [0, 1]");
+    const std::optional<double> albedo = phase_function.albedo();
+    require(albedo.has_value(), caller, "albedo",
+            "a table { min = ..., max = ... } unless the phase function is of droplets (mie)",
+            "\"phase_function\"");
+    return {*albedo, *albedo};
+}
+
 Discretisation read_discretisation(const toml::table& table) {
     const Section section(table, caller, "discretisation",
                           {"nodes", "modes", "mu_samples", "azimuth_samples", "azimuth_scale",
@@ -106,7 +117,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     for (const double depth : {recipe.optical_depth.min, recipe.optical_depth.max})
         require(depth <= 1e9 || std::isinf(depth), caller, "optical_depth", "in [1e-6, 1e9] or inf",
                 depth);
-    recipe.albedo = read_range(section, "albedo", 0, 1, "in [0, 1]");
+    recipe.albedo = read_albedo(section, recipe.phase_function);
     if (section.has("below")) {
         recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
         recipe.transmission = false;

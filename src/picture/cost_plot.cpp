@@ -66,24 +66,11 @@ struct Frame {
     Point at(const PlotPoint& point) const { return {across(point.x), down(point.y)}; }
 };
 
-/// A tick a decade; labels are at least `min_distance` apart.
-template <class Position>
-std::vector<Tick> decade_ticks(const Decades& decades, double length, double min_distance,
-                               const Position& position) {
-    const int step =
-        std::max(1, static_cast<int>(std::ceil(min_distance * decades.count() / length)));
-    std::vector<Tick> ticks;
-    for (int decade = decades.first; decade <= decades.last; ++decade) {
-        const bool has_label = (decade - decades.first) % step == 0;
-        ticks.push_back({position(std::pow(10.0, decade)), has_label ? "10" : "", decade});
-    }
-    return ticks;
-}
-
 void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
     const Box& box = frame.box;
     draw_x_axis(page, box,
-                decade_ticks(frame.x, box.width(), 30, [&](double x) { return frame.across(x); }),
+                decade_ticks(frame.x.first, frame.x.last, box.width(), 30,
+                             [&](double x) { return frame.across(x); }),
                 panel.x_title);
     for (int decade = frame.x.first; decade < frame.x.last; ++decade)
         for (int digit = 2; digit < 10; ++digit) {
@@ -91,7 +78,8 @@ void draw_axes(const Page& page, const Frame& frame, const PlotPanel& panel) {
             page.line({x, box.y1}, {x, box.y1 - 2.5}, {0.5, grey});
         }
     draw_y_axis(page, box,
-                decade_ticks(frame.y, box.height(), 11, [&](double y) { return frame.down(y); }),
+                decade_ticks(frame.y.first, frame.y.last, box.height(), 11,
+                             [&](double y) { return frame.down(y); }),
                 panel.y_title);
     page.outline(box, {0.7, black});
 }

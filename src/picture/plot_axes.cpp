@@ -1,5 +1,7 @@
 #include "plot_axes.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace stratus {
@@ -23,6 +25,18 @@ void draw_label(const Page& page, Point at, const Tick& tick, Align align) {
 }
 
 }  // namespace
+
+std::vector<Tick> decade_ticks(int first, int last, double length, double min_distance,
+                               const std::function<double(double)>& position) {
+    const int step =
+        std::max(1, static_cast<int>(std::ceil(min_distance * (last - first) / length)));
+    std::vector<Tick> ticks;
+    for (int decade = first; decade <= last; ++decade) {
+        const bool has_label = (decade - first) % step == 0;
+        ticks.push_back({position(std::pow(10.0, decade)), has_label ? "10" : "", decade});
+    }
+    return ticks;
+}
 
 void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
                  const std::string& title) {

@@ -3,6 +3,7 @@
 
 #include "page.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,11 @@ struct Tick {
     std::string label;              // may be empty
     std::optional<int> exponent{};  // of the label, raised
 };
+
+/// A tick at 10^first .. 10^last, `length` being that of the axis; labels are at least
+/// `min_distance` apart. `position` puts a value on the page.
+std::vector<Tick> decade_ticks(int first, int last, double length, double min_distance,
+                               const std::function<double(double)>& position);
 
 void draw_x_axis(const Page& page, const Box& plot, const std::vector<Tick>& ticks,
                  const std::string& title);

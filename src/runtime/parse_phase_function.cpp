@@ -11,21 +11,22 @@ namespace {
 using Term = PhaseFunction::Term;
 
 struct ReadableKind : PhaseKind {
-    Term (*read)(PhaseText&);
+    Term (*read)(PhaseText&, const std::string& parameter);
 
     /// What may stand after the name.
-    std::vector<std::string> parameters() const {
-        std::vector<std::string> allowed;
-        if (may_be_a_file) allowed.emplace_back("file");
-        if (parameter != nullptr) allowed.emplace_back(parameter);
-        return allowed;
+    std::vector<std::string> allowed() const {
+        std::vector<std::string> names = parameter_names();
+        if (may_be_a_file) names.insert(names.begin(), "file");
+        return names;
     }
 };
 
 template <class Kind>
-Term read_term([[maybe_unused]] PhaseText& text) {
-    if constexpr (Kind::kind.parameter == nullptr)
+Term read_term([[maybe_unused]] PhaseText& text, [[maybe_unused]] const std::string& parameter) {
+    if constexpr (!Kind::kind.has_parameter())
         return Kind{};
+    else if constexpr (Kind::kind.has_several_parameters())
+        return Kind::read(text, parameter);
     else
         return Kind::read(text);
 }
@@ -64,33 +65,21 @@ void refuse_bare_number(PhaseText text, const ReadableKind& kind) {
     double value;
     if (!text.accept_number(value)) return;
     const std::string met = text.text.substr(begin, text.at - begin);
-    text.refuse("parameter of " + std::string(kind.name) + " must be written " + kind.parameter +
-                "=" + met + ", got '" + met + "'");
+    text.refuse("parameter of " + std::string(kind.name) + " must be written " +
+                kind.parameters[0] + "=" + met + ", got '" + met + "'");
 }
 
-/// The name of the parameter that follows a kind's; empty where there is none to follow.
+/// The name of the first parameter that follows a kind's; empty where there is none to follow.
 std::string read_parameter_name(PhaseText& text, const ReadableKind& kind) {
     const std::string owner = kind.name;
-    const std::vector<std::string> allowed = kind.parameters();
+    const std::vector<std::string> allowed = kind.allowed();
     if (allowed.empty()) {
         if (text.accept(':')) text.refuse(owner + " takes no parameter, got '" + text.rest() + "'");
         return "";
     }
     if (!text.accept(':')) text.refuse(owner + " needs " + joined(allowed, "=... or ") + "=...");
     refuse_bare_number(text, kind);
-    const std::string given = text.rest();
-    std::string met = text.name();
-    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end()) {
-        if (!text.accept('='))
-            text.refuse("parameter of " + owner + " must be written " +
-                        joined(allowed, "=... or ") + "=..., got '" +
-                        given.substr(0, given.find_first_of(" \t")) + "'");
-        text.refuse("parameter of " + owner + " must be " + joined(allowed, " or ") + ", got '" +
-                    met + "'; did you mean '" + nearest_name(met, allowed) + "'?");
-    }
-    if (!text.accept('='))
-        text.refuse(owner + ": '=' must follow " + met + ", got '" + text.rest() + "'");
-    return met;
+    return text.parameter(owner, allowed);
 }
 
 /// True when the '+' at `plus` joins two phase functions and is not part of a file's name: it
@@ -126,9 +115,10 @@ std::pair<double, PhaseFunction> read_part(PhaseText& text, const PhaseFileReade
     if (!(weight >= 0 && std::isfinite(weight)))
         text.refuse("a weight must be finite and at least 0, got " + shortest_text(weight));
     const ReadableKind& kind = read_kind(text);
-    if (read_parameter_name(text, kind) != "file") return {weight, PhaseFunction(kind.read(text))};
+    const std::string parameter = read_parameter_name(text, kind);
+    if (parameter != "file") return {weight, PhaseFunction(kind.read(text, parameter))};
     if (!read_file)
-        text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameter +
+        text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameters[0] +
                     " where no files are read, got 'file'");
     return {weight, read_file(kind.name, read_file_name(text))};
 }

@@ -24,10 +24,13 @@ void with_kind(const std::variant<Kinds...>& term, const Function& function) noe
 struct TermText {
     template <class Kind>
     std::string operator()(const Kind& term) const {
-        if constexpr (Kind::kind.parameter == nullptr)
-            return Kind::kind.name;
+        const std::string name = Kind::kind.name;
+        if constexpr (!Kind::kind.has_parameter())
+            return name;
+        else if constexpr (Kind::kind.has_several_parameters())
+            return name + ':' + term.parameter_text();
         else
-            return Kind::kind.name + (':' + (Kind::kind.parameter + ('=' + term.parameter_text())));
+            return name + ':' + Kind::kind.parameters[0] + '=' + term.parameter_text();
     }
 };
 
@@ -123,6 +126,16 @@ std::string PhaseFunction::text() const {
         whole += (whole.empty() ? "" : " + ") + shortest_text(weight) + "*" +
                  std::visit(TermText{}, term);
     return whole;
+}
+
+std::optional<double> PhaseFunction::albedo() const {
+    double extinction = 0;  // for a scattering cross-section of 1, which the weights share
+    for (const auto& [weight, term] : terms_) {
+        const Mie* const droplets = std::get_if<Mie>(&term);
+        if (droplets == nullptr) return {};
+        extinction += weight / droplets->albedo;
+    }
+    return std::min(1.0, 1 / extinction);  // but for rounding
 }
 
 std::string PhaseFunction::caption() const {

@@ -4,7 +4,10 @@
 
 #include "sections.h"
 
+#include <array>
+#include <cstddef>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace stratus::scene_file {
@@ -52,6 +55,22 @@ std::vector<PhaseFunction> read_components(const Section& section, const Source&
     return {source.phase_function(texts[0]), source.phase_function(texts[1])};
 }
 
+/// The albedos of droplets for red, green and blue, at 0.65, 0.55 and 0.45 um.
+std::array<double, 3> albedos_of_droplets(const PhaseFunction& phase_function) {
+    const auto& terms = phase_function.terms();
+    const Mie* const given = std::get_if<Mie>(&terms[0].second);
+    require(given != nullptr && terms.size() == 1, caller, "layer.albedo",
+            "numbers unless the phase function is of droplets (mie) alone", "\"phase_function\"");
+    std::array<double, 3> albedo{};
+    constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
+    for (std::size_t c = 0; c < 3; ++c) {
+        Droplets droplets = given->droplets;
+        droplets.wavelength = wavelengths[c];
+        albedo[c] = Mie(droplets).albedo;
+    }
+    return albedo;
+}
+
 }  // namespace
 
 SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) {
@@ -68,7 +87,9 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
         layer.components = {source.phase_function(section.text("phase_function"))};
         layer.optical_depth = read_depth(section, source);
     }
-    if (section.has("albedo"))
+    if (!of_rings && section.is("albedo", "phase_function"))
+        layer.albedo = albedos_of_droplets(layer.components[0]);
+    else if (section.has("albedo"))
         layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
     else
         require(of_rings, caller, "layer.albedo", "present", "nothing");

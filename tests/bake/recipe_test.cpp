@@ -90,6 +90,17 @@ TEST(Recipe, HasDefaults) {
     EXPECT_EQ(d.scheme, Scheme::harmonic);
 }
 
+TEST(Recipe, TakesTheAlbedoOfDroplets) {
+    std::string text = recipe_but("albedo", "albedo = 'phase_function'");
+    expect_recipe_refusal(text, {"albedo", "droplets", "phase_function"});
+    text.replace(text.find("rayleigh"), 8, "mie:radius=1um,index=1.5+0.01i");
+    const Recipe recipe = parse_recipe(text);
+    EXPECT_EQ(recipe.albedo.min, recipe.phase_function.albedo());
+    EXPECT_EQ(recipe.albedo.max, recipe.albedo.min);
+    EXPECT_LT(recipe.albedo.max, 0.95);
+    EXPECT_EQ(parse_recipe(resolved_text(recipe)).albedo.min, recipe.albedo.min);
+}
+
 TEST(Recipe, MayReachToInfinity) {
     const Recipe recipe =
         parse_recipe(recipe_but("optical_depth", "optical_depth = { min = 0.1, max = inf }"));

@@ -84,9 +84,10 @@ TEST_P(EveryPhaseFunction, ComesBackFromItsTextBitForBit) {
 }
 
 TEST_P(EveryPhaseFunction, IsNonNegativeAndAcceptsRoundedCosines) {
-    for (int i = 0; i <= 2000; ++i) EXPECT_GE(phi()(std::cos(pi * i / 2000)), 0);
-    EXPECT_EQ(phi()(std::nextafter(1.0, 2.0)), phi()(1));
-    EXPECT_EQ(phi()(std::nextafter(-1.0, -2.0)), phi()(-1));
+    const PhaseFunction phi = this->phi();
+    for (int i = 0; i <= 2000; ++i) EXPECT_GE(phi(std::cos(pi * i / 2000)), 0);
+    EXPECT_EQ(phi(std::nextafter(1.0, 2.0)), phi(1));
+    EXPECT_EQ(phi(std::nextafter(-1.0, -2.0)), phi(-1));
 }
 
 TEST_P(EveryPhaseFunction, IsIsotropicOnlyWhenFlat) {
@@ -108,6 +109,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"MomentsFlat", "moments:chi=1", 0},
                     Case{"Tabulated", points, std::nan("")},
                     Case{"ThreePoints", "tabulated:points=0 1/90 0/180 0.25", std::nan("")},
+                    Case{"SmallDroplets", "mie:radius=0.15um,variance=0.1", std::nan("")},
+                    Case{"OneDroplet", "mie:radius=500nm,wavelength=1064nm,index=1.5+0.01i",
+                         std::nan("")},
+                    Case{"IceCrystals",
+                         "mie:radius=0.2um, variance=0.2, distribution=lognormal, material=ice, "
+                         "wavelength=2um",
+                         std::nan("")},
                     Case{"Saturn", saturn, 0.5 * (0.404 - 0.596)},
                     Case{"SumOfEveryKind",
                          "0.1*rayleigh + 0.2*lambert_sphere + 0.3*henyey_greenstein:g=0.1 + "
@@ -361,6 +369,51 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"BareNegativeNumber",
                 "0.5*anisotropic: -0.5 + 0.5*rayleigh",
                 {"parameter of anisotropic must be written x=-0.5", "got '-0.5'"}},
+        Refusal{"NoRadius", "mie:variance=0.1", {"mie needs radius="}},
+        Refusal{"NoParameter", "mie", {"mie needs radius=... or variance=..."}},
+        Refusal{"UnknownParameter",
+                "mie:radius=1um,varience=0.1",
+                {"parameter of mie", "'varience'", "did you mean 'variance'"}},
+        Refusal{"ParameterTwice", "mie:radius=1um,radius=2um", {"radius", "once"}},
+        Refusal{"RadiusWithoutUnit", "mie:radius=1", {"radius", "unit", "um or nm", "got '1'"}},
+        Refusal{"WavelengthWithoutUnit",
+                "mie:radius=1um,wavelength=0.55",
+                {"wavelength", "unit", "um or nm", "got '0.55'"}},
+        Refusal{"NegativeRadius", "mie:radius=-1um", {"radius", "above 0", "got -1"}},
+        Refusal{"InfiniteRadius", "mie:radius=infum", {"radius"}},
+        Refusal{"NegativeVariance", "mie:radius=1um,variance=-0.1", {"variance", "got -0.1"}},
+        Refusal{"VarianceAbove",
+                "mie:radius=1um,variance=0.51",
+                {"variance", "0 or in [1e-6, 0.5]", "got 0.51"}},
+        Refusal{"NoWavelength", "mie:radius=1um,wavelength=0um", {"wavelength", "above 0"}},
+        Refusal{"WavelengthOfWater",
+                "mie:radius=1um,wavelength=4.1um",
+                {"wavelength", "[0.2, 4]", "got 4.1"}},
+        Refusal{"WavelengthOfIce",
+                "mie:radius=1um,material=ice,wavelength=240nm",
+                {"wavelength", "[0.25, 4]", "got 0.24"}},
+        Refusal{"NegativeIndex", "mie:radius=1um,index=-1.33", {"index", "(0, 10]", "got -1.33"}},
+        Refusal{"GainInIndex",
+                "mie:radius=1um,index=1.33-1e-6i",
+                {"imaginary part of index", "[0, 10]", "got -1e-06"}},
+        Refusal{"IndexOfVacuum", "mie:radius=1um,index=1", {"index", "from 1", "got 1"}},
+        Refusal{"IndexAndMaterial",
+                "mie:radius=1um,material=ice,index=1.3",
+                {"index", "absent", "material"}},
+        Refusal{"UnknownMaterial",
+                "mie:radius=1um,material=steam",
+                {"material", "water or ice", "'steam'"}},
+        Refusal{"UnknownDistribution",
+                "mie:radius=1um,variance=0.1,distribution=normal",
+                {"distribution", "gamma or lognormal", "'normal'"}},
+        Refusal{"DropletTooLarge",
+                "mie:radius=450um",
+                {"2 pi radius / wavelength", "at most 5000", "got 5140"}},
+        Refusal{"LargestDropletTooLarge",
+                "mie:radius=110um,variance=0.1",
+                {"largest droplet", "at most 5000"}},
+        Refusal{"DropletTooSmall", "mie:radius=1e-6um", {"at least 1e-4"}},
+        Refusal{"BareRadius", "mie:10um", {"must be written radius=10", "got '10'"}},
         Refusal{"BareMoments", "moments:1 0.5", {"must be written chi=1", "got '1'"}}),
     [](const auto& row) { return row.param.name; });
 

@@ -129,6 +129,8 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"colour", "colour = -1.0", "background.colour", "[0, 1e6]", "got -1"},
         {"phase_function", "phase_function = 'henyey_greenstein:g=1'", "g must be", "(-1, 1)"},
         {"albedo", "albedo = 1.5", "layer.albedo", "[0, 1]", "got 1.5"},
+        {"albedo", "albedo = 'phase_function'", "layer.albedo", "droplets",
+         "got \"phase_function\""},
         {"albedo", "albedo = [0.5, 0.5]", "layer.albedo", "list of three", "got 2"},
         {"optical_depth", "optical_depth = -1.0", "layer.optical_depth", "[0, inf]", "got -1"},
         {"optical_depth", "optical_depth = { clouds = true, most = 1e5 }", "most", "[0, 1e4]"},
@@ -148,6 +150,17 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
     expect_refusal<std::runtime_error>(
         [] { parse_scene(cloud_but("surface", "surface = { image = 'absent.png' }")); },
         {"absent.png"});
+}
+
+TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
+    std::string text = cloud_but("albedo", "albedo = 'phase_function'");
+    const std::string lobe = "henyey_greenstein:g=0.5";
+    text.replace(text.find(lobe), lobe.size(), "mie:radius=20um");
+    const std::array<double, 3> albedo = parse_scene(text).panels[0].layer.albedo;
+    EXPECT_GT(albedo[0], 0.999);
+    EXPECT_LT(albedo[0], albedo[1]);  // water absorbs more in the red
+    EXPECT_LT(albedo[1], albedo[2]);
+    EXPECT_LT(albedo[2], 1);
 }
 
 TEST(SceneFile, PanelsOverrideKeysOfTheScene) {

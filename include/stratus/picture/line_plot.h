@@ -1,4 +1,4 @@
-// Lines over linear axes that start at 0, 16 cm wide, as SVG.
+// Lines over axes, 16 cm wide, as SVG: linear ones that start at 0, or y logarithmic.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,9 @@ struct Line {
 struct LinePlot {
     std::string title, x_title, y_title;
     double x_end = 1, y_end = 1;  // of the axes, where lines are clipped
-    std::vector<Line> lines;
+    std::vector<Line> lines{};
+    double y_begin = 0;         // above 0: the axis is logarithmic
+    bool legend_below = false;  // the plot, for long names; beside it otherwise
 };
 
 /// Draws to `svg` itself; callers who need it whole or not at all wrap it.

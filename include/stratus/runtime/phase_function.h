@@ -13,11 +13,13 @@
 #include <stratus/runtime/phase_functions/henyey_greenstein.h>
 #include <stratus/runtime/phase_functions/isotropic.h>
 #include <stratus/runtime/phase_functions/lambert_sphere.h>
+#include <stratus/runtime/phase_functions/mie.h>
 #include <stratus/runtime/phase_functions/moments.h>
 #include <stratus/runtime/phase_functions/rayleigh.h>
 #include <stratus/runtime/phase_functions/tabulated.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -30,7 +32,7 @@ class PhaseFunction {
   public:
     /// Every kind that there is; phase_functions/phase_kind.h says what each provides.
     using Term = std::variant<Isotropic, Rayleigh, Anisotropic, LambertSphere, HenyeyGreenstein,
-                              Tabulated, Moments>;
+                              Tabulated, Moments, Mie>;
 
     /// Isotropic.
     PhaseFunction();
@@ -76,6 +78,9 @@ class PhaseFunction {
     /// below, numbers with as many digits as it takes to read them back, and
     /// `tabulated:points=0 3.5/10 2.25/...` or `moments:chi=1 0.75 ...` in place of file names.
     std::string text() const;
+
+    /// Single-scattering albedo, where every term knows its own as droplets do (mie.h).
+    std::optional<double> albedo() const;
 
     /// What pictures call it: "0.6 Lambert sphere  +  0.4 Henyey-Greenstein g = 0.5".
     std::string caption() const;

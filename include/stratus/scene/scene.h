@@ -25,7 +25,7 @@
 //
 //     [layer]
 //     phase_function = "isotropic"
-//     albedo = 0.99                     # or [red, green, blue]
+//     albedo = 0.99                     # or [red, green, blue]; "phase_function": of droplets (mie)
 //     optical_depth = 8.0               # or inf, or { clouds = ... }, { image = ... }
 //     density = 0.1                     # effects.h; 0
 //     opposition = { law = "hapke", amplitude = 1.0, width = 0.05 }   # or blinn's, from density

@@ -1,7 +1,9 @@
 #include <stratus/runtime/phase_functions/phase_text.h>
 
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 
@@ -50,6 +52,21 @@ std::string PhaseText::name() {
     const std::size_t begin = at;
     while (at < text.size() && is_name_letter(text[at])) ++at;
     return text.substr(begin, at - begin);
+}
+
+std::string PhaseText::parameter(const std::string& owner,
+                                 const std::vector<std::string>& allowed) {
+    const std::string given = rest();
+    std::string met = name();
+    if (std::find(allowed.begin(), allowed.end(), met) == allowed.end()) {
+        if (!accept('='))
+            refuse("parameter of " + owner + " must be written " + joined(allowed, "=... or ") +
+                   "=..., got '" + given.substr(0, given.find_first_of(" \t")) + "'");
+        refuse("parameter of " + owner + " must be " + joined(allowed, " or ") + ", got '" + met +
+               "'; did you mean '" + nearest_name(met, allowed) + "'?");
+    }
+    if (!accept('=')) refuse(owner + ": '=' must follow " + met + ", got '" + rest() + "'");
+    return met;
 }
 
 }  // namespace stratus

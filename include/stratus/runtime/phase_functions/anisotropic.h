@@ -11,8 +11,8 @@ namespace stratus {
 
 /// 1 + x cos a = 1 - x cos Theta, |x| <= 1. [Blinn82] 3.2
 struct Anisotropic {
-    static constexpr PhaseKind kind{"anisotropic", "x", false, "anisotropic:x=0.5",
-                                    "1 - x cos Theta, x in [-1, 1]"};
+    static constexpr PhaseKind kind{
+        "anisotropic", {"x"}, false, "anisotropic:x=0.5", "1 - x cos Theta, x in [-1, 1]"};
 
     double x;
 

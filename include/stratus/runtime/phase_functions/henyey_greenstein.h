@@ -11,7 +11,10 @@ namespace stratus {
 
 /// (1 - g^2) / (1 + g^2 - 2 g cos Theta)^(3/2), |g| < 1. [Blinn82] 3.5
 struct HenyeyGreenstein {
-    static constexpr PhaseKind kind{"henyey_greenstein", "g", false, "henyey_greenstein:g=0.75",
+    static constexpr PhaseKind kind{"henyey_greenstein",
+                                    {"g"},
+                                    false,
+                                    "henyey_greenstein:g=0.75",
                                     "a lobe of mean cosine g in (-1, 1)"};
 
     double g;

@@ -5,8 +5,8 @@
 namespace stratus {
 
 struct Isotropic {
-    static constexpr PhaseKind kind{"isotropic", nullptr, false, "isotropic",
-                                    "the same in all directions"};
+    static constexpr PhaseKind kind{
+        "isotropic", {}, false, "isotropic", "the same in all directions"};
 
     double operator()(double) const noexcept { return 1; }
     std::vector<double> moments(std::size_t count) const { return isotropic_moments(count); }

@@ -10,7 +10,10 @@ namespace stratus {
 
 /// A sphere whose surface obeys Lambert's law: (8 / 3 pi) (sin a + (pi - a) cos a). [Blinn82] 3.3
 struct LambertSphere {
-    static constexpr PhaseKind kind{"lambert_sphere", nullptr, false, "lambert_sphere",
+    static constexpr PhaseKind kind{"lambert_sphere",
+                                    {},
+                                    false,
+                                    "lambert_sphere",
                                     "a large sphere whose surface obeys Lambert's law"};
 
     double operator()(double c) const noexcept {

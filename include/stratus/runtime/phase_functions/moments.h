@@ -9,8 +9,8 @@ namespace stratus {
 
 /// A phase function given by its Legendre moments alone.
 struct Moments {
-    static constexpr PhaseKind kind{"moments", "chi", true, "moments:file=haze.csv",
-                                    "Legendre moments: columns l, chi"};
+    static constexpr PhaseKind kind{
+        "moments", {"chi"}, true, "moments:file=haze.csv", "Legendre moments: columns l, chi"};
 
     std::vector<double> chi;  // chi[0] = 1
 

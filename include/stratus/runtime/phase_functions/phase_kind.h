@@ -1,13 +1,17 @@
 // What each kind of phase function provides, in a header of its own beside this one:
 //
 //     static constexpr PhaseKind kind                       how users write it
-//     static Kind read(PhaseText&)                          its parameter, if it has one
+//     static Kind read(PhaseText&)                          its parameter's value, if it has one
 //     std::string parameter_text() const                    what `read` turns into it again
 //     double operator()(double cos_theta) const noexcept    its value, mean 1, |cos_theta| <= 1
 //     std::vector<double> moments(std::size_t count) const  chi_0 .. chi_{count-1}, count >= 1
 //     bool is_isotropic() const noexcept                    true when it is 1 everywhere
 //     std::string caption() const                           what pictures call it
 //     std::optional<PhaseClosedForm> closed_form() const    none: fast lookups sample it
+//
+// A kind of several parameters has `read(PhaseText&, const std::string& first)` instead, which reads
+// the value of the parameter `first` and goes on to others with PhaseText::parameter, and its
+// parameter_text names them all (mie.h).
 //
 // A new kind is such a header, its place in `PhaseFunction::Term` and its tests.
 #pragma once
@@ -19,13 +23,23 @@
 
 namespace stratus {
 
-/// A kind of phase function as users write it: `name`, or `name:parameter=...`.
+/// A kind of phase function as users write it: `name`, `name:parameter=...`, or several
+/// `parameter=...` with commas between.
 struct PhaseKind {
     const char* name;
-    const char* parameter;  // null: it has none
-    bool may_be_a_file;     // `name:file=...` is allowed too
+    const char* parameters[6];  // their names; null where there are no more
+    bool may_be_a_file;         // `name:file=...` is allowed too
     const char* example;
     const char* help;  // what the example is, in a few words
+
+    constexpr bool has_parameter() const { return parameters[0] != nullptr; }
+    constexpr bool has_several_parameters() const { return parameters[1] != nullptr; }
+    std::vector<std::string> parameter_names() const {
+        std::vector<std::string> names;
+        for (const char* parameter : parameters)
+            if (parameter != nullptr) names.emplace_back(parameter);
+        return names;
+    }
 };
 
 /// A polynomial in y = 1 - cos Theta and a Henyey-Greenstein lobe, if any: what a fast lookup

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -27,6 +28,8 @@ struct PhaseText {
     double number(const std::string& meaning);
     /// Reads letters, digits, '_' and '-'; may be empty.
     std::string name();
+    /// Reads `NAME=`, NAME one of the parameters that `owner` allows.
+    std::string parameter(const std::string& owner, const std::vector<std::string>& allowed);
 };
 
 }  // namespace stratus

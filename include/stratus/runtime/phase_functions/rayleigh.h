@@ -6,8 +6,7 @@ namespace stratus {
 
 /// 3/4 (1 + cos^2 Theta). [Blinn82] 3.4
 struct Rayleigh {
-    static constexpr PhaseKind kind{"rayleigh", nullptr, false, "rayleigh",
-                                    "3/4 (1 + cos^2 Theta)"};
+    static constexpr PhaseKind kind{"rayleigh", {}, false, "rayleigh", "3/4 (1 + cos^2 Theta)"};
 
     double operator()(double c) const noexcept { return 0.75 * (1 + c * c); }
 

@@ -10,7 +10,10 @@ namespace stratus {
 /// Measured values at phase angles (degrees), joined by monotone cubics in the phase angle (Fritsch
 /// and Carlson 1980: no overshoot, so never negative) and scaled to mean 1.
 struct Tabulated {
-    static constexpr PhaseKind kind{"tabulated", "points", true, "tabulated:file=moon.csv",
+    static constexpr PhaseKind kind{"tabulated",
+                                    {"points"},
+                                    true,
+                                    "tabulated:file=moon.csv",
                                     "values at phase angles: columns phase_angle_deg, value"};
 
     std::vector<double> phase_angle_deg;  // as given, ascending from 0 to 180

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <stratus/runtime/phase_functions/phase_kind.h>
+#include <stratus/runtime/phase_functions/phase_text.h>
+
+#include <complex>
+#include <memory>
+
+namespace stratus {
+
+/// Homogeneous spheres and the light that they scatter. Lengths in micrometres.
+struct Droplets {
+    /// n(r), both of effective radius a and effective variance v: the gamma distribution
+    /// r^((1-3v)/v) exp(-r / (a v)) [HT74] 2.56, or the lognormal one, of
+    /// sigma^2 = ln(1 + v) and median radius a / (1 + v)^(5/2).
+    enum class Distribution { gamma, lognormal };
+    enum class Material { water, ice, other };
+
+    double effective_radius = 10;   // the mean of r^3 over that of r^2, above 0
+    double effective_variance = 0;  // [0, 0.5]; 0: all have one radius
+    Distribution distribution = Distribution::gamma;
+    double wavelength = 0.55;  // above 0; [0.2, 4] in water, [0.25, 4] in ice
+    Material material = Material::water;
+    std::complex<double> index = 0;  // of other material: n in (0, 10], k in [0, 10]
+};
+
+/// The index of refraction n + i k: of water from Hale and Querry, Appl. Opt. 12, 1973, of ice from
+/// Warren and Brandt, J. Geophys. Res. 113, 2008.
+std::complex<double> index_of_refraction(const Droplets& droplets);
+
+/// Droplets by Mie scattering, unpolarised.
+///
+/// Sizes    2,000, up to where those left out add less than 1e-6 to phi straight on. Real indices
+///          have resonances narrower than any spacing: with all sizes there are, phi would be up
+///          to 3 % different where it is smallest, 1 % in root mean square, g by 2e-4.
+/// Range    2 pi radius / wavelength of every droplet at most 5,000, of the effective radius at
+///          least 1e-4.
+/// Accuracy phi 1e-6 relative in the forward peak; moments 1e-12.
+/// Cost     of construction, 0.25 s for a cloud of 10 um at 0.55 um, growing as the cube of their
+///          ratio up to seconds; copies share one table.
+struct Mie {
+    static constexpr PhaseKind kind{
+        "mie",
+        {"radius", "variance", "distribution", "wavelength", "material", "index"},
+        false,
+        "mie:radius=10um,variance=0.1,wavelength=0.55um,material=water",
+        "droplets of an effective radius and variance (0: one radius alone); also "
+        "distribution=lognormal, material=ice, index=1.33+1e-6i"};
+
+    Droplets droplets;
+    double albedo;                 // of single scattering, (0, 1]
+    double extinction_efficiency;  // cross-section over the geometric one
+
+    explicit Mie(const Droplets& droplets);
+
+    /// The value of `first` and `NAME=value` after each comma: see kind's help. Lengths have
+    /// units: um or nm.
+    static Mie read(PhaseText& text, const std::string& first);
+    std::string parameter_text() const;
+
+    double operator()(double c) const noexcept;
+    std::vector<double> moments(std::size_t count) const;
+    bool is_isotropic() const noexcept { return false; }
+    std::string caption() const;
+    std::optional<PhaseClosedForm> closed_form() const { return {}; }
+
+  private:
+    struct Curve {
+        std::vector<double> chi;
+        std::vector<double> value;  // uniformly over Theta, continued beyond both ends
+        double intervals;           // over 0 .. pi
+    };
+    std::shared_ptr<const Curve> curve_;
+};
+
+}  // namespace stratus

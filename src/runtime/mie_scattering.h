@@ -1,0 +1,60 @@
+// Scattering by homogeneous spheres: Mie's series [BH83], chapter 4, for one sphere and summed over
+// spheres of many sizes.
+//
+// x = 2 pi radius / wavelength is the size parameter, m = n + i k the index of refraction relative
+// to the medium, k >= 0 absorbs. Fields go as exp(-i omega t), as in [BH83]. Cross-sections are in
+// units of 1 / wavenumber^2.
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+constexpr double max_size_parameter = 5000;
+
+/// a_n and b_n, n = 1 .. a.size(), of one sphere. [BH83] 4.88
+struct MieCoefficients {
+    std::vector<std::complex<double>> a, b;
+};
+
+/// Range  x in [1e-4, max_size_parameter].
+MieCoefficients mie_coefficients(double x, std::complex<double> m);
+
+/// The amplitudes S1 (across the plane of scattering) and S2 (in it). [BH83] 4.74
+struct MieAmplitudes {
+    std::complex<double> S1, S2;
+};
+
+MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta);
+
+/// Cross-sections of one sphere, or their sums over many.
+struct CrossSections {
+    double area = 0;        // geometric, pi x^2
+    double extinction = 0;  // [BH83] 4.62
+    double scattering = 0;  // [BH83] 4.61
+    double forward = 0;     // scattering times its mean cosine; [BH83], section 4.5
+
+    double asymmetry() const { return forward / scattering; }
+};
+
+CrossSections cross_sections(double x, const MieCoefficients& sphere);
+
+/// Spheres of one size among many.
+struct SphereSize {
+    double x;
+    double number;  // how many, in any unit
+};
+
+/// What many spheres do together.
+struct SphereScattering {
+    CrossSections total;
+    std::vector<double> moments;  // chi_l of the phase function, to the last one, l = 2 n_max
+};
+
+/// Cost  the number of terms of all spheres times twice that of the largest: 0.25 s for a cloud of
+///       r_eff = 10 um at 0.55 um.
+SphereScattering scattering_of(const std::vector<SphereSize>& spheres, std::complex<double> m);
+
+}  // namespace stratus

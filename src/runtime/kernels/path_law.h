@@ -70,7 +70,7 @@ STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
                                   const PathAngle<F, Index>& angle, F depth, F excess, F shallow) {
     constexpr float close = 0.05f;
     const F few = (depth + 1.0f) * close;
-    const PathValue<F> first =
+    const PathValue<F> low =
         path_value(sheet, first, angle, choose_less(excess, few, depth + excess * 0.5f, depth));
     const PathValue<F> high = path_value(sheet, first, angle, depth + excess);
     const F mean =

@@ -152,7 +152,10 @@ void add_verify(CLI::App& app) {
     verify->add_flag("--quiet", command->quiet, "No progress");
     add_max_memory(*verify, command->reading);
     verify->footer(
-        "Exit code 1 when the table misses the tolerance that it states.\nExample:\n"
+        "Exit code 1 when the table misses the tolerance that it states: 99.9 % of values within "
+        "it, "
+        "all within five times it. Peaked phase functions are also judged at points drawn near "
+        "forward and at grazing pairs of directions, 99 % of either within it.\nExample:\n"
         "  stratus verify saturn_rings.h5 --samples 2000");
     verify->callback([command] { run_verify(*command); });
 }

@@ -82,14 +82,16 @@ double predicted_check_seconds(const Recipe& resolved, int threads) {
     VerifyOptions few;
     few.samples = 32;
     few.threads = 1;
-    const auto started = Clock::now();
+    const double started = processor_seconds();
     solve_random_points(resolved.phase_function, range, solver, few);
-    return seconds_since(started) * check_samples / few.samples / threads;
+    return (processor_seconds() - started) * check_samples / few.samples / threads;
 }
 
 std::string text_of_bytes(double bytes) {
     char text[32];
-    if (bytes < 1 << 30)
+    if (bytes < 1 << 20)
+        std::snprintf(text, sizeof text, "%.1f KiB", bytes / (1 << 10));
+    else if (bytes < 1 << 30)
         std::snprintf(text, sizeof text, "%.1f MiB", bytes / (1 << 20));
     else
         std::snprintf(text, sizeof text, "%.1f GiB", bytes / (1 << 30));

@@ -2,7 +2,6 @@
 #include "solve_table.h"
 
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
@@ -92,13 +91,13 @@ class TableSolver {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
         };
         const Unit& timed = units.front();
-        const auto started = Clock::now();
+        const double started = processor_seconds();
         for (const auto& of_albedo : solutions_of(timed))
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                         evaluate(solution, side, grids_[timed.mixture]);
-        const double seconds = seconds_since(started);
+        const double seconds = processor_seconds() - started;
         double layers = 0;
         for (const Unit& unit : units) layers += layers_of(unit);
         // The last units leave threads idle.

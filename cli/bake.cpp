@@ -119,7 +119,6 @@ void run_dry(const BakeCommand& command) {
 
 void run_bake(const BakeCommand& command) {
     if (command.dry_run) return run_dry(command);
-    if (command.output.empty()) throw CLI::RequiredError("--output");
     require_writable("bake", "--output", command.output, ".h5");
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
     require_different_files("bake", command.recipe, command.output);
@@ -168,7 +167,8 @@ void add_bake(CLI::App& app) {
     auto command = std::make_shared<BakeCommand>();
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
-    bake->add_option("-o,--output", command->output, "Table to write, .h5; required to bake");
+    const CLI::Option* const output =
+        bake->add_option("-o,--output", command->output, "Table to write, .h5; required to bake");
     bake->add_flag("--dry-run", command->dry_run,
                    "Only choose the discretisation, and print it with the table's size, the time "
                    "that solving and checking it will take, and every axis at its cap");
@@ -192,7 +192,10 @@ void add_bake(CLI::App& app) {
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr");
-    bake->callback([command] { run_bake(*command); });
+    bake->callback([command, output] {
+        if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
+        run_bake(*command);
+    });
 }
 
 }  // namespace stratus

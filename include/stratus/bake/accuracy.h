@@ -26,6 +26,21 @@ double reflection_floor(const LayerSolution& solution);
 double transmission_floor(const LayerSolution& solution);
 const std::vector<double>& floor_cosines();
 
+/// What a point was drawn for. Evenly drawn ones are judged together; the others, which would be
+/// rare among them, apart, and for peaked phase functions alone.
+enum class PointKind {
+    even,
+    forward,  // scattering angle within forward_cone
+    grazing,  // both cosines below grazing_cosine
+};
+
+constexpr double forward_cone = 10;  // degrees
+constexpr double grazing_cosine = 0.15;
+
+/// Whether points near forward and at grazing pairs are drawn: the phase function, or that of a
+/// semi-infinite layer below, is at least 40 straight on (Henyey-Greenstein: g from 0.79 on).
+bool is_peaked(const PhaseFunction& phase_function);
+
 /// One compared value.
 struct ErrorSample {
     Side side;
@@ -36,6 +51,7 @@ struct ErrorSample {
     double error;             // relative, as above
     double floor = 0;         // errors are relative to no less
     double mixture = 1;       // share of the first phase function
+    PointKind kind = PointKind::even;
 };
 
 /// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
@@ -43,7 +59,9 @@ double error_quantile(std::vector<double>& errors, double share);
 double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {
-    int samples = 2000;  // points; each compares every side that the table has
+    /// Points, each of which compares every side that the table has; half as many near forward and
+    /// a quarter as many at grazing pairs where the phase function is peaked.
+    int samples = 2000;
     unsigned seed = 1;
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
@@ -52,7 +70,8 @@ struct VerifyOptions {
 };
 
 struct Verification {
-    std::vector<ErrorSample> samples;  // sorted by error
+    std::vector<ErrorSample> samples;           // evenly drawn, sorted by error
+    std::vector<ErrorSample> forward, grazing;  // sorted; none where nothing is peaked
     int reference_nodes = 0;
 
     /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
@@ -63,7 +82,9 @@ struct Verification {
     /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection.
     double furnace_defect = 0;
 
-    bool meets(double tolerance) const;  // 99.9 % within tolerance, all within five times it
+    /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
+    /// of `grazing`.
+    bool meets(double tolerance) const;
 };
 
 /// What random points are drawn from, evenly over the cells of the axes.
@@ -73,7 +94,11 @@ struct PointRange {
     LowerBoundary lower_boundary;  // what the layer lies on
     AxisView mixture{};            // no samples: a single mixture
     PhaseFunction second_phase_function{};
+    bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
 };
+
+/// Nodes of the solutions that tables of so many are verified with: half as many again.
+int reference_nodes(int nodes);
 
 /// Random points of a range and their solved values; `look_up` fills in `found` and `error`.
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,

@@ -69,8 +69,9 @@ std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& a
     const auto share_within = table.attributes.find("measured_error_forward_99_percent");
     if (share_within != table.attributes.end())
         sentence += ", 99 % of those near forward are within " + share_within->second +
-                    " and of those at grazing pairs within " +
-                    table.attributes.at("measured_error_grazing_99_percent");
+                    " and of those at " +
+                    (table.path_law ? "grazing angles, which are not judged," : "grazing pairs") +
+                    " within " + table.attributes.at("measured_error_grazing_99_percent");
     std::set<std::string> named;  // mixtures may share an axis at its cap
     for (const AxisAtCap& axis : at_cap)
         if (named.insert(axis.name).second)
@@ -93,6 +94,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["convention_mixture"] =
             "mixture is the share that phase_function has in all that is scattered, the rest is "
             "second_phase_function's: phi = mixture phi_1 + (1 - mixture) phi_2";
+    if (table.path_law)
+        table.attributes["convention_path_law"] =
+            "reflection_multiple and transmission_multiple hold what the path law leaves of the "
+            "orders n >= 2; the lookup adds it in closed form, from moments and path_law";
     table.attributes["title"] = recipe.title;
     table.attributes["recipe"] = recipe.text;
     table.attributes["resolved_recipe"] = resolved_text(resolved);
@@ -122,8 +127,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["measured_error_forward_99_percent"] = forward;
         table.attributes["measured_error_grazing_99_percent"] = grazing;
         if (options.note)
-            options.note("near forward 99 % within " + forward + ", at grazing pairs within " +
-                         grazing);
+            options.note("near forward 99 % within " + forward + ", at grazing " +
+                         (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
     }
     attempt.met = verification.meets(margin * recipe.tolerance);
     attempt.missed = !verification.meets(recipe.tolerance);

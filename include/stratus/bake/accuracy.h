@@ -2,7 +2,7 @@
 //
 // The error of a value is taken relative to the total R (or T) there, single scattering included,
 // but not to less than 1 % of the largest value that R (or T) takes at the same optical depth and
-// albedo for cosines of at least 0.1, nor to less than 1e-8, which shows in no picture or
+// albedo for cosines of at least 0.1 (of a narrow peak: at the azimuths of 90 and 180 degrees), nor to less than 1e-8, which shows in no picture or
 // measurement.
 #pragma once
 
@@ -16,10 +16,6 @@
 
 namespace stratus {
 
-/// Of phase functions with a narrow peak (path_law.h) directions with smaller cosines are judged
-/// apart: there the path bends away from the surface, and no law is known.
-constexpr double least_judged_cosine = 0.15;
-
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
 /// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
 double reflection_floor(const LayerSolution& solution);
@@ -31,11 +27,16 @@ const std::vector<double>& floor_cosines();
 enum class PointKind {
     even,
     forward,  // scattering angle within forward_cone
-    grazing,  // both cosines below grazing_cosine
+    grazing,  // both cosines below grazing_cosine; with a path law one of them
 };
 
 constexpr double forward_cone = 10;  // degrees
 constexpr double grazing_cosine = 0.15;
+
+/// With a path law (path_law.h), even and forward points have cosines of at least this. At smaller
+/// ones the path bends away from the surface, and the law does not hold: what tables miss there is
+/// told, not judged.
+constexpr double least_judged_cosine = grazing_cosine;
 
 /// Whether points near forward and at grazing pairs are drawn: the phase function, or that of a
 /// semi-infinite layer below, is at least 40 straight on (Henyey-Greenstein: g from 0.79 on).
@@ -73,6 +74,7 @@ struct Verification {
     std::vector<ErrorSample> samples;           // evenly drawn, sorted by error
     std::vector<ErrorSample> forward, grazing;  // sorted; none where nothing is peaked
     int reference_nodes = 0;
+    bool judges_grazing = true;  // not with a path law
 
     /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
     /// there, or over a lower boundary.
@@ -83,7 +85,7 @@ struct Verification {
     double furnace_defect = 0;
 
     /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
-    /// of `grazing`.
+    /// of `grazing` where that is judged.
     bool meets(double tolerance) const;
 };
 
@@ -94,6 +96,7 @@ struct PointRange {
     LowerBoundary lower_boundary;  // what the layer lies on
     AxisView mixture{};            // no samples: a single mixture
     PhaseFunction second_phase_function{};
+    bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
 };
 

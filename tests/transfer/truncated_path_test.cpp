@@ -155,6 +155,7 @@ TEST(PeakedPhaseFunctions, MatchTheReferenceWith48NodesAt095) {
     EXPECT_LT(at.elsewhere.median(), 6e-6);
     EXPECT_LT(at.forward.worst(), 7e-3);
     EXPECT_LT(at.forward.median(), 8e-4);
+    EXPECT_LT(at.grazing.worst(), 2e-2);
 }
 
 TEST(PeakedPhaseFunctions, MatchTheReferenceWith32NodesAt099) {

@@ -112,11 +112,18 @@ TEST_P(Versions, NewerMinorVersionsLoadWithANote) {
                                          "program knows: what it adds is ignored"});
 }
 
-TEST_P(Versions, NewerMajorVersionsAreRefused) {
+TEST_P(Versions, PathLawBelongsToFormat2) {
     const TemporaryFolder folder;
     const fs::path path = with_version(folder / GetParam(), "2", "0");
     EXPECT_EQ(refusal<std::runtime_error>([&] { read_table(path); }),
-              path.string() + ": format 2.0 is newer than this program reads (1.x)");
+              path.string() + ": attribute path_law belongs to format 2.x alone");
+}
+
+TEST_P(Versions, NewerMajorVersionsAreRefused) {
+    const TemporaryFolder folder;
+    const fs::path path = with_version(folder / GetParam(), "3", "0");
+    EXPECT_EQ(refusal<std::runtime_error>([&] { read_table(path); }),
+              path.string() + ": format 3.0 is newer than this program reads (1.x and 2.x)");
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, Versions, testing::Values("table.h5", "table.exr"),

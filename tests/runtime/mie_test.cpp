@@ -229,11 +229,11 @@ TEST(WaterCloud, HasIndependentlyComputedMoments) {
         double expected;
         char comma;
         if (!(std::istringstream(line) >> l >> comma >> expected)) continue;  // comments, header
-        // both sample sizes, between which resonances lie: see SizesOf.AreDenseEnough
-        EXPECT_NEAR(chi[l], expected, 2e-4) << "l = " << l;
+        // both sample sizes, between which resonances lie: see SizesOf.AreDenseEnough; here all 768
+        EXPECT_NEAR(chi[l], expected, 3e-4) << "l = " << l;
         ++rows;
     }
-    EXPECT_GT(rows, 30);
+    EXPECT_EQ(rows, 768);
 }
 
 TEST(WaterCloud, HasTheKnownFeatures) {

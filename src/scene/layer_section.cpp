@@ -55,16 +55,39 @@ std::vector<PhaseFunction> read_components(const Section& section, const Source&
     return {source.phase_function(texts[0]), source.phase_function(texts[1])};
 }
 
-/// The albedos of droplets for red, green and blue, at 0.65, 0.55 and 0.45 um.
-std::array<double, 3> albedos_of_droplets(const PhaseFunction& phase_function) {
+/// One phase function, or three.
+void read_phase_function(const Section& section, const Source& source, SceneLayer& layer) {
+    constexpr const char* key = "phase_function";
+    if (!section.is_list(key)) {
+        layer.components = {source.phase_function(section.text(key))};
+        return;
+    }
+    constexpr const char* form = "one phase function, or a list of three, of red, green and blue";
+    const std::vector<std::string> texts = section.texts(key, form);
+    require(texts.size() == 3, caller, section.full_name(key), form, texts.size());
+    for (const std::string& text : texts) layer.channels.push_back(source.phase_function(text));
+    layer.components = {layer.channels[1]};
+}
+
+Mie droplets_of(const PhaseFunction& phase_function) {
     const auto& terms = phase_function.terms();
-    const Mie* const given = std::get_if<Mie>(&terms[0].second);
-    require(given != nullptr && terms.size() == 1, caller, "layer.albedo",
+    const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
+    require(droplets != nullptr && terms.size() == 1, caller, "layer.albedo",
             "numbers unless the phase function is of droplets (mie) alone", "\"phase_function\"");
+    return *droplets;
+}
+
+/// The albedos of droplets for red, green and blue: at the wavelengths of their own phase functions,
+/// or, of one phase function, at 0.65, 0.55 and 0.45 um.
+std::array<double, 3> albedos_of_droplets(const SceneLayer& layer) {
     std::array<double, 3> albedo{};
     constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
     for (std::size_t c = 0; c < 3; ++c) {
-        Droplets droplets = given->droplets;
+        if (!layer.channels.empty()) {
+            albedo[c] = droplets_of(layer.channels[c]).albedo;
+            continue;
+        }
+        Droplets droplets = droplets_of(layer.components[0]).droplets;
         droplets.wavelength = wavelengths[c];
         albedo[c] = Mie(droplets).albedo;
     }
@@ -84,11 +107,11 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     if (of_rings) {
         layer.components = read_components(section, source);
     } else {
-        layer.components = {source.phase_function(section.text("phase_function"))};
+        read_phase_function(section, source, layer);
         layer.optical_depth = read_depth(section, source);
     }
     if (!of_rings && section.is("albedo", "phase_function"))
-        layer.albedo = albedos_of_droplets(layer.components[0]);
+        layer.albedo = albedos_of_droplets(layer);
     else if (section.has("albedo"))
         layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
     else

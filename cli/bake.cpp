@@ -2,6 +2,7 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/clock.h>
+#include <stratus/bake/forecast.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 
@@ -30,6 +31,7 @@ struct BakeCommand {
     bool quiet = false;
     bool resume = false;
     bool accept = false;
+    bool dry_run = false;
 };
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
@@ -90,7 +92,33 @@ void write_files(const Table& table, const BakeCommand& command) {
     if (picture.valid()) picture.get();
 }
 
+/// Tells what a bake would choose, make and take.
+void run_dry(const BakeCommand& command) {
+    Forecast ahead;
+    double tolerance = 0;
+    {
+        std::vector<std::string> notes;
+        const Recipe recipe = read_recipe(command.recipe, &notes);
+        tolerance = recipe.tolerance;
+        Progress progress(command.quiet);
+        for (const std::string& note : notes) progress.note("note: " + note);
+        BakeOptions options;
+        options.threads = command.threads;
+        options.note = [&](const std::string& line) { progress.note("  " + line); };
+        options.progress = [&](double done, const std::string& stage) {
+            progress.show(done, stage);
+        };
+        ahead = forecast(recipe, options);
+    }
+    std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
+    for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
+    if (command.accept || !ahead.misses(tolerance)) return;
+    throw std::runtime_error("bake: " + command.recipe +
+                             ": the tolerance is out of reach (--accept: exit code 0)");
+}
+
 void run_bake(const BakeCommand& command) {
+    if (command.dry_run) return run_dry(command);
     require_writable("bake", "--output", command.output, ".h5");
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
     require_different_files("bake", command.recipe, command.output);
@@ -139,7 +167,11 @@ void add_bake(CLI::App& app) {
     auto command = std::make_shared<BakeCommand>();
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
-    bake->add_option("-o,--output", command->output, "Table to write, .h5")->required();
+    const CLI::Option* const output =
+        bake->add_option("-o,--output", command->output, "Table to write, .h5; required to bake");
+    bake->add_flag("--dry-run", command->dry_run,
+                   "Only choose the discretisation, and print it with the table's size, the time "
+                   "that solving and checking it will take, and every axis at its cap");
     bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
         ->check(file_name());
     add_threads(*bake, command->threads);
@@ -151,13 +183,19 @@ void add_bake(CLI::App& app) {
                    "Exit code 0 even where the table misses its tolerance");
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     bake->footer(
+        "Before the first solve, a note tells size and time, and a warning every axis at its cap: "
+        "what it misses, how many samples would do and at what cost.\n"
         "Exit code 1 when the table misses its tolerance; it is written all the same, and the last "
-        "line on standard error says by how much.\n"
+        "line on standard error says by how much. With --dry-run, exit code 1 when an axis at its "
+        "cap alone misses the tolerance.\n"
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr");
-    bake->callback([command] { run_bake(*command); });
+    bake->callback([command, output] {
+        if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
+        run_bake(*command);
+    });
 }
 
 }  // namespace stratus

@@ -4,6 +4,7 @@
 #include <stratus/runtime/instruction_set.h>
 #include <stratus/runtime/number_text.h>
 
+#include "forecast.h"
 #include "piece_of_work.h"
 #include "resolve.h"
 
@@ -28,7 +29,6 @@ constexpr double margin = 0.8;
 
 /// The bake's own check looks at other points than `verify`.
 constexpr unsigned check_seed = 20260;
-constexpr int check_samples = 2000;
 
 const std::map<std::string, std::string>& conventions() {
     static const std::map<std::string, std::string> sentences{
@@ -66,6 +66,12 @@ std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& a
                            ": 99.9 % of values are within " +
                            table.attributes.at("measured_error_99.9_percent") +
                            ", the largest error is " + short_number(table.measured_error, 3);
+    const auto share_within = table.attributes.find("measured_error_forward_99_percent");
+    if (share_within != table.attributes.end())
+        sentence += ", 99 % of those near forward are within " + share_within->second +
+                    " and of those at " +
+                    (table.path_law ? "grazing angles, which are not judged," : "grazing pairs") +
+                    " within " + table.attributes.at("measured_error_grazing_99_percent");
     std::set<std::string> named;  // mixtures may share an axis at its cap
     for (const AxisAtCap& axis : at_cap)
         if (named.insert(axis.name).second)
@@ -88,6 +94,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["convention_mixture"] =
             "mixture is the share that phase_function has in all that is scattered, the rest is "
             "second_phase_function's: phi = mixture phi_1 + (1 - mixture) phi_2";
+    if (table.path_law)
+        table.attributes["convention_path_law"] =
+            "reflection_multiple and transmission_multiple hold what the path law leaves of the "
+            "orders n >= 2; the lookup adds it in closed form, from moments and path_law";
     table.attributes["title"] = recipe.title;
     table.attributes["recipe"] = recipe.text;
     table.attributes["resolved_recipe"] = resolved_text(resolved);
@@ -111,6 +121,15 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         options.note("checked at " + std::to_string(check_samples) + " random points: median " +
                      median + ", 99.9 % within " + most + ", largest " +
                      short_number(table.measured_error, 3));
+    if (!verification.forward.empty()) {
+        const std::string forward = short_number(error_quantile(verification.forward, 0.99), 3);
+        const std::string grazing = short_number(error_quantile(verification.grazing, 0.99), 3);
+        table.attributes["measured_error_forward_99_percent"] = forward;
+        table.attributes["measured_error_grazing_99_percent"] = grazing;
+        if (options.note)
+            options.note("near forward 99 % within " + forward + ", at grazing " +
+                         (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
+    }
     attempt.met = verification.meets(margin * recipe.tolerance);
     attempt.missed = !verification.meets(recipe.tolerance);
     return attempt;
@@ -129,6 +148,10 @@ std::string baking_program() {
 
 Recipe resolve(const Recipe& recipe, const BakeOptions& options) {
     return resolve_to(recipe, first_strictness, options).recipe;
+}
+
+Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options) {
+    return resolve_to(recipe, first_strictness, options);
 }
 
 Table bake(const Recipe& recipe, const BakeOptions& options) {
@@ -151,6 +174,11 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
         }
         last = resolved_text(resolution.recipe);
         at_cap = resolution.at_cap;
+        if (options.note && n == 0) {
+            const Forecast ahead = forecast_of(resolution, options);
+            for (const Shortfall& axis : ahead.shortfalls) note("warning: " + sentence_of(axis));
+            note(sentence_of_cost(ahead));
+        }
         attempt = attempt_bake(recipe, resolution.recipe, of_attempt);
         if (std::ranges::any_of(at_cap, [&](const AxisAtCap& axis) {
                 return axis.error > margin * recipe.tolerance;

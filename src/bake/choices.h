@@ -13,6 +13,7 @@ namespace stratus {
 struct Choice {
     double value = 0;
     double error_at_cap = 0;  // where even the last candidate misses; 0 elsewhere
+    double needed = 0;        // there: what would do, extrapolated; 0 where errors do not fall
 };
 
 /// Samples of azimuth, and what they lie evenly in.
@@ -44,6 +45,11 @@ Choice choose_mixture_samples(const Recipe& recipe, double max_error, const Bake
 /// Tells what was chosen and the error that is left.
 void note_choice(const Probes& probes, const std::string& what, double error,
                  const std::string& of);
+
+/// What would bring an error down to `allowed`, by the power law through the errors of the last two
+/// candidates; 0 where they fall more slowly than in proportion.
+double extrapolated(double before, double error_before, double last, double error_last,
+                    double allowed);
 
 /// First of the ascending candidates whose error is within the probes' limit, by bisection; the
 /// last if none is.

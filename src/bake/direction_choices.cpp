@@ -134,10 +134,17 @@ void note_choice(const Probes& probes, const std::string& what, double error,
         probes.options.note(what + ": " + of + " " + short_number(error) + " (99.9 % of probes)");
 }
 
+double extrapolated(double before, double error_before, double last, double error_last,
+                    double allowed) {
+    const double power = std::log(error_before / error_last) / std::log(last / before);
+    return power >= 1 ? std::ceil(last * std::pow(error_last / allowed, 1 / power)) : 0;
+}
+
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
                        const std::function<double(int candidate)>& error) {
     std::size_t low = 0, high = candidates.size() - 1;
     double left = error(candidates[high]);
+    double error_before_cap = infinity;  // the last that bisection tries where all miss
     while (low < high) {
         const std::size_t middle = (low + high) / 2;
         const double at_middle = error(candidates[middle]);
@@ -146,25 +153,35 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
             left = at_middle;
         } else {
             low = middle + 1;
+            error_before_cap = at_middle;
         }
     }
     const bool holds = left <= probes.max_error;
+    Choice choice{static_cast<double>(candidates[high])};
+    if (!holds) {
+        choice.error_at_cap = left;
+        if (high > 0)
+            choice.needed = extrapolated(candidates[high - 1], error_before_cap, choice.value, left,
+                                         probes.max_error);
+    }
     note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
                 holds ? "interpolation misses" : "at its cap; interpolation misses");
-    return {static_cast<double>(candidates[high]), holds ? 0 : left};
+    return choice;
 }
 
 Choice choose_nodes(Probes& probes) {
     constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
     const double max_change = share_of_nodes * probes.max_error;
     int& nodes = probes.recipe.discretisation.nodes;
-    double left = infinity;
+    double left = infinity, left_before = infinity;
+    int finest = 0, finer_before = 0;
     for (const int candidate : candidates) {
         const int coarser = std::exchange(nodes, candidate);
         const ProbedLayers layers = std::exchange(probes.layers, {});
         probed_layers(probes);
         if (layers.empty()) continue;
-        left = change(probes, layers, probes.layers);
+        left_before = std::exchange(left, change(probes, layers, probes.layers));
+        finer_before = std::exchange(finest, coarser);
         if (left > max_change) continue;
         nodes = coarser;
         probes.layers = layers;
@@ -172,7 +189,8 @@ Choice choose_nodes(Probes& probes) {
         return {static_cast<double>(nodes)};
     }
     note_choice(probes, "nodes " + std::to_string(nodes), left, "at its cap; fewer nodes change");
-    return {static_cast<double>(nodes), left};
+    return {static_cast<double>(nodes), left,
+            extrapolated(finer_before, left_before, finest, left, max_change)};
 }
 
 /// Modes beyond which all others together stay below their share.

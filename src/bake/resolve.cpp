@@ -27,15 +27,16 @@ class Choices {
         if (value != 0) return;
         const std::string piece = std::string("choice of ") + name;
         Choice choice;
-        if (const auto finished = find_finished<double>(options_.log, piece, 2)) {
-            choice = {(*finished)[0], (*finished)[1]};
+        if (const auto finished = find_finished<double>(options_.log, piece, 3)) {
+            choice = {(*finished)[0], (*finished)[1], (*finished)[2]};
         } else {
             choice = choose();
             keep_finished(options_.log, piece,
-                          std::vector<double>{choice.value, choice.error_at_cap});
+                          std::vector<double>{choice.value, choice.error_at_cap, choice.needed});
         }
         value = static_cast<Value>(choice.value);
-        if (choice.error_at_cap > 0) at_cap_.push_back({name, choice.value, choice.error_at_cap});
+        if (choice.error_at_cap > 0)
+            at_cap_.push_back({name, choice.value, choice.error_at_cap, choice.needed});
     }
 
     /// Settles the samples of azimuth, and their scale with them; given samples are linear unless
@@ -86,7 +87,7 @@ Resolution resolve_one_mixture(const Recipe& recipe, double max_error, const Bak
     settle(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave",
            choose_optical_depth_samples);
     settle(d.albedo_samples, "albedo_samples", choose_albedo_samples);
-    return {probes.recipe, choices.at_cap()};
+    return {probes.recipe, choices.at_cap(), max_error};
 }
 
 /// The finer of two ways to sample, axis by axis.
@@ -122,7 +123,7 @@ Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions
     const auto note_mixture = [&](const std::string& which) {
         if (recipe.mixture && options.note) options.note(which + ":");
     };
-    Resolution resolved{recipe, {}};
+    Resolution resolved{recipe, {}, max_error};
     for (const double share : probed_mixtures(recipe)) {
         note_mixture("mixture " + short_number(share));
         BakeOptions at_share = options;

@@ -11,16 +11,21 @@ namespace stratus {
 struct AxisAtCap {
     std::string name;
     double value;
-    double error;  // relative error that it alone leaves
+    double error;   // relative error that it alone leaves
+    double needed;  // what would do, extrapolated; 0: unknown
 };
 
 /// A resolved recipe.
 struct Resolution {
     Recipe recipe;
     std::vector<AxisAtCap> at_cap;
+    double max_error = 0;  // that every choice was allowed
 };
 
 /// As `resolve`, every choice measured against `strictness` times the tolerance.
 Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options);
+
+/// The choices of a bake's first attempt.
+Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options);
 
 }  // namespace stratus

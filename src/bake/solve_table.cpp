@@ -1,4 +1,6 @@
 // Solves every sample of a resolved recipe.
+#include "solve_table.h"
+
 #include <stratus/bake/bake.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
@@ -65,10 +67,10 @@ class TableSolver {
                                 table_.azimuth.values, recipe.discretisation.modes,
                                 table_.path_law);
         }
-        make_room();
     }
 
     Table solve() {
+        make_room();
         const std::vector<Unit> units = divide_work();
         const auto count = static_cast<int>(units.size());
         parallel_for(
@@ -82,6 +84,26 @@ class TableSolver {
                     options_.progress(static_cast<double>(done) / count, "baking");
             });
         return std::move(table_);
+    }
+
+    /// Seconds that `solve` takes, from those of one unit.
+    double predicted_seconds(int threads) const {
+        const std::vector<Unit> units = divide_work();
+        const auto layers_of = [&](const Unit& unit) {
+            return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
+        };
+        const Unit& timed = units.front();
+        const double started = processor_seconds();
+        for (const auto& of_albedo : solutions_of(timed))
+            for (const LayerSolution& solution : of_albedo)
+                for (const Side side : {Side::reflection, Side::transmission})
+                    if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
+                        evaluate(solution, side, grids_[timed.mixture]);
+        const double seconds = processor_seconds() - started;
+        double layers = 0;
+        for (const Unit& unit : units) layers += layers_of(unit);
+        // The last units leave threads idle.
+        return seconds * std::max(1.0, layers / std::max(1.0, layers_of(timed)) / threads);
     }
 
   private:
@@ -145,6 +167,15 @@ class TableSolver {
                 tau.ends_at_infinity && unit.run == (tau.count - 1) % runs()};
     }
 
+    std::vector<std::vector<LayerSolution>> solutions_of(const Unit& unit) const {
+        const auto first =
+            table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
+        return solve_ladder(mixtures_[unit.mixture].phase_function,
+                            {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
+                            ladder_of(unit), table_.mu_in.values, solver_options(recipe_),
+                            recipe_.lower_boundary);
+    }
+
     /// Rows of the table, a row an (albedo, optical depth), in the order in which they are solved.
     std::vector<std::size_t> rows_of(const Unit& unit, const DepthLadder& ladder) const {
         const std::size_t albedos = table_.albedo.values.size();
@@ -166,12 +197,7 @@ class TableSolver {
                             std::to_string(unit.first_albedo);
         if (recipe_.mixture) piece = "mixture " + std::to_string(unit.mixture) + ", " + piece;
         if (take_finished(piece, rows)) return;
-        const auto first =
-            table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
-        const auto solutions =
-            solve_ladder(mixtures_[unit.mixture].phase_function,
-                         {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)}, ladder,
-                         table_.mu_in.values, solver_options(recipe_), recipe_.lower_boundary);
+        const auto solutions = solutions_of(unit);
         const std::size_t depths = rows.size() / unit.albedo_count;
         for (std::size_t n = 0; n < rows.size(); ++n)
             store(solutions[n / depths][n % depths], grids_[unit.mixture], rows[n]);
@@ -273,6 +299,10 @@ class TableSolver {
 };
 
 }  // namespace
+
+double predicted_seconds(const Recipe& resolved, int threads) {
+    return TableSolver(resolved, {}).predicted_seconds(threads);
+}
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
     const Discretisation& d = resolved.discretisation;

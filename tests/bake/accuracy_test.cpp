@@ -61,6 +61,31 @@ TEST(Verification, AllowsOneInAThousandUpToFiveTimesTheTolerance) {
     EXPECT_FALSE(verification(1, 5.1e-3).meets(1e-3));
 }
 
+TEST(Verification, AllowsOneInAHundredNearForwardAndAtGrazingPairs) {
+    const auto verification = [](int beyond_forward, int beyond_grazing) {
+        const auto some = [](int beyond) {
+            std::vector<double> errors(1000, 1e-3);
+            std::fill(errors.end() - beyond, errors.end(), 1e-1);
+            return samples_with(errors);
+        };
+        Verification result;
+        result.samples = some(0);
+        result.forward = some(beyond_forward);
+        result.grazing = some(beyond_grazing);
+        return result;
+    };
+    EXPECT_TRUE(verification(10, 10).meets(1e-3));
+    EXPECT_FALSE(verification(11, 0).meets(1e-3));
+    EXPECT_FALSE(verification(0, 11).meets(1e-3));
+}
+
+TEST(IsPeaked, BeginsAboveHenyeyGreensteinOfThreeQuarters) {
+    EXPECT_FALSE(is_peaked(PhaseFunction::isotropic()));
+    EXPECT_FALSE(is_peaked(PhaseFunction::henyey_greenstein(0.75)));
+    EXPECT_FALSE(is_peaked(PhaseFunction::henyey_greenstein(-0.9)));
+    EXPECT_TRUE(is_peaked(PhaseFunction::henyey_greenstein(0.8)));
+}
+
 TEST(Floor, IsOnePercentOfTheLargestValue) {
     std::vector<double> mu = floor_cosines();
     mu.push_back(0.01);  // grazing: brighter still, and left out
@@ -95,6 +120,47 @@ TEST(Verify, ComparesEverySideAtEveryPoint) {
         EXPECT_LE(sample.error, off / sample.expected * (1 + 1e-12));
         EXPECT_TRUE(sample.scattering_angle >= 0 && sample.scattering_angle <= pi);
     }
+}
+
+TEST(Verify, DrawsForwardAndGrazingPointsOfPeakedPhaseFunctionsAlone) {
+    Recipe recipe = explicit_recipe();
+    VerifyOptions options;
+    options.samples = 400;
+    const Verification smooth = verify(solve_table(recipe), options);
+    EXPECT_TRUE(smooth.forward.empty());
+    EXPECT_TRUE(smooth.grazing.empty());
+
+    recipe.phase_function = PhaseFunction::henyey_greenstein(0.8);
+    recipe.phase_text = recipe.phase_function.text();
+    const Verification peaked = verify(solve_table(recipe), options);
+    EXPECT_EQ(peaked.samples.size(), 800u);
+    EXPECT_EQ(peaked.grazing.size(), 200u);
+    for (const ErrorSample& sample : peaked.grazing) {
+        EXPECT_LE(sample.geometry.mu_in, grazing_cosine);
+        EXPECT_LE(sample.geometry.mu_out, grazing_cosine);
+    }
+    double sum = 0;
+    int transmitted = 0, reflected = 0;
+    for (const ErrorSample& sample : peaked.forward) {
+        EXPECT_LE(degrees(sample.scattering_angle), forward_cone * (1 + 1e-6));
+        EXPECT_GT(sample.expected, 0);
+        if (sample.side == Side::reflection) ++reflected;
+        if (sample.side == Side::reflection) continue;
+        sum += degrees(sample.scattering_angle);
+        ++transmitted;
+    }
+    EXPECT_GT(reflected, 190);  // but for those that a hundred trials did not find
+    EXPECT_EQ(transmitted, 200);
+    // Evenly over the angle: 5 degrees in the mean, its standard error 0.2.
+    EXPECT_NEAR(sum / transmitted, forward_cone / 2, 0.8);
+    // The even points are those of any phase function.
+    const auto azimuths = [](const std::vector<ErrorSample>& samples) {
+        std::vector<double> all;
+        for (const ErrorSample& sample : samples) all.push_back(sample.geometry.azimuth);
+        std::sort(all.begin(), all.end());
+        return all;
+    };
+    EXPECT_EQ(azimuths(peaked.samples), azimuths(smooth.samples));
 }
 
 TEST(Verify, DependsOnTheSeedButNotOnThreads) {

@@ -50,6 +50,7 @@ TEST(Recipe, HoldsItsText) {
         "modes = 20\n"
         "mu_samples = 22\n"
         "azimuth_samples = 9\n"
+        "azimuth_scale = 'square_root'\n"
         "optical_depth_samples_per_octave = 3\n"
         "deepest_optical_depth = 64.0\n"
         "albedo_samples = 11\n"
@@ -70,6 +71,7 @@ TEST(Recipe, HoldsItsText) {
     EXPECT_EQ(d.modes, 20);
     EXPECT_EQ(d.mu_samples, 22);
     EXPECT_EQ(d.azimuth_samples, 9);
+    EXPECT_EQ(d.azimuth_scale, AxisScale::square_root);
     EXPECT_EQ(d.optical_depth_samples_per_octave, 3);
     EXPECT_EQ(d.deepest_optical_depth, 64);
     EXPECT_EQ(d.albedo_samples, 11);
@@ -87,6 +89,7 @@ TEST(Recipe, HasDefaults) {
                            d.optical_depth_samples_per_octave, d.albedo_samples})
         EXPECT_EQ(open, 0);
     EXPECT_EQ(d.deepest_optical_depth, 0);
+    EXPECT_FALSE(d.azimuth_scale);
     EXPECT_EQ(d.scheme, Scheme::harmonic);
 }
 
@@ -226,6 +229,9 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
             expect_recipe_refusal(
                 recipe_with(std::string("[discretisation]\n") + row.key + " = " + value + "\n"),
                 {"recipe: discretisation.", row.key, "in [", "got"});
+    expect_recipe_refusal(
+        recipe_with("[discretisation]\nazimuth_scale = 'logarithmic'\n"),
+        {"recipe", "discretisation.azimuth_scale", "\"square_root\"", "logarithmic"});
     expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 'monte_carlo'\n"),
                           {"recipe", "discretisation.scheme", "\"classic\"", "monte_carlo"});
 }
@@ -352,6 +358,7 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.discretisation.deepest_optical_depth, b.discretisation.deepest_optical_depth);
     EXPECT_EQ(a.discretisation.albedo_samples, b.discretisation.albedo_samples);
     EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
+    EXPECT_EQ(a.discretisation.azimuth_scale, b.discretisation.azimuth_scale);
 }
 
 TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {

@@ -12,6 +12,7 @@ namespace {
 
 using test::deep_recipe;
 using test::explicit_recipe;
+using test::peaked_recipe;
 using test::rayleigh_recipe;
 
 TEST(Resolve, FillsInEveryChoice) {
@@ -51,6 +52,8 @@ void expect_same(const Discretisation& a, const Discretisation& b) {
     EXPECT_EQ(a.deepest_optical_depth, b.deepest_optical_depth);
     EXPECT_EQ(a.albedo_samples, b.albedo_samples);
     EXPECT_EQ(a.scheme, b.scheme);
+    EXPECT_EQ(a.azimuth_scale.value_or(AxisScale::linear),
+              b.azimuth_scale.value_or(AxisScale::linear));
 }
 
 TEST(Resolve, KeepsAnExplicitDiscretisation) {
@@ -75,8 +78,29 @@ TEST(Resolve, KeepsEachExplicitValue) {
 }
 
 TEST(Resolve, IsIdempotent) {
-    const Recipe once = resolve(deep_recipe());
-    expect_same(resolve(once).discretisation, once.discretisation);
+    for (const Recipe& recipe : {deep_recipe(), peaked_recipe()}) {
+        const Recipe once = resolve(recipe);
+        expect_same(resolve(once).discretisation, once.discretisation);
+    }
+}
+
+TEST(Resolve, TakesTheSquareRootOfAzimuthWhereFewerSamplesDo) {
+    const Recipe smooth = resolve(rayleigh_recipe()), peaked = resolve(peaked_recipe());
+    EXPECT_EQ(smooth.discretisation.azimuth_scale, AxisScale::linear);
+    EXPECT_EQ(peaked.discretisation.azimuth_scale, AxisScale::square_root);
+    Recipe linear = peaked_recipe();
+    linear.discretisation.azimuth_scale = AxisScale::linear;
+    const Discretisation even = resolve(linear).discretisation;
+    EXPECT_EQ(even.azimuth_scale, AxisScale::linear);
+    EXPECT_GT(even.azimuth_samples, peaked.discretisation.azimuth_samples);
+}
+
+TEST(Resolve, TakesGivenAzimuthsAsLinear) {
+    Recipe recipe = peaked_recipe();
+    recipe.discretisation.azimuth_samples = 7;
+    EXPECT_EQ(resolve(recipe).discretisation.azimuth_scale, AxisScale::linear);
+    recipe.discretisation.azimuth_scale = AxisScale::square_root;
+    EXPECT_EQ(resolve(recipe).discretisation.azimuth_scale, AxisScale::square_root);
 }
 
 TEST(Resolve, IsIndependentOfThreads) {

@@ -22,6 +22,16 @@ inline Recipe rayleigh_recipe() {
         "albedo = { min = 0.5, max = 1.0 }\n");
 }
 
+/// One layer of forward-peaked scattering; every choice left open.
+inline Recipe peaked_recipe() {
+    return parse_recipe(
+        "phase_function = 'henyey_greenstein:g=0.85'\n"
+        "tolerance = 2e-2\n"
+        "optical_depth = { min = 1.0, max = 1.0 }\n"
+        "albedo = { min = 1.0, max = 1.0 }\n"
+        "sides = ['transmission']\n");
+}
+
 /// Every choice left open; ends at infinity.
 inline Recipe deep_recipe() {
     return parse_recipe(

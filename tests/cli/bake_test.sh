@@ -38,6 +38,25 @@ expect_says "$err" "note: " curve.csv "weights summed to 4" "nodes " "modes " "m
     "checked at 2000 random points" "samples a side" "MiB on disk" "asked for 0.01"
 [ "$(find . -name '*.h5' -o -name '*.exr' -o -name '.*.*' | wc -l)" -eq 2 ] || fail "only the two tables may be made"
 
+# size and time before the bake; a dry run tells them alone, and writes nothing
+expect_says "$err" "in memory and uncompressed; about " " s to solve and "
+expect_ok bake recipes/narrow.toml --dry-run --quiet
+expect_silent "$err"
+expect_says "$out" "nodes = " "azimuth_scale = " "samples a side, " " s to check"
+expect_refused 2 "--output is required" -- bake recipes/narrow.toml
+cat >recipes/capped.toml <<'RECIPE'
+phase_function = "isotropic"
+tolerance = 1e-6
+optical_depth = { min = inf, max = inf }
+albedo = { min = 0.9, max = 0.9 }
+sides = ["reflection"]
+[discretisation]
+nodes = 16
+RECIPE
+expect_ok bake recipes/capped.toml --dry-run --accept --quiet
+expect_says "$out" "mu_samples is at its cap of 56" "would do, in a table of"
+rm recipes/capped.toml
+
 # the same bytes on any number of threads; quiet is silent; an older file is replaced
 for threads in 2 7; do
     echo older >again.h5

@@ -44,6 +44,19 @@ cmp -s "$out" answer && fail "another seed must be other points"
 expect_ok verify kept.h5 --samples 1
 rm answer kept.exr
 
+# --- a peaked phase function: rows of their own near forward and at grazing pairs
+
+sed 's/isotropic/henyey_greenstein:g=0.8/; s/^modes = 1$/modes = 8/' recipe.toml >peaked.toml
+expect_ok bake peaked.toml -o peaked.h5 --accept --quiet
+"$stratus" verify peaked.h5 --samples 40 --quiet >"$out" 2>"$err"
+[ $? -eq 1 ] || fail "eight modes are too few for it"
+for side in reflection transmission; do
+    grep -qE "^$side +drawn within 10 degrees +20( +[0-9.]+e[-+][0-9]+){4}$" "$out" || fail "20 forward values are needed"
+    grep -qE "^$side +drawn at cosines below 0.15 +10( +[0-9.]+e[-+][0-9]+){4}$" "$out" || fail "10 grazing values are needed"
+done
+expect_says "$err" "99 % within 10 degrees of forward and at cosines below 0.15, got "
+rm peaked.toml peaked.h5
+
 # --- a table that misses it: the answer all the same, exit 1 and why
 
 bake_coarse missed.h5 1e-4 '"reflection"'

@@ -156,6 +156,17 @@ TEST_P(BothFormats, HaveTheVersionOfMixturesOnlyWithAMixture) {
     EXPECT_EQ(io::metadata_of(mixed_table()).at("format_minor"), "1");
 }
 
+Table with_square_root(Table table) {
+    table.azimuth =
+        make_axis(AxisScale::square_root, 0, pi, static_cast<int>(table.azimuth.values.size()));
+    return table;
+}
+
+TEST_P(BothFormats, HaveTheVersionOfTheSquareRootOnlyWithIt) {
+    for (const Table& table : {sample_table(), mixed_table()})
+        EXPECT_EQ(io::metadata_of(with_square_root(table)).at("format_minor"), "2");
+}
+
 TEST_P(BothFormats, RefuseMixturesWithoutASecondPhaseFunction) {
     const auto refusal_without = [&](std::initializer_list<const char*> attributes) {
         write_changed(

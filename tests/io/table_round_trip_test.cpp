@@ -1,6 +1,7 @@
 #include <stratus/io/exr_table.h>
 #include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/constants.h>
 
 #include "sample_table.h"
 #include "temporary_folder.h"
@@ -127,6 +128,11 @@ void put_on_dust(Table& table) {
         0.1 + 0.2);
 }
 
+void take_square_root_of_azimuth(Table& table) {
+    table.azimuth =
+        make_axis(AxisScale::square_root, 0, pi, static_cast<int>(table.azimuth.values.size()));
+}
+
 const std::vector<Case> cases{
     {"TwoSides", {}},
     {"ReflectionOnly", one_sided(true)},
@@ -145,6 +151,7 @@ const std::vector<Case> cases{
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
     {"Mixtures", mixtures()},
+    {"SquareRootOfAzimuth", {}, take_square_root_of_azimuth},
     {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},
 };
 

@@ -18,10 +18,16 @@
 namespace stratus {
 namespace {
 
-class BindingTolerance : public testing::TestWithParam<bool> {};
+struct AzimuthCase {
+    const char* name;
+    bool with_azimuth;
+    AxisScale scale;
+};
+
+class BindingTolerance : public testing::TestWithParam<AzimuthCase> {};
 
 TEST_P(BindingTolerance, IsMet) {
-    const Table table = smooth_table(GetParam());
+    const Table table = smooth_table(GetParam().with_azimuth, GetParam().scale);
     for (const double tau : {0.02, 0.3, 5.0, 100.0, infinity})
         for (const double w : {0.2, 0.9, 1.0}) {
             const Slice slice = bind(table.view(), tau, w);
@@ -36,9 +42,12 @@ TEST_P(BindingTolerance, IsMet) {
         }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, BindingTolerance, testing::Bool(), [](const auto& info) {
-    return std::string(info.param ? "an_anisotropic_table" : "an_isotropic_table");
-});
+INSTANTIATE_TEST_SUITE_P(
+    All, BindingTolerance,
+    testing::Values(AzimuthCase{"an_isotropic_table", false, AxisScale::linear},
+                    AzimuthCase{"an_anisotropic_table", true, AxisScale::linear},
+                    AzimuthCase{"azimuth_in_its_square_root", true, AxisScale::square_root}),
+    [](const auto& row) { return row.param.name; });
 
 TEST(Binding, TakesFewerBytesAtALooserTolerance) {
     Table table = smooth_table(true);
@@ -63,7 +72,8 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
                                small_table_transmission_scale);
     const TableView view = table.view();
-    expect_refusal<Error>([&] { bind(view, 1, 0.1); }, {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
+    expect_refusal<Error>([&] { bind(view, 1, 0.1); },
+                          {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
     expect_refusal<Error>([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0, 8]", "9"});
     expect_refusal<Error>([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
     expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});

@@ -115,8 +115,9 @@ inline double small_table_transmission_scale(const Point& p) {
 }
 
 /// A table that is smooth along every axis, as solved ones are.
-inline Table smooth_table(bool with_azimuth) {
+inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale::linear) {
     Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
+    if (with_azimuth) table.azimuth = make_axis(azimuth_scale, 0, pi, 13);
     const auto varied = [](const Point& p) {
         return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
                0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *

@@ -125,6 +125,18 @@ INSTANTIATE_TEST_SUITE_P(
                     Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
     [](const auto& row) { return row.param.name; });
 
+/// A table whose azimuths lie evenly in their square root.
+Table forward_filled() {
+    Table table = empty_table(usual, to_eight);
+    table.azimuth = make_axis(AxisScale::square_root, 0, pi, usual.azimuth);
+    table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
+    table.tolerance = tolerance;
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
 class TexturedTableInstructionSets : public testing::TestWithParam<InstructionSet> {
   protected:
     void SetUp() override {
@@ -139,6 +151,16 @@ class TexturedTableInstructionSets : public testing::TestWithParam<InstructionSe
 TEST_P(TexturedTableInstructionSets, AgreeWithLookups) {
     const Table table = filled(usual, to_eight);
     expect_lookups(TexturedTable(table.view()), table.view(), points(table, 200, 0.05, 8));
+}
+
+TEST_P(TexturedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
+    const Table table = forward_filled();
+    const TexturedTable textured(table.view());
+    std::vector<Point> at = points(table, 200, 0.05, 8);
+    for (Point& p : at) p.azimuth *= p.azimuth / pi;  // many of them forward
+    expect_lookups(textured, table.view(), at);
+    for (Point& p : at) p.azimuth = 2 * pi - p.azimuth;
+    expect_lookups(textured, table.view(), at);
 }
 
 TEST_P(TexturedTableInstructionSets, AgreeBetweenOneAndMany) {

@@ -2,7 +2,7 @@
 //
 // The error of a value is taken relative to the total R (or T) there, single scattering included,
 // but not to less than 1 % of the largest value that R (or T) takes at the same optical depth and
-// albedo for cosines of at least 0.1, nor to less than 1e-8, which shows in no picture or
+// albedo for cosines of at least 0.1 (of a narrow peak: at the azimuths of 90 and 180 degrees), nor to less than 1e-8, which shows in no picture or
 // measurement.
 #pragma once
 
@@ -16,15 +16,31 @@
 
 namespace stratus {
 
-/// Of phase functions with a narrow peak (path_law.h) directions with smaller cosines are judged
-/// apart: there the path bends away from the surface, and no law is known.
-constexpr double least_judged_cosine = 0.15;
-
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
 /// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
 double reflection_floor(const LayerSolution& solution);
 double transmission_floor(const LayerSolution& solution);
 const std::vector<double>& floor_cosines();
+
+/// What a point was drawn for. Evenly drawn ones are judged together; the others, which would be
+/// rare among them, apart, and for peaked phase functions alone.
+enum class PointKind {
+    even,
+    forward,  // scattering angle within forward_cone
+    grazing,  // both cosines below grazing_cosine; with a path law one of them
+};
+
+constexpr double forward_cone = 10;  // degrees
+constexpr double grazing_cosine = 0.15;
+
+/// With a path law (path_law.h), even and forward points have cosines of at least this. At smaller
+/// ones the path bends away from the surface, and the law does not hold: what tables miss there is
+/// told, not judged.
+constexpr double least_judged_cosine = grazing_cosine;
+
+/// Whether points near forward and at grazing pairs are drawn: the phase function, or that of a
+/// semi-infinite layer below, is at least 40 straight on (Henyey-Greenstein: g from 0.79 on).
+bool is_peaked(const PhaseFunction& phase_function);
 
 /// One compared value.
 struct ErrorSample {
@@ -36,6 +52,7 @@ struct ErrorSample {
     double error;             // relative, as above
     double floor = 0;         // errors are relative to no less
     double mixture = 1;       // share of the first phase function
+    PointKind kind = PointKind::even;
 };
 
 /// Error not exceeded by a share of all; 0 for none. Reorders `errors`, sorts `samples` by error.
@@ -43,7 +60,9 @@ double error_quantile(std::vector<double>& errors, double share);
 double error_quantile(std::vector<ErrorSample>& samples, double share);
 
 struct VerifyOptions {
-    int samples = 2000;  // points; each compares every side that the table has
+    /// Points, each of which compares every side that the table has; half as many near forward and
+    /// a quarter as many at grazing pairs where the phase function is peaked.
+    int samples = 2000;
     unsigned seed = 1;
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
@@ -52,8 +71,10 @@ struct VerifyOptions {
 };
 
 struct Verification {
-    std::vector<ErrorSample> samples;  // sorted by error
+    std::vector<ErrorSample> samples;           // evenly drawn, sorted by error
+    std::vector<ErrorSample> forward, grazing;  // sorted; none where nothing is peaked
     int reference_nodes = 0;
+    bool judges_grazing = true;  // not with a path law
 
     /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
     /// there, or over a lower boundary.
@@ -63,7 +84,9 @@ struct Verification {
     /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection.
     double furnace_defect = 0;
 
-    bool meets(double tolerance) const;  // 99.9 % within tolerance, all within five times it
+    /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
+    /// of `grazing` where that is judged.
+    bool meets(double tolerance) const;
 };
 
 /// What random points are drawn from, evenly over the cells of the axes.
@@ -73,7 +96,12 @@ struct PointRange {
     LowerBoundary lower_boundary;  // what the layer lies on
     AxisView mixture{};            // no samples: a single mixture
     PhaseFunction second_phase_function{};
+    bool has_path_law = false;
+    bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
 };
+
+/// Nodes of the solutions that tables of so many are verified with: half as many again.
+int reference_nodes(int nodes);
 
 /// Random points of a range and their solved values; `look_up` fills in `found` and `error`.
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,

@@ -32,7 +32,7 @@ struct Discretisation {
     int mixture_samples = 0;  // of recipes that mix
     Scheme scheme = Scheme::harmonic;
     /// linear or square_root; open: the cheaper one, or linear where azimuth_samples is given.
-    std::optional<AxisScale> azimuth_scale;
+    std::optional<AxisScale> azimuth_scale = std::nullopt;
 };
 
 struct Recipe {

@@ -1,0 +1,44 @@
+// What a table will be and take, before it is solved.
+#pragma once
+
+#include <stratus/bake/bake.h>
+
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+/// An axis on which even the last candidate misses its share of the tolerance.
+struct Shortfall {
+    std::string name;      // as in recipes
+    double value;          // its cap
+    double error;          // relative, that it alone leaves
+    double allowed;        // its share of the tolerance
+    double needed;         // what would do, extrapolated; 0: unknown
+    double needed_bytes;   // of a table that has that many
+    double times_as_long;  // solving it takes; 1 but for nodes
+};
+
+struct Forecast {
+    Recipe resolved;
+    double samples_a_side = 0;
+    double bytes = 0;  // samples and fluxes, in memory and uncompressed
+    double bake_seconds = 0, check_seconds = 0;
+    double timed_seconds = 0;  // that they are derived from
+    std::vector<Shortfall> shortfalls;
+
+    /// Whether an axis alone misses the tolerance.
+    bool misses(double tolerance) const;
+};
+
+/// Resolves a recipe and times a piece of its table and a layer of its check, on one thread; the
+/// rest is taken to be alike.
+Forecast forecast(const Recipe& recipe, const BakeOptions& options = {});
+
+/// One sentence on an axis that is at its cap: by how much it misses, what would do and cost.
+std::string sentence_of(const Shortfall& axis);
+
+/// One line on size and time.
+std::string sentence_of_cost(const Forecast& forecast);
+
+}  // namespace stratus

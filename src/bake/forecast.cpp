@@ -1,0 +1,152 @@
+#include "forecast.h"
+
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/number_text.h>
+
+#include "axes.h"
+#include "solve_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+namespace stratus {
+
+namespace {
+
+struct Size {
+    double samples_a_side, bytes;
+};
+
+Axis depth_axis(const Recipe& resolved) {
+    const Discretisation& d = resolved.discretisation;
+    return optical_depth_axis(resolved.optical_depth,
+                              std::max(1, d.optical_depth_samples_per_octave),
+                              d.deepest_optical_depth);
+}
+
+Size size_of(const Recipe& resolved) {
+    const Discretisation& d = resolved.discretisation;
+    const double mixtures = resolved.mixture ? d.mixture_samples : 1;
+    const double layers =
+        mixtures *
+        static_cast<double>(albedo_axis(resolved.albedo, d.albedo_samples).values.size() *
+                            depth_axis(resolved).values.size());
+    const double mus = d.mu_samples;
+    const double samples = layers * mus * mus * d.azimuth_samples;
+    const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
+    const double fluxes = layers * (mus * (resolved.transmission ? 2 : 1) + 1);
+    return {samples, sizeof(float) * (sides * samples + fluxes)};
+}
+
+/// Sets an axis by its name in recipes.
+void set(Discretisation& d, const std::string& name, double value) {
+    const auto whole = static_cast<int>(std::min(value, 1e6));
+    if (name == "nodes") d.nodes = whole;
+    if (name == "mu_samples") d.mu_samples = whole;
+    if (name == "azimuth_samples") d.azimuth_samples = whole;
+    if (name == "optical_depth_samples_per_octave") d.optical_depth_samples_per_octave = whole;
+    if (name == "albedo_samples") d.albedo_samples = whole;
+    if (name == "mixture_samples") d.mixture_samples = whole;
+}
+
+Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
+    Shortfall shortfall{axis.name, axis.value, axis.error, resolution.max_error, axis.needed, 0, 1};
+    if (axis.needed == 0) return shortfall;
+    Recipe finer = resolution.recipe;
+    set(finer.discretisation, axis.name, axis.needed);
+    shortfall.needed_bytes = size_of(finer).bytes;
+    if (axis.name == "nodes") shortfall.times_as_long = std::pow(axis.needed / axis.value, 3);
+    return shortfall;
+}
+
+/// Seconds of the bake's own check on some threads, from a few of its layers.
+double predicted_check_seconds(const Recipe& resolved, int threads) {
+    const Discretisation& d = resolved.discretisation;
+    const Axis mu = mu_axis(d.mu_samples), albedo = albedo_axis(resolved.albedo, d.albedo_samples);
+    const Axis depth = depth_axis(resolved);
+    PointRange range{
+        albedo.view(),         depth.view(),           mu.view(), mu.view(), resolved.reflection,
+        resolved.transmission, resolved.lower_boundary};
+    if (resolved.mixture) {
+        range.mixture = mixture_axis(*resolved.mixture, d.mixture_samples).view();
+        range.second_phase_function = resolved.second_phase_function;
+    }
+    range.all_kinds = true;
+    SolverOptions solver = solver_options(resolved);
+    solver.nodes = reference_nodes(d.nodes);
+    solver.modes = 0;
+    VerifyOptions few;
+    few.samples = 32;
+    few.threads = 1;
+    const double started = processor_seconds();
+    solve_random_points(resolved.phase_function, range, solver, few);
+    return (processor_seconds() - started) * check_samples / few.samples / threads;
+}
+
+std::string text_of_bytes(double bytes) {
+    char text[32];
+    if (bytes < 1 << 20)
+        std::snprintf(text, sizeof text, "%.1f KiB", bytes / (1 << 10));
+    else if (bytes < 1 << 30)
+        std::snprintf(text, sizeof text, "%.1f MiB", bytes / (1 << 20));
+    else
+        std::snprintf(text, sizeof text, "%.1f GiB", bytes / (1 << 30));
+    return text;
+}
+
+}  // namespace
+
+bool Forecast::misses(double tolerance) const {
+    return std::ranges::any_of(shortfalls,
+                               [&](const Shortfall& axis) { return axis.error > tolerance; });
+}
+
+Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
+    Forecast forecast;
+    forecast.resolved = resolution.recipe;
+    const Size size = size_of(resolution.recipe);
+    forecast.samples_a_side = size.samples_a_side;
+    forecast.bytes = size.bytes;
+    std::set<std::string> named;  // mixtures may share an axis at its cap
+    for (const AxisAtCap& axis : resolution.at_cap)
+        if (named.insert(axis.name).second)
+            forecast.shortfalls.push_back(shortfall_of(axis, resolution));
+
+    const auto started = Clock::now();
+    const int threads = thread_count(options.threads);
+    forecast.bake_seconds = predicted_seconds(resolution.recipe, threads);
+    forecast.check_seconds = predicted_check_seconds(resolution.recipe, threads);
+    forecast.timed_seconds = seconds_since(started);
+    return forecast;
+}
+
+Forecast forecast(const Recipe& recipe, const BakeOptions& options) {
+    return forecast_of(resolve_as_first(recipe, options), options);
+}
+
+std::string sentence_of(const Shortfall& axis) {
+    std::string sentence = axis.name + " is at its cap of " + short_number(axis.value) +
+                           ", which alone misses " + short_number(axis.error) + " where " +
+                           short_number(axis.allowed) + " is its share of the tolerance";
+    if (axis.needed == 0) return sentence + "; no number is known that would do";
+    sentence += "; by extrapolation " + short_number(axis.needed, 6) + " would do, ";
+    if (axis.times_as_long > 1)
+        return sentence + "and take about " + short_number(axis.times_as_long) + " times as long";
+    return sentence + "in a table of " + text_of_bytes(axis.needed_bytes);
+}
+
+std::string sentence_of_cost(const Forecast& forecast) {
+    char line[320];
+    std::snprintf(line, sizeof line,
+                  "%.0f samples a side, %s in memory and uncompressed; about %.2g s to solve and "
+                  "%.2g s to check (a piece of both was timed for %.2g s)",
+                  forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str(),
+                  forecast.bake_seconds, forecast.check_seconds, forecast.timed_seconds);
+    return line;
+}
+
+}  // namespace stratus

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <stratus/bake/forecast.h>
+
+#include "resolve.h"
+
+namespace stratus {
+
+/// Points of the bake's own check.
+constexpr int check_samples = 2000;
+
+/// The forecast of a resolved recipe.
+Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
+
+}  // namespace stratus

@@ -87,14 +87,17 @@ void LayerLight::bind(const TableView* table, bool multiple) {
 }
 
 template <class Function>
-Rgb3 LayerLight::of_channels(const Matter& matter, const Function& of) const noexcept {
+Rgb3 LayerLight::of_channels(const Function& of) const noexcept {
     Rgb3 value;
-    for (std::size_t c = 0; c < value.size(); ++c) {
-        Matter grey = matter;
-        grey.albedo.fill(matter.albedo[c]);
-        value[c] = of(channels_[c], grey)[c];
-    }
+    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(channels_[c], c)[c];
     return value;
+}
+
+Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noexcept {
+    Matter own = matter;
+    own.albedo.fill(matter.albedo[c]);
+    own.optical_depth *= scene_.layer.extinction[c];
+    return own;
 }
 
 Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
@@ -138,8 +141,8 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     if (!wanted || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
     if (!channels_.empty())
-        return of_channels(matter, [&](const LayerLight& light, const Matter& grey) {
-            return light.light(grey, geometry, side);
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.light(channel_matter(matter, c), geometry, side);
         });
     if (!slice_) return textured_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
@@ -235,8 +238,8 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
     if (!channels_.empty())
-        return of_channels(matter, [&](const LayerLight& light, const Matter& grey) {
-            return light.background(grey, mu);
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.background(channel_matter(matter, c), mu);
         });
     const double direct = beam(matter, mu), depth = seen_depth(scene_, matter.optical_depth);
     const bool scatters = background_scatters_ && depth > 0 && depth < infinity;
@@ -251,8 +254,9 @@ Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, dou
                         const Rgb& ground_albedo) const noexcept {
     if (!scene_.effects.background) return {};
     if (!channels_.empty())
-        return of_channels(lit, [&](const LayerLight& light, const Matter& grey) {
-            return light.ground(grey, mu_in, seen, mu_out, ground_albedo);
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.ground(channel_matter(lit, c), mu_in, channel_matter(seen, c), mu_out,
+                                ground_albedo);
         });
     const double lit_depth = seen_depth(scene_, lit.optical_depth),
                  seen_through = seen_depth(scene_, seen.optical_depth);

@@ -66,6 +66,8 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
         layer.components = {scene.layer.channels[c]};
         layer.channels.clear();
         layer.albedo.fill(scene.layer.albedo[c]);
+        layer.optical_depth.max *= scene.layer.extinction[c];
+        layer.extinction.fill(1);
     }
     return scenes;
 }

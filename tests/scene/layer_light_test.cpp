@@ -63,12 +63,13 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     }
 }
 
-TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctions) {
+TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     Scene scene = small_planet(0, 3, 1);
     scene.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.6),
                             PhaseFunction::henyey_greenstein(-0.3)};
     scene.layer.components = {scene.layer.channels[1]};
     scene.layer.albedo = {0.95, 0.6, 0.99};
+    scene.layer.extinction = {0.5, 1, 1.5};
     auto& ground = std::get<Planet>(scene.subject).surface.colour;
     ground = {0.25f, 0.5f, 1.0f};
     scene.tolerance = tolerance;
@@ -84,12 +85,12 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctions) {
         const double ground_albedo[] = {0.25, 0.5, 1.0};
         for (std::size_t c = 0; c < 3; ++c) {
             const PhaseFunction& own = scene.layer.channels[c];
-            const double albedo = scene.layer.albedo[c];
-            const LayerSolution free = solved(own, albedo, 3, geometry);
+            const double albedo = scene.layer.albedo[c], depth = 3 * scene.layer.extinction[c];
+            const LayerSolution free = solved(own, albedo, depth, geometry);
             EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance) << c;
             EXPECT_NEAR(transmitted[c] / free.transmission(0, 1, 0.4).total, 1, tolerance) << c;
             const LayerSolution both =
-                solved(own, albedo, 3, geometry, LowerBoundary::surface(ground_albedo[c]));
+                solved(own, albedo, depth, geometry, LowerBoundary::surface(ground_albedo[c]));
             EXPECT_NEAR((reflected[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
                         1.5 * tolerance)
                 << c;
@@ -103,13 +104,15 @@ TEST(LayerLight, ChannelsScatterTheBackgroundByTheirOwnPhaseFunctions) {
                             PhaseFunction::rayleigh()};
     scene.layer.components = {scene.layer.channels[1]};
     scene.layer.albedo = {0.5, 0.6, 0.7};
+    scene.layer.extinction = {0.5, 1, 1.5};
     const LayerLight light(scene, nullptr);
     const Rgb3 seen = light.background(*uniform_matter(scene), 0.4);
-    for (std::size_t c = 0; c < 3; ++c)
-        EXPECT_DOUBLE_EQ(seen[c], std::exp(-2 / 0.4) +
-                                      scene.layer.albedo[c] * SingleDiffuseTransmittance(
-                                                                  scene.layer.channels[c])(2, 0.4))
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double depth = 2 * scene.layer.extinction[c];
+        const SingleDiffuseTransmittance once(scene.layer.channels[c]);
+        EXPECT_DOUBLE_EQ(seen[c], std::exp(-depth / 0.4) + scene.layer.albedo[c] * once(depth, 0.4))
             << c;
+    }
 }
 
 TEST(LayerLight, SingleScatteringIsTheClosedForm) {

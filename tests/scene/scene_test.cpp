@@ -186,8 +186,31 @@ TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
         EXPECT_EQ(layer.albedo[c], std::get<Mie>(own.terms()[0].second).albedo);
     }
     EXPECT_LT(layer.albedo[0], 0.999);
+    EXPECT_EQ(layer.extinction, (std::array<double, 3>{1, 1, 1}));
     expect_scene_refusal(three("['mie:radius=8um', 'isotropic', 'mie:radius=8um']"),
                          {"layer.albedo", "droplets", "got \"phase_function\""});
+}
+
+TEST(SceneFile, TakesTheExtinctionOfDropletsForThreeColours) {
+    const auto with = [&](const std::string& phase_functions) {
+        return cloud_but("phase_function",
+                         "extinction = 'phase_function'\nphase_function = " + phase_functions);
+    };
+    const SceneLayer layer = parse_scene(with("['mie:radius=0.2um,wavelength=0.65um', "
+                                              "'mie:radius=0.2um,wavelength=0.55um', "
+                                              "'mie:radius=0.2um,wavelength=0.45um']"))
+                                 .panels[0]
+                                 .layer;
+    EXPECT_GT(layer.extinction[2], 1.2);  // small droplets redden
+    EXPECT_EQ(layer.extinction[1], 1);
+    EXPECT_LT(layer.extinction[0], 0.85);
+    expect_scene_refusal(with("'mie:radius=8um'"), {"layer.extinction", "a list"});
+    expect_scene_refusal(with("['mie:radius=8um', 'mie:radius=8um', 'isotropic']"),
+                         {"layer.extinction", "droplets"});
+    expect_scene_refusal(with("['mie:radius=8um', 'mie:radius=8um', 'mie:radius=7um']"),
+                         {"layer.extinction", "same sizes", "radius=7um"});
+    expect_scene_refusal(cloud_but("density", "extinction = 1.0"),
+                         {"layer.extinction", "\"phase_function\" or absent"});
 }
 
 TEST(SceneFile, PanelsOverrideKeysOfTheScene) {

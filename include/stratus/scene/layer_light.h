@@ -62,9 +62,11 @@ class LayerLight {
     void record(LookupRange* range) noexcept { recorded_ = range; }
 
   private:
-    /// `of(light, matter)` of each channel's own light, matter grey in that channel's albedo.
+    /// `of(light, c)` of each channel's own light.
     template <class Function>
-    Rgb3 of_channels(const Matter& matter, const Function& of) const noexcept;
+    Rgb3 of_channels(const Function& of) const noexcept;
+    /// `matter` in one channel: grey in its albedo, of its depth.
+    Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;

@@ -11,8 +11,9 @@ namespace stratus {
 
 namespace {
 
-/// Parts of a choice's limit that the solver itself may use up: nodes, and the modes left out.
-constexpr double share_of_nodes = 0.2, share_of_modes = 0.05;
+/// Parts of a choice's limit that the solver itself may use up: nodes, and the modes left out. With
+/// a path law, nodes that hold more moments change the law's share of the light by much the same.
+constexpr double share_of_nodes = 0.2, share_with_path_law = 0.5, share_of_modes = 0.05;
 
 int count(const DirectionGrid& directions) { return static_cast<int>(directions.mu().size()); }
 
@@ -171,11 +172,14 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
 
 Choice choose_nodes(Probes& probes) {
     constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
-    const double max_change = share_of_nodes * probes.max_error;
+    constexpr int fewest_with_path_law = 16;
+    const double max_change =
+        (probes.path_law ? share_with_path_law : share_of_nodes) * probes.max_error;
     int& nodes = probes.recipe.discretisation.nodes;
     double left = infinity, left_before = infinity;
     int finest = 0, finer_before = 0;
     for (const int candidate : candidates) {
+        if (probes.path_law && candidate < fewest_with_path_law) continue;
         const int coarser = std::exchange(nodes, candidate);
         const ProbedLayers layers = std::exchange(probes.layers, {});
         probed_layers(probes);

@@ -109,6 +109,7 @@ const ProbedLayers& probed_layers(Probes& probes) {
     if (!probes.layers.empty()) return probes.layers;
     SolverOptions solver = solver_options(probes.recipe);
     solver.modes = 0;
+    solver.exact_fluxes = false;
     probes.layers =
         solve_layers_with(solver, probes, probes.albedos, probes.ladder, probes.directions);
     return probes.layers;
@@ -116,7 +117,9 @@ const ProbedLayers& probed_layers(Probes& probes) {
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
                           const DepthLadder& ladder, const DirectionGrid& directions) {
-    return solve_layers_with(solver_options(probes.recipe), probes, albedos, ladder, directions);
+    SolverOptions solver = solver_options(probes.recipe);
+    solver.exact_fluxes = false;
+    return solve_layers_with(solver, probes, albedos, ladder, directions);
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {

@@ -51,37 +51,6 @@ struct Meetings {
     }
 };
 
-/// chi_l^n - r_l^n summed with weights; l beyond `legendre_count` no longer matters at order n.
-struct Powers {
-    std::vector<double> chi, smooth;  // to the power of n
-
-    void multiply(const PathLaw& law, std::size_t count) {
-        for (std::size_t l = 0; l < count; ++l) chi[l] *= law.moments()[l];
-        for (std::size_t l = 0; l < std::min(count, smooth.size()); ++l)
-            smooth[l] *= law.smooth_moment(l);
-    }
-};
-
-/// Calls add(n, coefficient of P_l, l below a count) for n = 2, 3, ...
-template <class Add>
-void for_each_order(const PathLaw& law, int orders, const Add& add) {
-    constexpr double negligible = 1e-18;
-    std::size_t count = law.moments().size();
-    Powers powers{law.moments(), {}};
-    for (std::size_t l = 0; l < std::min<std::size_t>(count, PathLaw::smooth_moments); ++l)
-        powers.smooth.push_back(law.smooth_moment(l));
-    std::vector<double> coefficient(count);
-    for (int n = 2; n < orders; ++n) {
-        powers.multiply(law, count);
-        while (count > 1 && std::abs(powers.chi[count - 1]) < negligible) --count;
-        for (std::size_t l = 0; l < count; ++l) {
-            const double smooth = l < powers.smooth.size() ? powers.smooth[l] : 0;
-            coefficient[l] = (2 * static_cast<double>(l) + 1) * (powers.chi[l] - smooth);
-        }
-        add(n, coefficient, count);
-    }
-}
-
 }  // namespace
 
 PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
@@ -101,13 +70,14 @@ PathWeights path_weights(Side side, int count, double optical_depth, double mu_i
         for (int n = 0; n < count; ++n)  // the form without cancellation
             weights.of_order[n] = factor * (less.more[n] > 0.5 ? less.fewer[n] - more.fewer[n]
                                                                : more.more[n] - less.more[n]);
-    } else {  // the mean slope in between, by five Gauss points
-        constexpr double node[] = {0, 0.5384693101056831, 0.9061798459386640};
-        constexpr double share[] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+    } else {  // the mean slope in between, by seven Gauss points
+        constexpr double node[] = {0, 0.4058451513773972, 0.7415311855993945, 0.9491079123427585};
+        constexpr double share[] = {0.4179591836734694, 0.3818300505051189, 0.2797053914892767,
+                                    0.1294849661688697};
         const double factor = optical_depth / (4 * mu_in * mu_out) / 2;
         const double middle = (in + out) / 2, half = std::abs(in - out) / 2;
         std::fill_n(weights.of_order, count, 0.0);
-        for (int k = -2; k <= 2; ++k) {
+        for (int k = -3; k <= 3; ++k) {
             const Meetings at(count, middle + (k < 0 ? -half : half) * node[std::abs(k)]);
             for (int n = 0; n < count; ++n)
                 weights.of_order[n] += factor * share[std::abs(k)] * at.slope[n];
@@ -146,6 +116,21 @@ PathLaw::PathLaw(std::vector<double> moments) : chi_(std::move(moments)) {
     while (order_count_ < max_count &&
            2 * smooth_moments * std::pow(largest_, order_count_) > negligible * order_count_)
         ++order_count_;
+
+    constexpr double never_matters = 1e-18;
+    std::vector<double> power = chi_, smooth;  // chi_l^n and r_l^n
+    for (std::size_t l = 0; l < chi_.size(); ++l) smooth.push_back(smooth_moment(l));
+    std::size_t count = chi_.size();
+    for (int n = 2; n < order_count_; ++n) {
+        for (std::size_t l = 0; l < count; ++l) {
+            power[l] *= chi_[l];
+            smooth[l] *= smooth_moment(l);
+        }
+        while (count > 1 && std::abs(power[count - 1]) < never_matters) --count;
+        std::vector<double>& coefficient = coefficients_.emplace_back(count);
+        for (std::size_t l = 0; l < count; ++l)
+            coefficient[l] = (2 * static_cast<double>(l) + 1) * (power[l] - smooth[l]);
+    }
 }
 
 PathOrders::PathOrders(const PathLaw& law)
@@ -168,15 +153,11 @@ PathOrders::PathOrders(const PathLaw& law)
         x[static_cast<std::size_t>(k)] = 1 - y;
         x[static_cast<std::size_t>(angles_ + k)] = y - 1;
     }
-    std::vector<std::vector<double>> coefficients;
-    for_each_order(
-        law, order_count_, [&](int, const std::vector<double>& coefficient, std::size_t count) {
-            coefficients.emplace_back(coefficient.begin(),
-                                      coefficient.begin() + static_cast<std::ptrdiff_t>(count));
-        });
     for (std::size_t l = 0; l < chi.size(); ++l) {
-        for (std::size_t n = 0; n < orders && l < coefficients[n].size(); ++n) {
-            const double c = coefficients[n][l];
+        for (std::size_t n = 0; n < orders; ++n) {
+            const std::vector<double>& coefficients = law.legendre(static_cast<int>(n) + 2);
+            if (l >= coefficients.size()) break;  // and so do those of higher orders
+            const double c = coefficients[l];
             double* const row = &sum[n * stride];
             for (std::size_t k = 0; k < stride; ++k) row[k] += c * here[k];
         }
@@ -209,11 +190,11 @@ double PathLaw::smooth_moment(std::size_t l) const noexcept {
 
 std::vector<double> PathLaw::legendre(const PathWeights& weights) const {
     std::vector<double> sum(chi_.size(), 0.0);
-    for_each_order(*this, weights.count,
-                   [&](int n, const std::vector<double>& coefficient, std::size_t count) {
-                       const double weight = weights.of_order[n];
-                       for (std::size_t l = 0; l < count; ++l) sum[l] += weight * coefficient[l];
-                   });
+    for (int n = 2; n < std::min(weights.count, order_count_); ++n) {
+        const double weight = weights.of_order[n];
+        const std::vector<double>& coefficients = legendre(n);
+        for (std::size_t l = 0; l < coefficients.size(); ++l) sum[l] += weight * coefficients[l];
+    }
     return sum;
 }
 

@@ -222,10 +222,9 @@ constexpr int nodes_for_fluxes = 64;
 void refine_fluxes(const LadderProblem& problem,
                    std::vector<std::vector<LayerSolution>>& solutions) {
     const LayerSolution& any = solutions[0][0];
-    if (any.path == nullptr || !any.truncation.narrow || problem.options.nodes >= nodes_for_fluxes)
-        return;
+    if (any.path == nullptr || !any.truncation.narrow || !problem.options.exact_fluxes) return;
     SolverOptions options = problem.options;
-    options.nodes = nodes_for_fluxes;
+    options.nodes = std::max(nodes_for_fluxes, options.nodes);
     options.moments = 0;
     options.modes = 1;
     options.truncate = Truncate::delta_m;

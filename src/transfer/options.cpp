@@ -24,9 +24,9 @@ void check_options(const SolverOptions& options) {
 
 namespace {
 
-/// Moments of a peaked phase function that the nodes integrate well: 4/3 of them, between the 2/3
-/// for which their quadrature is exact and the 2 at which their own resolution ends.
-int moments_integrated(int nodes) { return std::max(2, (4 * nodes + 1) / 3); }
+/// Moments of a narrow peak that the nodes integrate well: between the 2/3 of them for which their
+/// quadrature is exact and the 2 at which their own resolution ends (docs/accuracy.md).
+int moments_integrated(int nodes) { return std::max(2, 3 * nodes / 2); }
 
 }  // namespace
 

@@ -38,8 +38,8 @@ void expect_values_of_pairs(const LayerSolution& layer) {
                     const std::size_t at = grid.at(i, j, k);
                     // Mirrored pairs differ by the rounding of the peak's series.
                     const double bound = 1e-12 * std::abs(expected.total);
-                    EXPECT_NEAR(values.single[at], expected.single, bound);
-                    EXPECT_NEAR(values.multiple[at], expected.multiple, bound);
+                    EXPECT_NEAR(values.closed_form[at], expected.single, bound);
+                    EXPECT_NEAR(values.tabulated[at], expected.multiple, bound);
                 }
     }
 }

@@ -67,7 +67,7 @@ struct VerifyOptions {
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
-    WorkLog log;  // pieces: eight points each
+    WorkLog log;  // pieces: the points of a layer each
 };
 
 struct Verification {

@@ -41,7 +41,7 @@ struct PathWeights {
 /// (4 (mu - mu0)) for T: all but the albedo.
 ///
 /// Range    count [2, PathWeights::max_count], optical_depth [0, inf], cosines (0, 1].
-/// Accuracy 1e-12 of the value where that exceeds 1e-300.
+/// Accuracy 1e-8 of the value, 1e-12 where mu and mu0 differ by little or much.
 PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
                          double mu_out) noexcept;
 
@@ -71,11 +71,17 @@ class PathLaw {
     /// The largest of chi_l, l >= 3, those that are not smooth.
     double largest_moment() const noexcept { return largest_; }
 
-    /// Legendre coefficients of the sum of weights times f_n, n >= 2.
+    /// Legendre coefficients of f_n, n >= 2, as far as they matter; the factor 2l + 1 included.
+    const std::vector<double>& legendre(int n) const {
+        return coefficients_[static_cast<std::size_t>(n - 2)];
+    }
+
+    /// The sum of weights times them.
     std::vector<double> legendre(const PathWeights& weights) const;
 
   private:
     std::vector<double> chi_;
+    std::vector<std::vector<double>> coefficients_;  // over n
     double largest_ = 0;
     int order_count_ = 2;
 };
@@ -86,7 +92,7 @@ class PathLaw {
 /// 1 + cos Theta: those of the forward half first, then those of the backward half.
 class PathOrders {
   public:
-    static constexpr int angle_bits = 4;  // 2^4 angles to an octave
+    static constexpr int angle_bits = 5;  // 2^5 angles to an octave
 
     explicit PathOrders(const PathLaw& law);
 

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <filesystem>
 #include <string>
 
 namespace stratus {
@@ -30,25 +28,15 @@ double max_change(const Image& all, const Image& some) {
     return max;
 }
 
-/// A scene of the gallery; where it has droplets, small ones, whose tables are quick to bake.
-SceneFile gallery_scene(const std::string& name) {
-    const auto folder = std::filesystem::path(STRATUS_REFERENCE_FOLDER) / "../../tables/scenes";
-    SceneFile file = read_scene(folder / name);
-    const std::string radius = "radius=10um";
-    std::string text = file.text;
-    for (std::size_t at; (at = text.find(radius)) != std::string::npos;)
-        text.replace(at, radius.size(), "radius=1um");
-    return text == file.text ? file : parse_scene(text, folder.string());
-}
-
 /// At tolerances at which some effect is not needed.
 class GalleryPlan : public testing::TestWithParam<const char*> {};
 
 TEST_P(GalleryPlan, ChangesNoPixelByMoreThanTheTolerance) {
-    const SceneFile file = gallery_scene(GetParam());
+    SceneFile file = read_scene(std::filesystem::path(STRATUS_REFERENCE_FOLDER) /
+                                "../../tables/scenes" / GetParam());
     ASSERT_FALSE(file.figure);
     std::vector<Scene> scenes;
-    for (Scene scene : file.panels) {
+    for (Scene& scene : file.panels) {
         scene.tolerance = 0.03;
         scene.width = std::max(1, scene.width / 3);
         scene.height = std::max(1, scene.height / 3);

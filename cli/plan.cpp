@@ -64,9 +64,13 @@ void print_range(const Scene& scene) {
     const bool one_each = !scene.layer.channels.empty();
     const std::vector<PhaseFunction>& parts =
         one_each ? scene.layer.channels : scene.layer.components;
-    std::cout << "layer: " << short_text(parts[0].text());
-    for (std::size_t k = 1; k < parts.size(); ++k)
-        std::cout << (one_each ? "\n       " : " mixed with ") << short_text(parts[k].text());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const std::string part = parts[k].text();
+        std::cout << (k == 0     ? "layer: "
+                      : one_each ? "\n       "
+                                 : " mixed with ")
+                  << (one_each ? part : short_text(part));
+    }
     const char* const sides = range.reflection
                                   ? (range.transmission ? "both sides" : "the lit side")
                                   : (range.transmission ? "the unlit side" : "no side");

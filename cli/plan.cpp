@@ -61,9 +61,16 @@ SceneCost operator-(const SceneCost& all, const SceneCost& some) {
 
 void print_range(const Scene& scene) {
     const LookupRange range = measure_range(scene);
-    std::cout << "layer: " << short_text(scene.layer.components[0].text());
-    for (std::size_t k = 1; k < scene.layer.components.size(); ++k)
-        std::cout << " mixed with " << short_text(scene.layer.components[k].text());
+    const bool one_each = !scene.layer.channels.empty();
+    const std::vector<PhaseFunction>& parts =
+        one_each ? scene.layer.channels : scene.layer.components;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const std::string part = parts[k].text();
+        std::cout << (k == 0     ? "layer: "
+                      : one_each ? "\n       "
+                                 : " mixed with ")
+                  << (one_each ? part : short_text(part));
+    }
     const char* const sides = range.reflection
                                   ? (range.transmission ? "both sides" : "the lit side")
                                   : (range.transmission ? "the unlit side" : "no side");
@@ -95,19 +102,26 @@ void print_plan(const Plan& plan) {
         std::cout << "No visible effect: " << joined(without_effect) << ".\n";
 }
 
-/// The recipe of one table for all panels.
-std::optional<Recipe> planned_recipe(const SceneFile& file, const std::vector<Plan>& plans) {
-    std::optional<Recipe> all;
+/// The recipe of one table for all panels; of three where channels have their own phase functions.
+std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<Plan>& plans) {
+    std::vector<Recipe> all;
     for (std::size_t k = 0; k < plans.size(); ++k) {
         Scene scene = file.panels[k];
         scene.effects = plans[k].effects;
-        const std::optional<Recipe> one = needed_recipe(scene);
-        if (!one) continue;
-        const std::optional<Recipe> both = all ? common_recipe(*all, *one) : one;
-        if (!both)
-            throw std::invalid_argument("plan: SCENE must have panels that can share a recipe; '" +
-                                        scene.title + "' needs its own");
-        all = both;
+        std::vector<Recipe> own;
+        for (const Scene& channel : channel_scenes(scene))
+            if (const std::optional<Recipe> one = needed_recipe(channel)) own.push_back(*one);
+        if (own.empty()) continue;
+        if (all.empty()) all = own;
+        for (std::size_t c = 0; c < all.size(); ++c) {
+            const std::optional<Recipe> both =
+                own.size() == all.size() ? common_recipe(all[c], own[c]) : std::nullopt;
+            if (!both)
+                throw std::invalid_argument(
+                    "plan: SCENE must have panels that can share a recipe; '" + scene.title +
+                    "' needs its own");
+            all[c] = *both;
+        }
     }
     return all;
 }
@@ -134,6 +148,11 @@ void run_plan(const PlanCommand& command) {
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
+    for (const Scene& scene : file.panels)
+        if (!command.recipe.empty() && !scene.layer.channels.empty())
+            throw std::invalid_argument(
+                "plan: --write must be left out for three phase functions, which need a recipe "
+                "each");
     if (command.tolerance > 0)
         for (Scene& scene : file.panels) scene.tolerance = command.tolerance;
     BakeOptions options;
@@ -146,18 +165,21 @@ void run_plan(const PlanCommand& command) {
         print_range(file.panels[k]);
         print_plan(plans[k]);
     }
-    std::optional<Recipe> recipe = planned_recipe(file, plans);
-    if (!recipe) {
+    const std::vector<Recipe> recipes = planned_recipes(file, plans);
+    if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())
             throw std::runtime_error("plan: --write has nothing to write, no table is needed");
         return;
     }
-    recipe->title = file.title;
-    const std::string recipe_text = "# The table that " +
-                                    std::filesystem::path(command.scene).filename().string() +
-                                    " needs.\n" + resolved_text(*recipe);
-    std::cout << "\n" << recipe_text;
+    const std::string name = std::filesystem::path(command.scene).filename().string();
+    std::string recipe_text;
+    for (Recipe recipe : recipes) {
+        recipe.title = file.title;
+        recipe_text = (recipes.size() == 1 ? "# The table that " : "# One of the tables that ") +
+                      name + " needs.\n" + resolved_text(recipe);
+        std::cout << "\n" << recipe_text;
+    }
     if (!command.recipe.empty()) write_recipe(recipe_text, command.recipe);
 }
 

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <set>
 #include <string>
@@ -23,7 +24,7 @@ namespace stratus {
 namespace {
 
 struct SolveCommand {
-    std::string phase, layers, query, output;
+    std::string phase, albedo, layers, query, output;
     LayerQuestion question;
     std::vector<double> mu_in;
     bool asked = false;  // a query was given
@@ -130,6 +131,16 @@ void answer_fluxes(const SolveCommand& command, const Method& method,
     });
 }
 
+/// A number, or the albedo of the droplets.
+double read_albedo(const std::string& text, const PhaseFunction& phase_function) {
+    double albedo = 0;
+    if (read_number(text, albedo) == text.size()) return albedo;
+    const std::optional<double> own = phase_function.albedo();
+    require(own.has_value(), "solve", "--albedo",
+            "a number unless --phase is of droplets (mie) alone", text);
+    return *own;
+}
+
 void run_solve(SolveCommand command) {
     std::vector<std::string> notes;
     const auto note = [&](const std::string& text) {
@@ -140,6 +151,7 @@ void run_solve(SolveCommand command) {
     LayerQuestion& question = command.question;
     if (command.layers.empty()) {
         question.phase_function = read_phase_function(command.phase, "", &notes);
+        question.albedo = read_albedo(command.albedo, question.phase_function);
         medium = {{"albedo", question.albedo}, {"optical_depth", question.optical_depth}};
         method = method_of(question);
     } else {
@@ -187,8 +199,14 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
 
 void add_layer_options(CLI::App& solve, SolveCommand& command) {
     solve.add_option("--phase", command.phase, "Phase function, one of\n" + phase_function_help());
-    solve.add_option("--albedo", command.question.albedo, "Single-scattering albedo, [0, 1]")
-        ->check(number("in [0, 1]", [](double w) { return w >= 0 && w <= 1; }));
+    const CLI::Validator albedo =
+        number("in [0, 1], or phase_function", [](double w) { return w >= 0 && w <= 1; });
+    solve
+        .add_option("--albedo", command.albedo,
+                    "Single-scattering albedo, [0, 1]; phase_function: of droplets (mie)")
+        ->check([albedo](const std::string& text) {
+            return text == "phase_function" ? std::string() : albedo(text);
+        });
     solve
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")

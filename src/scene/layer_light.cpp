@@ -43,6 +43,13 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
+    if (!scene.layer.channels.empty()) {
+        channel_scenes_ = channel_scenes(scene);
+        for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
+            channels_.emplace_back(channel_scenes_[c],
+                                   tables_ ? tables_->channels[c].get() : nullptr);
+        return;
+    }
     const bool background_scatters = scene.effects.background && scene.effects.transmission &&
                                      scene.background.pattern == Texture::Pattern::plain &&
                                      !scene.background.is_black();
@@ -77,6 +84,20 @@ void LayerLight::bind(const TableView* table, bool multiple) {
         slice_.emplace(*table, medium, effects);
     else
         slice_.emplace(scene_.layer.components[0], medium, effects);
+}
+
+template <class Function>
+Rgb3 LayerLight::of_channels(const Function& of) const noexcept {
+    Rgb3 value;
+    for (std::size_t c = 0; c < value.size(); ++c) value[c] = of(channels_[c], c)[c];
+    return value;
+}
+
+Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noexcept {
+    Matter own = matter;
+    own.albedo.fill(matter.albedo[c]);
+    own.optical_depth *= scene_.layer.extinction[c];
+    return own;
 }
 
 Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
@@ -119,6 +140,10 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     const bool wanted = reflected ? scene_.effects.reflection : scene_.effects.transmission;
     if (!wanted || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
+    if (!channels_.empty())
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.light(channel_matter(matter, c), geometry, side);
+        });
     if (!slice_) return textured_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
@@ -212,6 +237,10 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+    if (!channels_.empty())
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.background(channel_matter(matter, c), mu);
+        });
     const double direct = beam(matter, mu), depth = seen_depth(scene_, matter.optical_depth);
     const bool scatters = background_scatters_ && depth > 0 && depth < infinity;
     return each_channel(matter.albedo, [&](std::size_t c) {
@@ -224,6 +253,11 @@ Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,
                         const Rgb& ground_albedo) const noexcept {
     if (!scene_.effects.background) return {};
+    if (!channels_.empty())
+        return of_channels([&](const LayerLight& light, std::size_t c) {
+            return light.ground(channel_matter(lit, c), mu_in, channel_matter(seen, c), mu_out,
+                                ground_albedo);
+        });
     const double lit_depth = seen_depth(scene_, lit.optical_depth),
                  seen_through = seen_depth(scene_, seen.optical_depth);
     struct Channel {

@@ -55,20 +55,65 @@ std::vector<PhaseFunction> read_components(const Section& section, const Source&
     return {source.phase_function(texts[0]), source.phase_function(texts[1])};
 }
 
-/// The albedos of droplets for red, green and blue, at 0.65, 0.55 and 0.45 um.
-std::array<double, 3> albedos_of_droplets(const PhaseFunction& phase_function) {
+/// One phase function, or three.
+void read_phase_function(const Section& section, const Source& source, SceneLayer& layer) {
+    constexpr const char* key = "phase_function";
+    if (!section.is_list(key)) {
+        layer.components = {source.phase_function(section.text(key))};
+        return;
+    }
+    constexpr const char* form = "one phase function, or a list of three, of red, green and blue";
+    const std::vector<std::string> texts = section.texts(key, form);
+    require(texts.size() == 3, caller, section.full_name(key), form, texts.size());
+    for (const std::string& text : texts) layer.channels.push_back(source.phase_function(text));
+    layer.components = {layer.channels[1]};
+}
+
+/// `key` must be `otherwise` unless these are droplets.
+Mie droplets_of(const PhaseFunction& phase_function, const char* key, const char* otherwise) {
     const auto& terms = phase_function.terms();
-    const Mie* const given = std::get_if<Mie>(&terms[0].second);
-    require(given != nullptr && terms.size() == 1, caller, "layer.albedo",
-            "numbers unless the phase function is of droplets (mie) alone", "\"phase_function\"");
+    const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
+    require(droplets != nullptr && terms.size() == 1, caller, key,
+            std::string(otherwise) + " unless the phase function is of droplets (mie) alone",
+            "\"phase_function\"");
+    return *droplets;
+}
+
+/// The albedos of droplets for red, green and blue: at the wavelengths of their own phase functions,
+/// or, of one phase function, at 0.65, 0.55 and 0.45 um.
+std::array<double, 3> albedos_of_droplets(const SceneLayer& layer) {
+    constexpr const char* name = "layer.albedo";
     std::array<double, 3> albedo{};
     constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
     for (std::size_t c = 0; c < 3; ++c) {
-        Droplets droplets = given->droplets;
+        if (!layer.channels.empty()) {
+            albedo[c] = droplets_of(layer.channels[c], name, "numbers").albedo;
+            continue;
+        }
+        Droplets droplets = droplets_of(layer.components[0], name, "numbers").droplets;
         droplets.wavelength = wavelengths[c];
         albedo[c] = Mie(droplets).albedo;
     }
     return albedo;
+}
+
+/// Extinction efficiencies over green's.
+std::array<double, 3> extinction_of_droplets(const SceneLayer& layer) {
+    constexpr const char* name = "layer.extinction";
+    require(!layer.channels.empty(), caller, name, "absent unless phase_function is a list",
+            "\"phase_function\"");
+    const Mie green = droplets_of(layer.channels[1], name, "absent");
+    std::array<double, 3> extinction{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Mie own = droplets_of(layer.channels[c], name, "absent");
+        require(own.droplets.effective_radius == green.droplets.effective_radius &&
+                    own.droplets.effective_variance == green.droplets.effective_variance &&
+                    own.droplets.distribution == green.droplets.distribution,
+                caller, name, "absent unless all channels have droplets of the same sizes",
+                layer.channels[c].text());
+        extinction[c] = own.extinction_efficiency / green.extinction_efficiency;
+    }
+    return extinction;
 }
 
 }  // namespace
@@ -78,17 +123,22 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     if (of_rings)
         known.push_back("components");
     else
-        known.insert(known.end(), {"phase_function", "optical_depth"});
+        known.insert(known.end(), {"phase_function", "extinction", "optical_depth"});
     const Section section = section_of(root, "layer", known);
     SceneLayer layer;
     if (of_rings) {
         layer.components = read_components(section, source);
     } else {
-        layer.components = {source.phase_function(section.text("phase_function"))};
+        read_phase_function(section, source, layer);
         layer.optical_depth = read_depth(section, source);
+        if (section.has("extinction")) {
+            require(section.is("extinction", "phase_function"), caller, "layer.extinction",
+                    "\"phase_function\" or absent", "another value");
+            layer.extinction = extinction_of_droplets(layer);
+        }
     }
     if (!of_rings && section.is("albedo", "phase_function"))
-        layer.albedo = albedos_of_droplets(layer.components[0]);
+        layer.albedo = albedos_of_droplets(layer);
     else if (section.has("albedo"))
         layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
     else

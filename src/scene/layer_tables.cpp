@@ -60,6 +60,8 @@ bool has_ground(const Scene& scene) {
 
 /// Refuses a table that does not serve a scene.
 void check_table(const Scene& scene, const Table& table) {
+    require(scene.layer.channels.empty(), caller, "layer.phase_function",
+            "one phase function where a table is given", "three");
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
@@ -191,8 +193,11 @@ std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes,
                              }));
 }
 
-std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options) {
+namespace {
+
+/// Of scenes with one phase function each.
+std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Scene>& scenes,
+                                                            const BakeOptions& options) {
     struct Group {
         Recipe recipe;
         bool uniform;
@@ -219,6 +224,32 @@ std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene
         const std::shared_ptr<const LayerTables> made =
             bake_layer_tables(scenes[group.scenes[0]], group.recipe, options);
         for (const std::size_t s : group.scenes) tables[s] = made;
+    }
+    return tables;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
+                                                         const BakeOptions& options) {
+    std::vector<Scene> channels;
+    for (const Scene& scene : scenes)
+        for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
+    const auto baked = bake_shared(channels, options);
+    std::vector<std::shared_ptr<const LayerTables>> tables;
+    std::size_t next = 0;
+    for (const Scene& scene : scenes) {
+        if (scene.layer.channels.empty()) {
+            tables.push_back(baked[next++]);
+            continue;
+        }
+        const auto all = std::make_shared<LayerTables>();
+        bool needed = false;
+        for (auto& channel : all->channels) {
+            channel = baked[next++];
+            needed = needed || channel;
+        }
+        tables.push_back(needed ? all : nullptr);
     }
     return tables;
 }

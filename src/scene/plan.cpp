@@ -95,12 +95,17 @@ class BakeCosts {
   public:
     explicit BakeCosts(const BakeOptions& options) : options_(options) {}
 
+    /// Channels with their own phase functions cost what green does, each.
     SceneCost of(const Scene& scene) {
-        std::optional<Recipe> recipe = needed_recipe(scene);
+        const std::vector<Scene> channels = channel_scenes(scene);
+        const std::optional<Recipe> recipe = needed_recipe(channels[channels.size() / 2]);
         if (!recipe) return {};
         const std::string text = text_of(*recipe);
         const auto known = known_.find(text);
-        return known != known_.end() ? known->second : known_[text] = measured(*recipe);
+        const SceneCost one =
+            known != known_.end() ? known->second : known_[text] = measured(*recipe);
+        const auto count = static_cast<double>(channels.size());
+        return {count * one.bake_seconds, count * one.bytes, 0};
     }
 
   private:
@@ -184,6 +189,8 @@ Table azimuth_mean(const Table& table) {
 std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
     auto mean = std::make_shared<LayerTables>();
     mean->mixture = tables.mixture;
+    for (std::size_t c = 0; c < tables.channels.size(); ++c)
+        if (tables.channels[c]) mean->channels[c] = azimuth_mean(*tables.channels[c]);
     for (const Table& table : tables.tables) mean->tables.push_back(azimuth_mean(table));
     if (!tables.textured.empty())
         for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());

@@ -2,6 +2,7 @@
 #include <stratus/scene/scene.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -55,6 +56,20 @@ std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
     for (const auto& [name, member] : scene_effects())
         if (!(effects.*member)) names.push_back(std::string("-") + name);
     return names;
+}
+
+std::vector<Scene> channel_scenes(const Scene& scene) {
+    if (scene.layer.channels.empty()) return {scene};
+    std::vector<Scene> scenes(scene.layer.channels.size(), scene);
+    for (std::size_t c = 0; c < scenes.size(); ++c) {
+        SceneLayer& layer = scenes[c].layer;
+        layer.components = {scene.layer.channels[c]};
+        layer.channels.clear();
+        layer.albedo.fill(scene.layer.albedo[c]);
+        layer.optical_depth.max *= scene.layer.extinction[c];
+        layer.extinction.fill(1);
+    }
+    return scenes;
 }
 
 double seen_depth(const Scene& scene, double optical_depth) noexcept {

@@ -70,6 +70,14 @@ RECIPE
 expect_ok bake rayleigh.toml -o rayleigh.h5 --quiet
 expect_ok render slab.toml -o table.png --table rayleigh.h5 --quiet
 
+# channels with a phase function each: the plan has a recipe for each of their tables
+sed "s/\"rayleigh\"/['rayleigh', 'rayleigh', 'isotropic']/" slab.toml >colours.toml
+expect_ok render colours.toml -o colours.png --quiet
+cmp -s colours.png one.png && fail "blue must be scattered as by its own phase function"
+expect_ok plan colours.toml --quiet
+expect_says "$out" "layer: rayleigh" "isotropic" "One of the tables that colours.toml needs"
+[ "$(grep -c '^phase_function' "$out")" = 3 ] || fail "three recipes must be printed"
+
 # another width keeps the shape; panels stand side by side
 expect_ok render slab.toml -o wide.png --width 24
 expect_says "$err" "24 x 12 pixels"
@@ -109,6 +117,8 @@ sed 's/rayleigh/isotropic/' slab.toml >other.toml
 expect_refused 2 table.phase_function "must be isotropic" "got rayleigh" -- render other.toml -o a.png --table rayleigh.h5
 sed 's/= 1.0$/= 4.0/' slab.toml >other.toml
 expect_refused 2 table.optical_depth.max "at least the scene's, 4" "got 2" -- render other.toml -o a.png --table rayleigh.h5
+expect_refused 2 layer.phase_function "one phase function" "got three" -- render colours.toml -o a.png --table rayleigh.h5
+expect_refused 2 --write "three phase functions" -- plan colours.toml --write needs.toml
 sed 's/^white/whit/; s/^width/widht/' slab.toml >other.toml
 expect_refused 2 "unknown key 'picture.widht'" "line 4" "'picture.width'" -- render other.toml -o a.png
 head -c 3000 /bin/sh >other.toml

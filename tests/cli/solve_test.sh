@@ -306,6 +306,13 @@ expect_says "$err" "note: phases/flat_times_3.csv" "spherical mean 3"
 henyey=$(albedo_of henyey_greenstein:g=0.5)
 expect_near "$(albedo_of moments:file=phases/moments.csv)" "$henyey" 1e-9
 
+# the albedo of droplets is what `stratus phase` says of them
+droplets=mie:radius=5um,wavelength=3um,material=water
+expect_ok phase $droplets
+stated=$(sed -n 's/.*albedo \([0-9.]*\).*/\1/p' "$err")
+expect_ok solve --phase $droplets --albedo phase_function --optical-depth 1 --nodes 16
+expect_near "$(figure albedo)" "$stated" 1e-8
+
 # weights that do not sum to 1 are said, and are no error
 expect_ok solve --phase '2*rayleigh + 6*isotropic' --albedo 0.9 --optical-depth 1 --nodes 16 --mu-in 0.3
 expect_says "$err" "note: " "weights summed to 8"
@@ -398,6 +405,8 @@ expect_refused 2 query.csv header -- solve "${layer[@]}" --query query.csv
 expect_refused 1 absent.csv -- solve "${layer[@]}" --query absent.csv
 expect_refused 1 phases -- solve "${layer[@]}" --query phases
 query $columns
+expect_refused 2 --albedo "in [0, 1], or phase_function" "got droplets" -- solve --phase rayleigh --albedo droplets --optical-depth 1
+expect_refused 2 --albedo "mie" "got phase_function" -- solve --phase rayleigh --albedo phase_function --optical-depth 1
 expect_refused 2 --albedo "got 2" -- solve --phase rayleigh --albedo 2 --optical-depth 1 --query query.csv
 
 # files that cannot be written; an older one comes to no harm

@@ -63,6 +63,58 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     }
 }
 
+TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
+    Scene scene = small_planet(0, 3, 1);
+    scene.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.6),
+                            PhaseFunction::henyey_greenstein(-0.3)};
+    scene.layer.components = {scene.layer.channels[1]};
+    scene.layer.albedo = {0.95, 0.6, 0.99};
+    scene.layer.extinction = {0.5, 1, 1.5};
+    auto& ground = std::get<Planet>(scene.subject).surface.colour;
+    ground = {0.25f, 0.5f, 1.0f};
+    scene.tolerance = tolerance;
+    const Geometry geometry{0.8, 0.3, 0.4};
+    for (const bool varied : {false, true}) {
+        if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        const auto tables = bake_for({scene});
+        const LayerLight light(scene, tables[0].get());
+        const Matter matter{3, scene.layer.albedo, 1};
+        const Rgb3 reflected = light.reflection(matter, geometry),
+                   transmitted = light.transmission(matter, geometry),
+                   from_ground = light.ground(matter, 0.8, matter, 0.3, ground);
+        const double ground_albedo[] = {0.25, 0.5, 1.0};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const PhaseFunction& own = scene.layer.channels[c];
+            const double albedo = scene.layer.albedo[c], depth = 3 * scene.layer.extinction[c];
+            const LayerSolution free = solved(own, albedo, depth, geometry);
+            EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance) << c;
+            EXPECT_NEAR(transmitted[c] / free.transmission(0, 1, 0.4).total, 1, tolerance) << c;
+            const LayerSolution both =
+                solved(own, albedo, depth, geometry, LowerBoundary::surface(ground_albedo[c]));
+            EXPECT_NEAR((reflected[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
+                        1.5 * tolerance)
+                << c;
+        }
+    }
+}
+
+TEST(LayerLight, ChannelsScatterTheBackgroundByTheirOwnPhaseFunctions) {
+    Scene scene = once(small_slab(2, 1));
+    scene.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::henyey_greenstein(0.6),
+                            PhaseFunction::rayleigh()};
+    scene.layer.components = {scene.layer.channels[1]};
+    scene.layer.albedo = {0.5, 0.6, 0.7};
+    scene.layer.extinction = {0.5, 1, 1.5};
+    const LayerLight light(scene, nullptr);
+    const Rgb3 seen = light.background(*uniform_matter(scene), 0.4);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double depth = 2 * scene.layer.extinction[c];
+        const SingleDiffuseTransmittance once(scene.layer.channels[c]);
+        EXPECT_DOUBLE_EQ(seen[c], std::exp(-depth / 0.4) + scene.layer.albedo[c] * once(depth, 0.4))
+            << c;
+    }
+}
+
 TEST(LayerLight, SingleScatteringIsTheClosedForm) {
     const Scene scene = once(small_rings(1));
     const LayerLight light(scene, nullptr);

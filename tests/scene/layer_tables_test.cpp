@@ -91,6 +91,23 @@ TEST(NeededRecipe, HasAMixtureAxisForRings) {
     EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
 }
 
+TEST(BakeFor, SharesTheTablesOfChannels) {
+    Scene one = small_slab(1, 0.8);
+    one.tolerance = 0.05;
+    one.layer.channels = {PhaseFunction::isotropic(), PhaseFunction::rayleigh(),
+                          PhaseFunction::isotropic()};
+    one.layer.albedo = {0.8, 0.8, 0};
+    Scene green = one;
+    green.layer.channels.clear();
+    const auto tables = bake_for({one, once(one), green});
+    ASSERT_TRUE(tables[0]);
+    EXPECT_TRUE(tables[0]->tables.empty());
+    EXPECT_EQ(tables[0]->channels[0]->tables[0].phase_function.text(), "isotropic");
+    EXPECT_EQ(tables[0]->channels[1], tables[2]) << "the same phase function";
+    EXPECT_FALSE(tables[0]->channels[2]) << "black";
+    EXPECT_FALSE(tables[1]) << "scattered once";
+}
+
 TEST(AdoptTable, RefusesATableThatDoesNotCoverTheScene) {
     const Scene scene = small_slab(1, 0.8);
     Recipe recipe = *needed_recipe(scene);
@@ -116,6 +133,8 @@ TEST(AdoptTable, RefusesATableThatDoesNotCoverTheScene) {
     Scene other = scene;
     other.layer.components = {PhaseFunction::isotropic()};
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
+    other.layer.channels = {3, PhaseFunction::rayleigh()};
+    refuse(other, {"layer.phase_function", "one phase function", "got three"});
 }
 
 }  // namespace

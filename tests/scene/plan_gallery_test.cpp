@@ -70,7 +70,8 @@ TEST_P(GalleryPlan, ChangesNoPixelByMoreThanTheTolerance) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, GalleryPlan,
                          testing::Values("saturn_lit.toml", "saturn_unlit.toml", "full_moon.toml",
-                                         "cloudy_planet.toml", "broken_clouds.toml"),
+                                         "cloudy_planet.toml", "broken_clouds.toml", "fogbow.toml",
+                                         "corona.toml"),
                          [](const auto& scene) {
                              const std::string name = scene.param;
                              return name.substr(0, name.find('.'));

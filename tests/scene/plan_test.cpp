@@ -151,6 +151,20 @@ TEST(Plan, MeasuresTheBakeOfASharedRecipeOnce) {
     EXPECT_EQ(plans[0].costs->all.bake_seconds, plans[1].costs->all.bake_seconds);
 }
 
+TEST(Plan, CountsATableForEachChannelWithItsOwnPhaseFunction) {
+    const Scene grey = wide_slab(1, 0.9);
+    Scene coloured = grey;
+    coloured.layer.channels = {3, PhaseFunction::rayleigh()};
+    const Plan one = plan_scenes({grey}, {.bake = {}, .costs = true})[0],
+               three = plan_scenes({coloured}, {.bake = {}, .costs = true})[0];
+    EXPECT_EQ(three.costs->all.bytes, 3 * one.costs->all.bytes);
+    EXPECT_EQ(three.effects.azimuth, one.effects.azimuth);
+    for (std::size_t e = 0; e < one.shares.size(); ++e) {
+        EXPECT_EQ(three.shares[e].mean, one.shares[e].mean) << one.shares[e].name;
+        EXPECT_EQ(three.shares[e].max, one.shares[e].max) << one.shares[e].name;
+    }
+}
+
 TEST(LookupRange, IsThatOfThePixels) {
     Scene scene = wide_slab(1, 0.9);
     const LookupRange range = measure_range(scene);

@@ -128,6 +128,10 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"angular_diameter_deg", "angular_diameter_deg = 61.0", "[0, 60]", "got 61"},
         {"colour", "colour = -1.0", "background.colour", "[0, 1e6]", "got -1"},
         {"phase_function", "phase_function = 'henyey_greenstein:g=1'", "g must be", "(-1, 1)"},
+        {"phase_function", "phase_function = ['isotropic', 'rayleigh']", "layer.phase_function",
+         "list of three", "got 2"},
+        {"phase_function", "phase_function = ['isotropic', 'rayleigh', 2]", "layer.phase_function",
+         "list of three"},
         {"albedo", "albedo = 1.5", "layer.albedo", "[0, 1]", "got 1.5"},
         {"albedo", "albedo = 'phase_function'", "layer.albedo", "droplets",
          "got \"phase_function\""},
@@ -161,6 +165,52 @@ TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
     EXPECT_LT(albedo[0], albedo[1]);  // water absorbs more in the red
     EXPECT_LT(albedo[1], albedo[2]);
     EXPECT_LT(albedo[2], 1);
+}
+
+TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
+    const std::string blue = "'henyey_greenstein:g=0.5'";
+    const auto three = [&](const std::string& list) {
+        std::string text = cloud_but("albedo", "albedo = 'phase_function'");
+        return text.replace(text.find(blue), blue.size(), list);
+    };
+    const SceneLayer layer =
+        parse_scene(three("['mie:radius=8um,wavelength=2um', 'mie:radius=8um,wavelength=1um', "
+                          "'mie:radius=8um,wavelength=0.5um']"))
+            .panels[0]
+            .layer;
+    ASSERT_EQ(layer.channels.size(), 3u);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const PhaseFunction own = parse_phase_function(std::string("mie:radius=8um,wavelength=") +
+                                                       std::array{"2um", "1um", "0.5um"}[c]);
+        EXPECT_EQ(layer.channels[c].text(), own.text());
+        EXPECT_EQ(layer.albedo[c], std::get<Mie>(own.terms()[0].second).albedo);
+    }
+    EXPECT_LT(layer.albedo[0], 0.999);
+    EXPECT_EQ(layer.extinction, (std::array<double, 3>{1, 1, 1}));
+    expect_scene_refusal(three("['mie:radius=8um', 'isotropic', 'mie:radius=8um']"),
+                         {"layer.albedo", "droplets", "got \"phase_function\""});
+}
+
+TEST(SceneFile, TakesTheExtinctionOfDropletsForThreeColours) {
+    const auto with = [&](const std::string& phase_functions) {
+        return cloud_but("phase_function",
+                         "extinction = 'phase_function'\nphase_function = " + phase_functions);
+    };
+    const SceneLayer layer = parse_scene(with("['mie:radius=0.2um,wavelength=0.65um', "
+                                              "'mie:radius=0.2um,wavelength=0.55um', "
+                                              "'mie:radius=0.2um,wavelength=0.45um']"))
+                                 .panels[0]
+                                 .layer;
+    EXPECT_GT(layer.extinction[2], 1.2);  // small droplets redden
+    EXPECT_EQ(layer.extinction[1], 1);
+    EXPECT_LT(layer.extinction[0], 0.85);
+    expect_scene_refusal(with("'mie:radius=8um'"), {"layer.extinction", "a list"});
+    expect_scene_refusal(with("['mie:radius=8um', 'mie:radius=8um', 'isotropic']"),
+                         {"layer.extinction", "droplets"});
+    expect_scene_refusal(with("['mie:radius=8um', 'mie:radius=8um', 'mie:radius=7um']"),
+                         {"layer.extinction", "same sizes", "radius=7um"});
+    expect_scene_refusal(cloud_but("density", "extinction = 1.0"),
+                         {"layer.extinction", "\"phase_function\" or absent"});
 }
 
 TEST(SceneFile, PanelsOverrideKeysOfTheScene) {

@@ -62,6 +62,11 @@ class LayerLight {
     void record(LookupRange* range) noexcept { recorded_ = range; }
 
   private:
+    /// `of(light, c)` of each channel's own light.
+    template <class Function>
+    Rgb3 of_channels(const Function& of) const noexcept;
+    /// `matter` in one channel: grey in its albedo, of its depth.
+    Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
@@ -76,6 +81,8 @@ class LayerLight {
 
     const Scene& scene_;
     const LayerTables* tables_;
+    std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
+    std::vector<LayerLight> channels_;
     std::optional<RgbSlice> slice_;
     Opposition opposition_;
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed

@@ -17,7 +17,8 @@ namespace stratus {
 /// Extends a range to include a value.
 void widen(Range& range, double value) noexcept;
 
-/// The recipe of the table that a scene needs; none where its effects need no table.
+/// The recipe of the table that a scene needs; none where its effects need no table. Channels with
+/// their own phase functions need a table each: that of `channel_scenes` (scene.h).
 std::optional<Recipe> needed_recipe(const Scene& scene);
 
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table
@@ -27,8 +28,10 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 /// Tables of one layer. Must not be moved while a LayerLight uses them.
 struct LayerTables {
     Axis mixture{AxisScale::linear, {}};  // empty where there is one mixture
-    std::vector<Table> tables;              // one for each mixture
-    std::vector<TexturedTable> textured;    // as many; none for a uniform layer
+    std::vector<Table> tables;            // one for each mixture
+    std::vector<TexturedTable> textured;  // as many; none for a uniform layer
+    /// Of red, green and blue where these have their own phase functions, in place of all above.
+    std::array<std::shared_ptr<const LayerTables>, 3> channels;
 };
 
 /// Prepares a table for lookups.
@@ -41,7 +44,7 @@ std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe
 /// Prepares an existing table for several scenes.
 ///
 /// Errors   std::invalid_argument for a table of another phase function, or that does not cover
-///          what a scene needs.
+///          what a scene needs; for a scene whose channels have their own phase functions.
 std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
 
 /// The layer's matter, if it is uniform.

@@ -24,8 +24,9 @@
 //     colour = [0.0, 0.0, 0.0]          # or image, all around: longitude and latitude
 //
 //     [layer]
-//     phase_function = "isotropic"
+//     phase_function = "isotropic"      # or three, of red, green and blue
 //     albedo = 0.99                     # or [red, green, blue]; "phase_function": of droplets (mie)
+//     extinction = "phase_function"     # of three of the same droplets: the depth is green's
 //     optical_depth = 8.0               # or inf, or { clouds = ... }, { image = ... }
 //     density = 0.1                     # effects.h; 0
 //     opposition = { law = "hapke", amplitude = 1.0, width = 0.05 }   # or blinn's, from density
@@ -90,7 +91,9 @@ struct Matter {
 
 /// The layer that scatters, wherever it lies.
 struct SceneLayer {
-    std::vector<PhaseFunction> components;  // two in rings, which mix them; else one
+    std::vector<PhaseFunction> components;      // two in rings, which mix them; else one
+    std::vector<PhaseFunction> channels;        // red's, green's and blue's own; empty: all alike
+    std::array<double, 3> extinction{1, 1, 1};  // of those, the depth multiplied by it
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
     double density = 0;
@@ -185,6 +188,10 @@ SceneFile parse_scene(const std::string& text, const std::string& directory = ""
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// A scene for each of red, green and blue where these have their own phase functions, with that
+/// one's, its depth, and grey in its albedo; else the scene itself.
+std::vector<Scene> channel_scenes(const Scene& scene);
 
 /// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;

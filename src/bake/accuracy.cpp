@@ -22,9 +22,6 @@ namespace {
 /// Errors are not relative to less: fainter light shows in no picture and no measurement.
 constexpr double min_value = 1e-8;
 
-/// Points that share one solved layer; layers of a narrow peak take longer.
-int points_of_layer(const PointRange& range) { return range.has_path_law ? 24 : 8; }
-
 /// The floor of one side's errors: values(i, j, azimuths) at the floor's cosines.
 template <class Values>
 double floor_of(const LayerSolution& solution, Values values) {
@@ -142,15 +139,20 @@ std::vector<RandomPoint> random_points(const PointRange& range, bool peaked, int
     if (range.transmission) sides.push_back(Side::transmission);
     std::uniform_real_distribution<double> azimuth(0, pi);
     std::vector<RandomPoint> points;
+    std::vector<double> shared;  // by the points of layers that take long: each cosine adds to it
+    const auto anywhere = [&](const AxisView& axis) {
+        constexpr std::size_t few = 16;
+        if (shared.size() == few) return shared[random() % few];
+        const double mu = random_cosine(least_cosine(range, axis), axis.highest, random);
+        if (range.has_path_law) shared.push_back(mu);
+        return mu;
+    };
     for (int n = 0; n < count; ++n) {
-        const auto anywhere = [&](const AxisView& axis) {
-            return random_cosine(least_cosine(range, axis), axis.highest, random);
-        };
         const double mu_in = anywhere(range.mu_in), mu_out = anywhere(range.mu_out);
         points.push_back({{mu_in, mu_out, azimuth(random)}, PointKind::even, sides});
     }
     if (!peaked) return points;
-    for (int n = 0; n < (count + 1) / 2; ++n)
+    for (int n = 0; n < (range.has_path_law ? count + 3 : 2 * count + 2) / 4; ++n)
         for (const Side side : sides)
             if (const auto at = random_forward(range, side, random))
                 points.push_back({*at, PointKind::forward, {side}});
@@ -160,9 +162,8 @@ std::vector<RandomPoint> random_points(const PointRange& range, bool peaked, int
     if (range.mu_in.lowest < grazing_cosine && range.mu_out.lowest < grazing_cosine)
         for (int n = 0; n < (count + 3) / 4; ++n) {
             const double mu_in = grazing(range.mu_in);
-            const double mu_out = range.has_path_law ? random_cosine(range.mu_out.lowest,
-                                                                     range.mu_out.highest, random)
-                                                     : grazing(range.mu_out);
+            const double mu_out =
+                range.has_path_law ? anywhere(range.mu_out) : grazing(range.mu_out);
             points.push_back({{mu_in, mu_out, azimuth(random)}, PointKind::grazing, sides});
         }
     return points;
@@ -203,6 +204,8 @@ double error_quantile(std::vector<ErrorSample>& samples, double share) {
 
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }
 
+int points_of_layer(const PointRange& range) { return range.has_path_law ? 24 : 8; }
+
 int reference_nodes(int nodes) { return std::min(512, nodes + std::max(8, nodes / 2)); }
 
 bool Verification::meets(double tolerance) const {
@@ -238,10 +241,14 @@ void solve_points(const PhaseFunction& phase_function, const PointRange& range,
     if (range.transmission) sides.push_back(Side::transmission);
 
     std::size_t count = sides.size();
+    std::vector<int> places;  // in mu, of the points' two cosines
     for (const RandomPoint& point : points) {
-        mu.push_back(point.at.mu_in);
-        mu.push_back(point.at.mu_out);
         count += point.sides.size();
+        for (const double cosine : {point.at.mu_in, point.at.mu_out}) {
+            const auto found = std::find(mu.begin(), mu.end(), cosine);
+            places.push_back(static_cast<int>(found - mu.begin()));
+            if (found == mu.end()) mu.push_back(cosine);
+        }
     }
     // A floor for each side, then the totals, point by point.
     std::vector<double> solved;
@@ -257,14 +264,14 @@ void solve_points(const PhaseFunction& phase_function, const PointRange& range,
         for (const Side side : sides)
             solved.push_back(side == Side::reflection ? reflection_floor(solution)
                                                       : transmission_floor(solution));
-        int in = static_cast<int>(floor_cosines().size());
+        const int* at = places.data();
         for (const RandomPoint& point : points) {
             const double phi = point.at.azimuth;
             for (const Side side : point.sides)
                 solved.push_back(side == Side::reflection
-                                     ? solution.reflection(in, in + 1, phi).total
-                                     : solution.transmission(in, in + 1, phi).total);
-            in += 2;
+                                     ? solution.reflection(at[0], at[1], phi).total
+                                     : solution.transmission(at[0], at[1], phi).total);
+            at += 2;
         }
         keep_finished(log, piece, solved);
     }
@@ -353,8 +360,8 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
         stop_if_asked(options.log);
         std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(layer));
         const int rest = options.samples - layer * points;
-        solve_points(phase_function, range, solver, std::min(rest, points), random,
-                     options.log, "points from " + std::to_string(layer * points),
+        solve_points(phase_function, range, solver, std::min(rest, points), random, options.log,
+                     "points from " + std::to_string(layer * points),
                      of_layer[static_cast<std::size_t>(layer)]);
     };
     parallel_for(layers, options.threads, solve, [&](int done) {

@@ -75,12 +75,14 @@ double predicted_check_seconds(const Recipe& resolved, int threads) {
         range.mixture = mixture_axis(*resolved.mixture, d.mixture_samples).view();
         range.second_phase_function = resolved.second_phase_function;
     }
+    range.has_path_law = path_law_of(resolved) != nullptr;
     range.all_kinds = true;
     SolverOptions solver = solver_options(resolved);
     solver.nodes = reference_nodes(d.nodes);
     solver.modes = 0;
+    solver.exact_fluxes = false;
     VerifyOptions few;
-    few.samples = 32;
+    few.samples = 4 * points_of_layer(range);
     few.threads = 1;
     const double started = processor_seconds();
     solve_random_points(resolved.phase_function, range, solver, few);

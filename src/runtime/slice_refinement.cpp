@@ -201,6 +201,7 @@ class Refinement {
         for (int i = 1; i < probed; ++i)
             for (int j = 0; j < cosines; ++j) {
                 const double in = places.mu(i), out = table_.mu_out.value(j);
+                if (std::min(in, out) < least_cosine()) continue;
                 const double factor = divided_by(in, out);
                 for (int k = 0; k < columns; k += azimuth_step) {
                     const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
@@ -217,6 +218,7 @@ class Refinement {
             for (int i = 0; i < sheet_.count[0]; i += cosine_step)
                 for (int j = 0; j <= i; j += cosine_step) {
                     const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                    if (std::min(in, out) < least_cosine()) continue;
                     const double factor = divided_by(in, out);
                     const float* const row = along_azimuth.row(i, j);
                     for (int k = 1; k < probed; ++k) {
@@ -259,6 +261,8 @@ class Refinement {
     }
 
   private:
+    double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
+
     double divided_by(double mu_in, double mu_out) const {
         return table_.has_lower_boundary() ? 1 : directional_factor(table_, blend_, mu_in, mu_out);
     }

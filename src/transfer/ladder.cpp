@@ -218,11 +218,13 @@ namespace {
 /// Fluxes come from mode 0 alone, and need more of a peaked phase function's moments than the early
 /// end leaves: with 64 nodes those of Henyey-Greenstein 0.95 are right to 1e-6.
 constexpr int nodes_for_fluxes = 64;
+constexpr double cut_share = 1e-4;  // less harms no flux
 
 void refine_fluxes(const LadderProblem& problem,
                    std::vector<std::vector<LayerSolution>>& solutions) {
     const LayerSolution& any = solutions[0][0];
-    if (any.path == nullptr || !any.truncation.narrow || !problem.options.exact_fluxes) return;
+    const bool cut_early = any.path != nullptr && any.truncation.fraction > cut_share;
+    if (!cut_early || !problem.options.exact_fluxes) return;
     SolverOptions options = problem.options;
     options.nodes = std::max(nodes_for_fluxes, options.nodes);
     options.moments = 0;

@@ -33,10 +33,9 @@ enum class PointKind {
 constexpr double forward_cone = 10;  // degrees
 constexpr double grazing_cosine = 0.15;
 
-/// With a path law (path_law.h), even and forward points have cosines of at least this. At smaller
-/// ones the path bends away from the surface, and the law does not hold: what tables miss there is
-/// told, not judged.
-constexpr double least_judged_cosine = grazing_cosine;
+/// With a path law (path_law.h), even and forward points have cosines of at least this; what tables
+/// miss at smaller ones is told, not judged.
+constexpr double least_judged_cosine = least_path_cosine;
 
 /// Whether points near forward and at grazing pairs are drawn: the phase function, or that of a
 /// semi-infinite layer below, is at least 40 straight on (Henyey-Greenstein: g from 0.79 on).
@@ -99,6 +98,9 @@ struct PointRange {
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
 };
+
+/// Points that share one solved layer: more where layers take long.
+int points_of_layer(const PointRange& range);
 
 /// Nodes of the solutions that tables of so many are verified with: half as many again.
 int reference_nodes(int nodes);

@@ -52,6 +52,10 @@ std::vector<double> significant_moments(const PhaseFunction& phase_function);
 /// True where the moments beyond 32, forward ones, show: phase values of 0.2 and more each.
 bool has_narrow_peak(const PhaseFunction& phase_function);
 
+/// At smaller cosines the path bends away from the surface: the law still is what lookups add, but
+/// what it leaves is not smooth. Tables and slices answer for their accuracy from here on.
+constexpr double least_path_cosine = 0.15;
+
 class PathLaw {
   public:
     /// b(l) falls from 1 at the first to 0 at the second: r_l = 0 from there on.

@@ -12,8 +12,9 @@
 namespace stratus {
 namespace {
 
-/// Share of the tolerance that straight lines along each of the three axes may use.
-constexpr double share_of_tolerance = 0.2;
+/// Share of the tolerance that straight lines along each of the three axes may use; less with a path
+/// law, for the directions near forward, which are judged apart, are few among all.
+constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
 
 // Intervals along an axis: while the error of straight lines is measured, and of the slice.
 constexpr int probed = 32, min_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
@@ -286,7 +287,8 @@ RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& ble
         mu_error = std::max(mu_error, along_mu);
         azimuth_error = std::max(azimuth_error, along_azimuth);
     }
-    const double allowed = share_of_tolerance * kept_tolerance(table);
+    const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
+    const double allowed = share * kept_tolerance(table);
     const int channels = static_cast<int>(blends.size());
     RefinedSamples refined;
     refined.azimuths =

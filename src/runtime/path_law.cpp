@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
 namespace stratus {
@@ -20,9 +19,11 @@ constexpr int max_count = PathWeights::max_count;
 struct Meetings {
     double more[max_count], fewer[max_count], slope[max_count];
 
-    Meetings(int count, double s) noexcept {
+    /// Not-a-number counts as 0, so that it never becomes an index.
+    Meetings(int count, double depth) noexcept {
+        const double s = std::max(0.0, depth);
         const int last = count - 1;
-        if (std::isinf(s) || s > 2 * max_count + 1000) {
+        if (s > 2 * max_count + 1000) {
             std::fill_n(more, count, 1.0);
             std::fill_n(fewer, count, 0.0);
             std::fill_n(slope, count, 0.0);
@@ -156,7 +157,7 @@ PathOrders::PathOrders(const PathLaw& law)
     for (std::size_t l = 0; l < chi.size(); ++l) {
         for (std::size_t n = 0; n < orders; ++n) {
             const std::vector<double>& coefficients = law.legendre(static_cast<int>(n) + 2);
-            if (l >= coefficients.size()) break;  // and so do those of higher orders
+            if (l >= coefficients.size()) break;  // those of higher orders are fewer still
             const double c = coefficients[l];
             double* const row = &sum[n * stride];
             for (std::size_t k = 0; k < stride; ++k) row[k] += c * here[k];
@@ -201,7 +202,7 @@ std::vector<double> PathLaw::legendre(const PathWeights& weights) const {
 double PathOrders::operator()(const PathWeights& weights, double forward,
                               double backward) const noexcept {
     const float x = static_cast<float>(std::min(forward, backward)) + offset_;
-    const int at = std::min(octave_index(offset_, angle_bits, x), angles_ - 2);
+    const int at = std::clamp(octave_index(offset_, angle_bits, x), 0, angles_ - 2);
     const double low = octave_sample(offset_, angle_bits, at);
     const double high = octave_sample(offset_, angle_bits, at + 1);
     const double share = (double{x} - low) / (high - low);

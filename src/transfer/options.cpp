@@ -28,6 +28,10 @@ namespace {
 /// quadrature is exact and the 2 at which their own resolution ends (docs/accuracy.md).
 int moments_integrated(int nodes) { return std::max(2, 3 * nodes / 2); }
 
+/// A share of light below which moments that the nodes integrate inexactly do less harm than the
+/// early end: T near forward is off by a tenth of it.
+constexpr double inexact_share = 2e-3;
+
 }  // namespace
 
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
@@ -38,7 +42,9 @@ Truncation truncation_of(const PhaseFunction& phase_function, const SolverOption
         return truncate_peak(phase_function, most, true);
     Truncation truncation = truncate_peak(phase_function, most);
     if (options.moments > 0 || !truncation.narrow) return truncation;
-    return truncate_peak(phase_function, moments_integrated(options.nodes));
+    const double last = phase_function.moments(most + 1).back();
+    return last < inexact_share ? truncation
+                                : truncate_peak(phase_function, moments_integrated(options.nodes));
 }
 
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options) {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -134,6 +135,19 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
     EXPECT_NEAR(single.transmission(0.7f, 0.72f, 0.1f), expected, 1e-4 * expected);
     // nothing scatters: nothing is left of the law
     EXPECT_EQ(bind(view, 2, 0).transmission(0.7f, 0.72f, 0.1f), 0);
+    // not-a-number never becomes an index
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const TexturedTable textured(view);
+    for (const double bad : {nan, -nan}) {
+        const auto of = static_cast<float>(bad);
+        for (const Geometry& at : {Geometry{bad, 0.5, 1}, Geometry{0.5, 0.5, bad}}) {
+            transmission(view, 1, 2, at);
+            reflection(view, bad, 2, at);
+            textured.transmission(1, 2, at);
+        }
+        all.transmission(of, 0.5f, 1);
+        all.reflection(0.5f, 0.5f, of);
+    }
     // beyond what any layer in the table has, and very deep
     const Slice deep = bind(view, 4e5, 1, {}, OutsideTable::clamp);
     EXPECT_TRUE(std::isfinite(deep.transmission(0.01f, 1, 0)));

@@ -49,13 +49,15 @@ PathWeights path_weights(Side side, int count, double optical_depth, double mu_i
 /// 0.998).
 std::vector<double> significant_moments(const PhaseFunction& phase_function);
 
-/// True where the moments beyond 32, forward ones, show: phase values of 0.2 and more each.
+/// True where moments beyond 32 show, and are those of a forward peak: (2l+1) chi_l is 0.2 or more
+/// at l = 32 (Henyey-Greenstein: g from 0.84 on).
 bool has_narrow_peak(const PhaseFunction& phase_function);
 
 /// At smaller cosines the path bends away from the surface: the law still is what lookups add, but
 /// what it leaves is not smooth. Tables and slices answer for their accuracy from here on.
 constexpr double least_path_cosine = 0.15;
 
+/// The law of one phase function, from its moments: exact.
 class PathLaw {
   public:
     /// b(l) falls from 1 at the first to 0 at the second: r_l = 0 from there on.
@@ -136,7 +138,7 @@ struct PathSheetView {
     int channel = 0;       // samples from one channel to the next
 };
 
-/// The path law of layers of up to three albedos, for all depths: H and dH/ds over slant depth and
+/// The path law of layers of one albedo or several, for all depths: H and dH/ds over slant depth and
 /// angle, H(s, Theta) = sum_n w^n P(n, s) / n f_n(Theta), in single precision.
 ///
 /// Depths are evenly spaced within each octave of 1 + s, 2^2 to an octave, up to where H has

@@ -45,9 +45,10 @@ DepthLadder probed_ladder(const Recipe& recipe) {
             std::isinf(range.max)};
 }
 
-ProbedLayers solve_layers_with(const SolverOptions& solver, const Probes& probes,
+ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
                                const std::vector<double>& albedos, const DepthLadder& ladder,
                                const DirectionGrid& directions) {
+    solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
     // Eight albedos fill a SIMD register; few albedos are split so that no thread is idle.
     const std::size_t chunk = albedos.size() >= 16 ? 8 : 1;
@@ -109,7 +110,6 @@ const ProbedLayers& probed_layers(Probes& probes) {
     if (!probes.layers.empty()) return probes.layers;
     SolverOptions solver = solver_options(probes.recipe);
     solver.modes = 0;
-    solver.exact_fluxes = false;
     probes.layers =
         solve_layers_with(solver, probes, probes.albedos, probes.ladder, probes.directions);
     return probes.layers;
@@ -117,9 +117,7 @@ const ProbedLayers& probed_layers(Probes& probes) {
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
                           const DepthLadder& ladder, const DirectionGrid& directions) {
-    SolverOptions solver = solver_options(probes.recipe);
-    solver.exact_fluxes = false;
-    return solve_layers_with(solver, probes, albedos, ladder, directions);
+    return solve_layers_with(solver_options(probes.recipe), probes, albedos, ladder, directions);
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {

@@ -106,11 +106,11 @@ class LadderRun {
         SingleFactors factors{MatrixXd(count, count), MatrixXd(count, count)};
         const auto reflection = [&](double in, double out) {
             if (!by_order()) return single_reflection(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(reflected_path, solution, 1, in, out);
+            return (1 - truncation_.fraction) * sum_paths(Side::reflection, solution, 1, in, out);
         };
         const auto transmission = [&](double in, double out) {
             if (!by_order()) return single_transmission(1, w, tau, in, out);
-            return (1 - truncation_.fraction) * sum_paths(transmitted_path, solution, 1, in, out);
+            return (1 - truncation_.fraction) * sum_paths(Side::transmission, solution, 1, in, out);
         };
         for (Eigen::Index j = 0; j < count; ++j)
             for (Eigen::Index i = 0; i <= j; ++i) {

@@ -14,15 +14,13 @@ VectorXd weights_of_orders(double albedo, int highest) {
     return weights;
 }
 
-double sum_paths(OrderPath path, const LayerSolution& layer, Eigen::Index lowest, double in,
-                 double out) {
+double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, double out) {
     const double f = layer.truncation.fraction;
-    const Eigen::Index highest = f > 0 ? layer.order_weights.size() - 1 : 1;
+    const int highest = f > 0 ? static_cast<int>(layer.order_weights.size()) - 1 : 1;
+    const PathWeights paths = path_weights(side, highest + 1, layer.optical_depth, in, out);
     double sum = 0;
-    for (Eigen::Index n = lowest; n <= highest; ++n)
-        if (layer.order_weights(n) != 0)
-            sum += layer.order_weights(n) * std::pow(f, static_cast<double>(n - 1)) *
-                   path(static_cast<int>(n), layer.optical_depth, in, out);
+    for (int n = lowest; n <= highest; ++n)
+        sum += layer.order_weights(n) * n * std::pow(f, n - 1) * paths.of_order[n];
     return sum;
 }
 

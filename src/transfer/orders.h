@@ -5,7 +5,6 @@
 // truncated problem treats it as unscattered.
 #pragma once
 
-#include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>
@@ -15,10 +14,9 @@ namespace stratus {
 /// 1, w, w^2, ...: the weights of all orders up to `highest`.
 Eigen::VectorXd weights_of_orders(double albedo, int highest);
 
-/// sum_n weights(n) f^(n-1) path(n) from order `lowest` on: single scattering of the truncated
-/// problem, order by order, per unit of phase function.
-double sum_paths(OrderPath path, const LayerSolution& layer, Eigen::Index lowest, double in,
-                 double out);
+/// sum_n weights(n) f^(n-1) n times path_weights of order n, from order `lowest` on: single
+/// scattering of the truncated problem, order by order, per unit of phase function.
+double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, double out);
 
 /// exp(-tau*/mu) - exp(-tau/mu) with orders n >= 1 weighted: diffuse light that truncation treats
 /// as unscattered.

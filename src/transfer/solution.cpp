@@ -10,18 +10,15 @@ namespace stratus {
 
 namespace {
 
-/// single_reflection or single_transmission.
-using SingleScattering = double (*)(double phase_value, double albedo, double optical_depth,
-                                    double mu_in, double mu_out);
-
 /// TMS minus the closed form of the layer itself, per unit of phase function. [NT88]
-double single_correction(const LayerSolution& layer, SingleScattering single_scattering,
-                         OrderPath path, double in, double out) {
-    if (layer.order_weights.size()) return sum_paths(path, layer, 2, in, out);
+double single_correction(const LayerSolution& layer, Side side, int in, int out) {
+    const double x = layer.mu(in), y = layer.mu(out);
+    if (layer.order_weights.size()) return sum_paths(side, layer, 2, x, y);
+    const auto single = side == Side::reflection ? single_reflection : single_transmission;
     const Truncation& truncation = layer.truncation;
-    return single_scattering(1, truncation.single_scattering_albedo(layer.albedo),
-                             truncation.optical_depth(layer.optical_depth, layer.albedo), in, out) -
-           single_scattering(1, layer.albedo, layer.optical_depth, in, out);
+    return single(1, truncation.single_scattering_albedo(layer.albedo),
+                  truncation.optical_depth(layer.optical_depth, layer.albedo), x, y) -
+           single(1, layer.albedo, layer.optical_depth, x, y);
 }
 
 PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, int out) {
@@ -33,18 +30,20 @@ PeakCorrection path_correction(const LayerSolution& layer, Side side, int in, in
     return {0, std::move(sum)};
 }
 
+PeakCorrection correction(const LayerSolution& layer, Side side, int in, int out) {
+    if (layer.path) return path_correction(layer, side, in, out);
+    if (layer.truncation.fraction == 0) return {};
+    return {single_correction(layer, side, in, out), {}};
+}
+
 }  // namespace
 
 PeakCorrection LayerSolution::reflection_correction(int in, int out) const {
-    if (path) return path_correction(*this, Side::reflection, in, out);
-    if (truncation.fraction == 0) return {};
-    return {single_correction(*this, single_reflection, reflected_path, mu(in), mu(out)), {}};
+    return correction(*this, Side::reflection, in, out);
 }
 
 PeakCorrection LayerSolution::transmission_correction(int in, int out) const {
-    if (path) return path_correction(*this, Side::transmission, in, out);
-    if (truncation.fraction == 0) return {};
-    return {single_correction(*this, single_transmission, transmitted_path, mu(in), mu(out)), {}};
+    return correction(*this, Side::transmission, in, out);
 }
 
 PathWeights LayerSolution::path_weights(Side side, int in, int out) const {

@@ -1,8 +1,5 @@
 #include <stratus/transfer/truncated_path.h>
 
-#include <boost/math/quadrature/gauss.hpp>
-#include <boost/math/special_functions/gamma.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -33,29 +30,6 @@ TruncatedPath::TruncatedPath(PathLaw law, const Truncation& truncation) : law_(s
 Eigen::VectorXd TruncatedPath::rest(const PathWeights& weights) const {
     const Eigen::Index orders = std::max(0, weights.count - 2);
     return rest_.leftCols(orders) * Eigen::Map<const Eigen::VectorXd>(weights.of_order + 2, orders);
-}
-
-double reflected_path(int n, double optical_depth, double mu_in, double mu_out) {
-    const double s = optical_depth / mu_in + optical_depth / mu_out;
-    const double share = std::isinf(s) ? 1 : boost::math::gamma_p(n, s);
-    return share / (4 * (mu_in + mu_out));
-}
-
-double transmitted_path(int n, double optical_depth, double mu_in, double mu_out) {
-    if (std::isinf(optical_depth)) return 0;
-    const double in = optical_depth / mu_in, out = optical_depth / mu_out;
-    const double factor = optical_depth / (4 * mu_in * mu_out);
-    if (std::abs(in - out) > 0.5) {  // the form without cancellation
-        const double difference = std::min(in, out) > n
-                                      ? boost::math::gamma_q(n, out) - boost::math::gamma_q(n, in)
-                                      : boost::math::gamma_p(n, in) - boost::math::gamma_p(n, out);
-        return factor * difference / (in - out);
-    }
-    const auto density = [n](double s) { return boost::math::gamma_p_derivative(n, s); };
-    const double middle = (in + out) / 2, half = (in - out) / 2;
-    return factor / 2 * boost::math::quadrature::gauss<double, 7>::integrate([&](double x) {
-               return density(middle + half * x);
-           });
 }
 
 std::vector<double> sum_legendre(std::span<const double> coefficients, std::span<const double> x) {

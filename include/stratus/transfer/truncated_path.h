@@ -28,13 +28,6 @@
 
 namespace stratus {
 
-/// P(n, tau/mu + tau/mu0) / (4 (mu + mu0)) for R, [P(n, tau/mu0) - P(n, tau/mu)] /
-/// (4 (mu - mu0)) for T: light scattered n times, one of them the turn. n = 1 is single scattering
-/// of phase value 1.
-double reflected_path(int n, double optical_depth, double mu_in, double mu_out);
-double transmitted_path(int n, double optical_depth, double mu_in, double mu_out);
-using OrderPath = double (*)(int n, double optical_depth, double mu_in, double mu_out);
-
 /// Of one phase function and truncation, for all albedos, depths and directions.
 class TruncatedPath {
   public:

@@ -92,6 +92,15 @@ void write_files(const Table& table, const BakeCommand& command) {
     if (picture.valid()) picture.get();
 }
 
+/// Told on standard error.
+BakeOptions options_of(const BakeCommand& command, Progress& progress) {
+    BakeOptions options;
+    options.threads = command.threads;
+    options.note = [&](const std::string& line) { progress.note("  " + line); };
+    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    return options;
+}
+
 /// Tells what a bake would choose, make and take.
 void run_dry(const BakeCommand& command) {
     Forecast ahead;
@@ -102,13 +111,7 @@ void run_dry(const BakeCommand& command) {
         tolerance = recipe.tolerance;
         Progress progress(command.quiet);
         for (const std::string& note : notes) progress.note("note: " + note);
-        BakeOptions options;
-        options.threads = command.threads;
-        options.note = [&](const std::string& line) { progress.note("  " + line); };
-        options.progress = [&](double done, const std::string& stage) {
-            progress.show(done, stage);
-        };
-        ahead = forecast(recipe, options);
+        ahead = forecast(recipe, options_of(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
     for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
@@ -129,10 +132,7 @@ void run_bake(const BakeCommand& command) {
     const auto started = Clock::now();
     Progress progress(command.quiet);
     for (const std::string& note : notes) progress.note("note: " + note);
-    BakeOptions options;
-    options.threads = command.threads;
-    options.note = [&](const std::string& line) { progress.note("  " + line); };
-    options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
+    BakeOptions options = options_of(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);

@@ -3,6 +3,7 @@
 #include <stratus/runtime/constants.h>
 
 #include "direction_coordinates.h"
+#include "gauss_legendre.h"
 #include "kernels/light_path.h"
 
 #include <algorithm>
@@ -32,20 +33,10 @@ struct Quadrature {
     float x[nodes], weight[nodes];
 
     Quadrature() {
-        for (int i = 0; i < nodes; ++i) {
-            double z = std::cos(pi * (i + 0.75) / (nodes + 0.5)), slope = 1;
-            for (int step = 0; step < 6; ++step) {  // Newton; converges quadratically
-                double p = 1, before = 0;
-                for (int l = 0; l < nodes; ++l) {
-                    const double next = ((2 * l + 1) * z * p - l * before) / (l + 1);
-                    before = p;
-                    p = next;
-                }
-                slope = nodes * (z * p - before) / (z * z - 1);
-                z -= p / slope;
-            }
-            x[i] = static_cast<float>((1 - z) / 2);
-            weight[i] = static_cast<float>(1 / ((1 - z * z) * slope * slope));
+        const GaussLegendre gauss(nodes);
+        for (std::size_t i = 0; i < nodes; ++i) {
+            x[i] = static_cast<float>((1 - gauss.x[i]) / 2);
+            weight[i] = static_cast<float>(gauss.weight[i] / 2);
         }
     }
 };

@@ -3,6 +3,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/single_scattering.h>
 
+#include "gauss_legendre.h"
 #include "layer_blend.h"
 
 #include <algorithm>
@@ -33,16 +34,11 @@ struct Node {
 };
 
 std::array<Node, nodes> gauss_nodes() {
+    const GaussLegendre gauss(nodes);
     std::array<Node, nodes> rule;
     for (std::size_t i = 0; i < rule.size(); ++i) {
-        double x = std::cos(pi * (static_cast<double>(i) + 0.75) / (nodes + 0.5)), slope = 1;
-        for (int iteration = 0; iteration < 8; ++iteration) {  // Newton's, to the last bits
-            const Legendre p = legendre(x);
-            slope = nodes * (x * p[nodes] - p[nodes - 1]) / (x * x - 1);
-            x -= p[nodes] / slope;
-        }
-        const double mu = (1 + x) / 2;
-        rule[i] = {mu, 1 / ((1 - x * x) * slope * slope), legendre(mu)};
+        const double mu = (1 + gauss.x[i]) / 2;
+        rule[i] = {mu, gauss.weight[i] / 2, legendre(mu)};
     }
     return rule;
 }

@@ -1,5 +1,6 @@
 #include "mie_scattering.h"
 
+#include "gauss_legendre.h"
 #include "kernels/sphere_sums.h"
 
 #include <stratus/runtime/constants.h>
@@ -94,49 +95,22 @@ struct LaneSpheres {
     double number[lanes] = {};
 };
 
-/// Nodes of a Gauss-Legendre rule and values there.
+/// Values at the nodes of a quadrature over the cosine.
 struct AtNodes {
-    std::vector<double> cosine, weight, value;
+    GaussLegendre nodes;
+    std::vector<double> value;
 };
-
-/// Newton's method on P_count from the asymptotic zeros.
-AtNodes gauss_nodes(std::size_t count) {
-    AtNodes nodes{std::vector<double>(count), std::vector<double>(count),
-                  std::vector<double>(count, 0.0)};
-    const double N = static_cast<double>(count);
-    for (std::size_t i = 0; i < (count + 1) / 2; ++i) {
-        double c = std::cos(pi * (static_cast<double>(i) + 0.75) / (N + 0.5)), slope = 1;
-        for (int step = 0; step < 5; ++step) {
-            double before = 0, here = 1;
-            for (std::size_t l = 0; l < count; ++l) {
-                const double order = static_cast<double>(l);
-                const double next = c * here + order / (order + 1) * (c * here - before);
-                before = here;
-                here = next;
-            }
-            slope = N * (before - c * here) / ((1 - c) * (1 + c));
-            const double change = here / slope;
-            c -= change;
-            if (std::abs(change) < 1e-15) break;
-        }
-        nodes.cosine[i] = c;
-        nodes.cosine[count - 1 - i] = -c;
-        nodes.weight[i] = nodes.weight[count - 1 - i] = 2 / ((1 - c) * (1 + c) * slope * slope);
-    }
-    if (count % 2 == 1) nodes.cosine[count / 2] = 0;
-    return nodes;
-}
 
 /// Adds the intensity |S1|^2 + |S2|^2 of all spheres to the values at the nodes.
 void add_intensities(const std::vector<LaneSpheres>& spheres, std::size_t most_terms,
                      AtNodes& nodes) {
-    const std::size_t count = nodes.cosine.size();
+    const std::size_t count = nodes.value.size();
     std::vector<AngleTerm> angle(chunk * most_terms);
     SphereAmplitudes S[chunk];
     for (std::size_t first = 0; first < count; first += chunk) {
         const std::size_t angles = std::min(chunk, count - first);
         for (std::size_t j = 0; j < angles; ++j)
-            fill_angle_terms(nodes.cosine[first + j], most_terms, &angle[j * most_terms]);
+            fill_angle_terms(nodes.nodes.x[first + j], most_terms, &angle[j * most_terms]);
         for (const LaneSpheres& group : spheres) {
             sphere_sums().amplitudes(group.terms.data(), group.terms.size(), angle.data(),
                                      most_terms, angles, S);
@@ -153,15 +127,15 @@ void add_intensities(const std::vector<LaneSpheres>& spheres, std::size_t most_t
 
 /// The Legendre moments, divided by the first, of values at Gauss nodes.
 std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
-    const std::size_t nodes_count = nodes.cosine.size();
+    const std::size_t nodes_count = nodes.value.size();
     std::vector<double> chi(count), before(nodes_count, 0.0), here(nodes_count);
-    for (std::size_t j = 0; j < nodes_count; ++j) here[j] = nodes.weight[j] * nodes.value[j];
+    for (std::size_t j = 0; j < nodes_count; ++j) here[j] = nodes.nodes.weight[j] * nodes.value[j];
     for (std::size_t l = 0; l < count; ++l) {
         const double order = static_cast<double>(l), share = order / (order + 1);
         double sum = 0;
         for (std::size_t j = 0; j < nodes_count; ++j) {
             sum += here[j];
-            const double along = nodes.cosine[j] * here[j];
+            const double along = nodes.nodes.x[j] * here[j];
             const double next = along + share * (along - before[j]);
             before[j] = here[j];
             here[j] = next;
@@ -237,9 +211,10 @@ SphereScattering scattering_of(const std::vector<SphereSize>& spheres, Complex m
         most_terms = std::max(most_terms, sphere.a.size());
     }
     // The intensity is a polynomial of degree 2 most_terms in the cosine: so many nodes are exact.
-    AtNodes nodes = gauss_nodes(2 * most_terms + 1);
+    const std::size_t count = 2 * most_terms + 1;
+    AtNodes nodes{GaussLegendre(count), std::vector<double>(count, 0.0)};
     add_intensities(groups, most_terms, nodes);
-    whole.moments = moments_at(nodes, 2 * most_terms + 1);
+    whole.moments = moments_at(nodes, count);
     return whole;
 }
 

@@ -4,18 +4,16 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffuse_transmittance.h>
-#include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/single_scattering.h>
 
-#include "kept_tolerance.h"
 #include "kernels/kernels.h"
 #include "layer_blend.h"
+#include "layer_coverage.h"
 #include "slice_refinement.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,64 +31,6 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
         return (reflected ? all.reflected : all.transmitted).of(form, orders);
     else
         return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
-}
-
-/// True where a table knows a value on one of its axes, to the rounding of a float.
-bool holds(const AxisView& axis, double value) {
-    constexpr double rounding = 1e-7;
-    return value >= axis.lowest * (1 - rounding) && value <= axis.highest * (1 + rounding);
-}
-
-std::string range_text(double min, double max) {
-    std::ostringstream text;
-    text << "in [" << min << ", " << max << "] of the table";
-    return text.str();
-}
-
-bool is_over(const TableView& table, LowerBoundary::Kind kind) {
-    return table.has_lower_boundary() && table.lower_boundary->kind == kind;
-}
-
-/// True where the orders n >= 2 are 0: nothing in the layer scatters, and a surface alone does so
-/// once.
-bool is_scattered_once(const TableView& table, double albedo, double optical_depth) {
-    return (albedo == 0 || optical_depth == 0) && !is_over(table, LowerBoundary::Kind::layer);
-}
-
-/// Layers deeper than the deepest sample of a table without one at infinity.
-bool is_depth_known_by_diffusion(const TableView& table, Side side, double albedo,
-                                 double optical_depth) {
-    if (side == Side::transmission && optical_depth == infinity) return true;
-    return deficit_of_deepest(table, albedo) <= kept_tolerance(table);
-}
-
-bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth) {
-    const AxisView& depth = table.optical_depth;
-    if (depth.count == 0) return optical_depth == infinity;
-    if (holds(depth, optical_depth)) return true;
-    if (optical_depth < depth.lowest) return !is_over(table, LowerBoundary::Kind::layer);
-    return depth.ends_at_infinity ||
-           is_depth_known_by_diffusion(table, side, albedo, optical_depth);
-}
-
-/// What is allowed: the table, and what its laws add to it (is_scattered_once, is_depth_known).
-std::string allowed_albedo(const TableView& table) {
-    const bool is_black_known = !is_over(table, LowerBoundary::Kind::layer);
-    const AxisView& albedo = table.albedo;
-    return (is_black_known && albedo.lowest > 0 ? "0 or " : "") +
-           range_text(albedo.lowest, albedo.highest);
-}
-
-std::string allowed_depth(const TableView& table) {
-    const AxisView& depth = table.optical_depth;
-    if (depth.count == 0) return "inf, all that the table holds";
-    const bool is_thin_known = !is_over(table, LowerBoundary::Kind::layer);
-    return range_text(is_thin_known ? 0 : depth.lowest, depth.highest) +
-           (depth.ends_at_infinity ? " or inf" : "");
-}
-
-std::string allowed_mixture(const TableView& table) {
-    return range_text(table.mixture.lowest, table.mixture.highest);
 }
 
 /// The orders n >= 2 of a layer on one side.
@@ -278,6 +218,9 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
                               static_cast<float>(azimuth), value);
         return double{value[c]};
     };
+    side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
+                  : table.azimuth.count > 1 ? Orders::with_azimuth
+                                            : Orders::without_azimuth;
     if (table.path_law != nullptr) {
         if (path_.sample_count() == 0)
             path_ = PathSheet(*table.path_law, medium_.albedo, channels, table.highest_order);
@@ -287,7 +230,6 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         side.view.sample = side.sample.data();
         side.view.last_mu = 1;
         side.view.azimuths = 2;
-        side.orders = Orders::with_azimuth_and_path;
         set_kernels();
     }
     RefinedSamples refined = refine(table, blends, closed_form);
@@ -297,9 +239,6 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
     side.view.last_mu = refined.last_mu;
     side.view.mu_first = refined.mu_first;
     side.view.mu_step_inverse = refined.mu_step_inverse;
-    side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
-                  : table.azimuth.count > 1 ? Orders::with_azimuth
-                                            : Orders::without_azimuth;
 }
 
 template <int channels>

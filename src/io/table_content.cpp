@@ -118,13 +118,6 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
         albedo);
 }
 
-/// The first minor version whose readers know all that the table holds.
-int format_minor_of(const Table& table) {
-    if (table.path_law) return 0;
-    if (table.azimuth.scale == AxisScale::square_root) return table_format_minor_of_square_root;
-    return table.has_mixture() ? table_format_minor_of_mixtures : table_format_minor;
-}
-
 void add_mixture(const Table& table, Metadata& metadata) {
     if (!table.has_mixture()) return;
     metadata["second_phase_function"] = table.second_phase_function.text();
@@ -193,8 +186,8 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
     const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int newest =
-        major == table_format_major_of_path_law ? 0 : table_format_minor_of_square_root;
+    const int newest = major == table_format_major_of_path_law ? table_format_minor_of_path_law
+                                                               : table_format_minor;
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     if (!notes || minor <= newest) return;
     const std::string dotted = std::to_string(major) + ".";
@@ -223,7 +216,8 @@ Metadata metadata_of(const Table& table) {
     metadata["format"] = table_format_name;
     metadata["format_major"] =
         std::to_string(table.path_law ? table_format_major_of_path_law : table_format_major);
-    metadata["format_minor"] = std::to_string(format_minor_of(table));
+    metadata["format_minor"] =
+        std::to_string(table.path_law ? table_format_minor_of_path_law : table_format_minor);
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
@@ -248,9 +242,8 @@ void check_format(const Metadata& metadata) {
     const int major = to_integer("format_major", entry(metadata, "format_major"));
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     const std::string version = std::to_string(major) + "." + std::to_string(minor);
-    const std::string readable =
-        "this program reads (" + std::to_string(table_format_major) + ".x and " +
-        std::to_string(table_format_major_of_path_law) + ".x)";
+    const std::string readable = "this program reads (" + std::to_string(table_format_major) +
+                                 ".x and " + std::to_string(table_format_major_of_path_law) + ".x)";
     if (major > table_format_major_of_path_law)
         throw std::runtime_error("format " + version + " is newer than " + readable);
     if (major < table_format_major || minor < 0)

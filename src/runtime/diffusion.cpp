@@ -8,6 +8,15 @@ namespace {
 /// (1 - exp(-z)) / z for z >= 0, 1 at z = 0.
 double mean_decay(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
 
+/// exp(-passes k tau) (1 - exp(-2 k q)) / (1 - exp(-2 k (tau + q))): with one pass the scale of
+/// transmission, with two the deficit of reflection, whose light goes down and up again.
+double fall(int passes, double tau, double k, double q) noexcept {
+    if (std::isinf(tau)) return 0;
+    const double decay = std::exp(-passes * k * tau);
+    if (decay == 0) return 0;
+    return q / (tau + q) * decay * mean_decay(2 * k * q) / mean_decay(2 * k * (tau + q));
+}
+
 }  // namespace
 
 double mixed_extrapolation_length(double first, double second, double mixture) noexcept {
@@ -16,28 +25,18 @@ double mixed_extrapolation_length(double first, double second, double mixture) n
 
 double transmission_scale(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept {
-    if (std::isinf(optical_depth)) return 0;
-    const double depth = optical_depth + extrapolation_length;
-    const double z = diffusion_exponent * depth;
-    const double decay = std::exp(-z);
-    if (decay == 0) return 0;
-    return extrapolation_length / depth * decay / mean_decay(2 * z);  // z / sinh z
+    return fall(1, optical_depth, diffusion_exponent, extrapolation_length);
 }
 
 double reflection_deficit(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept {
-    if (std::isinf(optical_depth)) return 0;
-    const double depth = optical_depth + extrapolation_length;
-    const double decay = std::exp(-2 * diffusion_exponent * optical_depth);
-    if (decay == 0) return 0;
-    return extrapolation_length / depth * decay *
-           mean_decay(2 * diffusion_exponent * extrapolation_length) /
-           mean_decay(2 * diffusion_exponent * depth);
+    return fall(2, optical_depth, diffusion_exponent, extrapolation_length);
 }
 
 double reflection_scale(double optical_depth, double diffusion_exponent,
                         double extrapolation_length) noexcept {
-    return 1 / (1 + reflection_deficit(optical_depth, diffusion_exponent, extrapolation_length));
+    const double d = reflection_deficit(optical_depth, diffusion_exponent, extrapolation_length);
+    return 1 / (1 + d + d * d);
 }
 
 }  // namespace stratus

@@ -93,7 +93,9 @@ void set_axes(const TableView& table, Side which, TexturedMemory& side) {
             depth.count > 0 ? reflection_deficit(depth.highest, exponent, length) : 0;
         side.diffusion_exponent.push_back(static_cast<float>(exponent));
         side.inverse_deficit.push_back(deficit < min_deficit ? 0 : static_cast<float>(1 / deficit));
-        side.deepest_scale.push_back(view.divided ? static_cast<float>(1 / (1 + deficit)) : 1);
+        const double scale =
+            depth.count > 0 ? reflection_scale(depth.highest, exponent, length) : 1;
+        side.deepest_scale.push_back(view.divided ? static_cast<float>(scale) : 1);
     }
     view.diffusion_exponent = side.diffusion_exponent.data();
     view.inverse_deficit = side.inverse_deficit.data();

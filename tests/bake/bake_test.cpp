@@ -152,8 +152,10 @@ TEST(Bake, MeetsItsToleranceOverGround) {
 }
 
 TEST(Bake, OverBlackGroundEqualsTheBareLayer) {
-    const Table bare = bake(over({}, explicit_recipe()));
-    const Table black = bake(over(LowerBoundary::surface(0), explicit_recipe()));
+    Recipe recipe = explicit_recipe();
+    recipe.discretisation.albedo_samples = 5;
+    const Table bare = bake(over({}, recipe));
+    const Table black = bake(over(LowerBoundary::surface(0), recipe));
     ASSERT_EQ(black.reflection_multiple.size(), bare.reflection_multiple.size());
     for (std::size_t i = 0; i < bare.reflection_multiple.size(); ++i)
         // a sum more or less, before samples are rounded to a 500th of the tolerance
@@ -167,7 +169,7 @@ TEST(Bake, OverBlackGroundEqualsTheBareLayer) {
         const Scattered expected = reflection(bare.view(), 0.9, tau, at);
         EXPECT_EQ(found.single, expected.single);
         // two ways to interpolate between albedos
-        EXPECT_NEAR(found.total() / expected.total(), 1, explicit_recipe().tolerance);
+        EXPECT_NEAR(found.total() / expected.total(), 1, recipe.tolerance);
     }
 }
 

@@ -47,13 +47,18 @@ def share(tau, mu):
 def fall(tau, k, q):
     if k == 0 or np.isinf(tau):
         return q / (tau + q)
-    return q * k / np.sinh(min(k * (tau + q), 700))
+    return np.exp(-k * tau) * np.expm1(-2 * k * q) / np.expm1(-2 * k * (tau + q))
 
 
 def deficit(tau, k, q):
     if k == 0 or np.isinf(tau):
         return q / (tau + q)
     return np.expm1(2 * k * q) / np.expm1(min(2 * k * (tau + q), 700))
+
+
+def rise(tau, k, q):
+    d = deficit(tau, k, q)
+    return 1 / (1 + d + d**2)
 
 
 def legendre_sum(coefficients, c):
@@ -138,7 +143,7 @@ class Table:
         k, plain = max(0, a_weights @ exponents[a_samples]), self.boundary is not None
 
         def law(t, exponent):
-            return fall(t, exponent, q) if side == "transmission" else 1 if plain else 1 / (1 + deficit(t, exponent, q))
+            return fall(t, exponent, q) if side == "transmission" else 1 if plain else rise(t, exponent, q)
 
         def divisor(a, t):
             return 1 if plain else (albedos[a] or 1) * law(depths[t], exponents[a])

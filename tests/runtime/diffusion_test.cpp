@@ -15,12 +15,14 @@ TEST(Diffusion, IsTheFormulaOfTheHeader) {
     for (const double k : {1e-3, 0.05, 0.3, 1.0, 2.5})
         for (const double tau : {0.01, 0.5, 3.0, 20.0}) {
             const long double depth = static_cast<long double>(tau) + q;
-            const long double transmitted = q * k / std::sinh(k * depth);
+            const long double transmitted =
+                std::sinh(k * static_cast<long double>(q)) / std::sinh(k * depth);
             const long double deficit = std::expm1(2.0L * k * q) / std::expm1(2 * k * depth);
             // a few roundings, and those of an exponent of up to 100
             EXPECT_NEAR(transmission_scale(tau, k, q) / static_cast<double>(transmitted), 1, 2e-14);
             EXPECT_NEAR(reflection_deficit(tau, k, q) / static_cast<double>(deficit), 1, 4e-14);
-            EXPECT_NEAR(reflection_scale(tau, k, q) * static_cast<double>(1 + deficit), 1, 1e-15);
+            const auto d = static_cast<double>(deficit);
+            EXPECT_NEAR(reflection_scale(tau, k, q), 1 / (1 + d + d * d), 1e-15);
         }
 }
 
@@ -39,10 +41,11 @@ TEST(Diffusion, ReachesThatLimitSmoothly) {
     }
 }
 
-TEST(Diffusion, HasAllItsDeficitAtDepthZero) {
+TEST(Diffusion, StartsAtDepthZero) {
     for (const double k : {0.0, 1e-6, 0.3, 2.0}) {
         EXPECT_DOUBLE_EQ(reflection_deficit(0, k, q), 1);
-        EXPECT_DOUBLE_EQ(reflection_scale(0, k, q), 0.5);
+        EXPECT_DOUBLE_EQ(reflection_scale(0, k, q), 1.0 / 3);
+        EXPECT_DOUBLE_EQ(transmission_scale(0, k, q), 1);
     }
 }
 

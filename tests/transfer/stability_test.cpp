@@ -121,7 +121,8 @@ TEST(LayerSolution, ReportsNegativeValues) {
               0);
 }
 
-/// (4/3) k/(1-g) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law of diffusion.
+/// (4/3) / (1-g) / q sinh(k q) / sinh(k (tau + q)), q = 1.42/(1-g), k^2 = 3 (1-w) (1-wg): the law
+/// of diffusion.
 TEST_P(Stability, TransmitsByTheLawOfDiffusion) {
     // Errors of the nodes in T and in k; with two nodes, half of T under a forward peak.
     const double tolerance = GetParam().nodes == 2 ? 0.7 : GetParam().nodes == 8 ? 1e-2 : 1e-3;

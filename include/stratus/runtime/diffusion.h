@@ -13,19 +13,19 @@ namespace stratus {
 /// proportion to 1 - g, and g mixes linearly.
 double mixed_extrapolation_length(double first, double second, double mixture) noexcept;
 
-/// How transmission falls with depth: q k / sinh(k (tau + q)), at k = 0 q / (tau + q); 0 at
-/// infinity.
+/// How transmission falls with depth: sinh(k q) / sinh(k (tau + q)), at k = 0 q / (tau + q); 1 at
+/// depth 0, 0 at infinity.
 double transmission_scale(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept;
 
-/// How far reflection still is from that of an infinitely deep layer:
+/// How far reflection still is from that of an infinitely deep layer, as a share of it:
 /// (exp(2 k q) - 1) / (exp(2 k (tau + q)) - 1), at k = 0 q / (tau + q); 1 at depth 0, 0 at
 /// infinity.
 double reflection_deficit(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept;
 
-/// How reflection nears its limit with depth: 1 / (1 + reflection_deficit), from 1/2 in thin layers
-/// to 1 at infinity.
+/// How reflection nears its limit with depth: 1 / (1 + d + d^2), d its deficit, from 1/3 in thin
+/// layers to 1 at infinity; in deep layers 1 - d, to the second order.
 double reflection_scale(double optical_depth, double diffusion_exponent,
                         double extrapolation_length) noexcept;
 

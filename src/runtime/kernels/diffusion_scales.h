@@ -22,15 +22,19 @@ struct ReflectionDeficit {
 
     STRATUS_INLINE F deficit() const { return remaining * reciprocal(whole); }
 
-    /// 1 / (1 + deficit)
-    STRATUS_INLINE F scale() const { return whole * reciprocal(whole + remaining); }
+    /// 1 / (1 + d + d^2) for the deficit d.
+    STRATUS_INLINE F scale() const {
+        const F d = deficit();
+        return reciprocal(d * (d + 1.0f) + 1.0f);
+    }
 };
 
-/// k q / sinh(k (tau + q)), from the attenuation at k (tau + q).
+/// sinh(k q) / sinh(k (tau + q)), from attenuations at 2 k q and at k tau.
 template <class F>
-STRATUS_INLINE F transmission_scale(F exponent, float length, const Attenuation<F>& depth) {
-    return exponent * (2 * length) * depth.transmitted *
-           reciprocal(depth.extinguished * (depth.transmitted + 1.0f));
+STRATUS_INLINE F transmission_scale(const Attenuation<F>& length, const Attenuation<F>& depth) {
+    const F twice = depth.extinguished * (depth.transmitted + 1.0f);  // extinguished at 2 k tau
+    return depth.transmitted * length.extinguished *
+           reciprocal(length.extinguished + twice - length.extinguished * twice);
 }
 
 }  // namespace

@@ -121,13 +121,13 @@ STRATUS_INLINE ClosedForm<F> closed_transmission(const TexturedSide& side, F alb
     const TransmittedPath<F> directions(path);
     const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
     const F exponent = layers.diffusion_exponent;
-    Attenuation<F> of[3];
-    attenuate({depth, excess, exponent * (layers.within + side.extrapolation_length)}, of);
-    const auto& [beam, more, deep] = of;
+    Attenuation<F> of[4];
+    attenuate({depth, excess, exponent * (2 * side.extrapolation_length), exponent * layers.within},
+              of);
+    const auto& [beam, more, length, deep] = of;
     return {single_transmitted(directions, phase_value<form>(side.phase, path), depth, excess, beam,
                                more, albedo * 0.25f),
-            transmitted_shares(beam, more) *
-                transmission_scale(exponent, side.extrapolation_length, deep) *
+            transmitted_shares(beam, more) * transmission_scale(length, deep) *
                 clamped(albedo, side.min_albedo, side.max_albedo)};
 }
 

@@ -6,6 +6,7 @@
 #include "octaves.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -13,6 +14,32 @@ namespace stratus {
 namespace {
 
 constexpr int max_count = PathWeights::max_count;
+
+/// 1 / n.
+constexpr auto inverse = [] {
+    std::array<double, max_count + 1> inverse{};
+    for (int n = 1; n <= max_count; ++n) inverse[static_cast<std::size_t>(n)] = 1.0 / n;
+    return inverse;
+}();
+
+/// How many of `count` orders matter along a path: of the others P(n, s) is below 1e-16 P(2, s).
+int orders_along(double s, int count) noexcept {
+    const double most = s + 9 * std::sqrt(s) + 14;
+    return most < count ? static_cast<int>(most) : count;
+}
+
+/// sum_n weight[n] f[n], in lanes side by side: one sum would wait for itself.
+template <class Number>
+Number weighted_sum(const Number* weight, const float* f, int count) noexcept {
+    constexpr int lanes = 8;
+    Number sum[lanes] = {}, total = 0;
+    int n = 0;
+    for (; n + lanes <= count; n += lanes)
+        for (int k = 0; k < lanes; ++k) sum[k] += weight[n + k] * Number{f[n + k]};
+    for (; n < count; ++n) total += weight[n] * Number{f[n]};
+    for (const Number lane : sum) total += lane;
+    return total;
+}
 
 /// Over n: the share of the light that meets n particles or more along a path, P(n, s), that which
 /// meets fewer, and dP/ds, the Poisson probability of n - 1.
@@ -33,9 +60,11 @@ struct Meetings {
         double probability[max_count];
         const int peak = std::min(last, static_cast<int>(s));
         probability[peak] =
-            s > 0 ? std::exp(peak * std::log(s) - s - std::lgamma(peak + 1.0)) : 1.0;
-        for (int k = peak; k > 0; --k) probability[k - 1] = probability[k] * k / s;
-        for (int k = peak; k < last; ++k) probability[k + 1] = probability[k] * s / (k + 1);
+            peak > 0 ? std::exp(peak * std::log(s) - s - std::lgamma(peak + 1.0)) : std::exp(-s);
+        const double inverse_s = 1 / s;
+        for (int k = peak; k > 0; --k) probability[k - 1] = probability[k] * (k * inverse_s);
+        for (int k = peak; k < last; ++k)
+            probability[k + 1] = probability[k] * (s * inverse[k + 1]);
         fewer[0] = 0;
         for (int n = 1; n <= last; ++n) fewer[n] = fewer[n - 1] + probability[n - 1];
         double beyond = 0;  // the probability of `count` and more
@@ -57,8 +86,9 @@ struct Meetings {
 PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
                          double mu_out) noexcept {
     PathWeights weights;
-    weights.count = count;
     const double in = optical_depth / mu_in, out = optical_depth / mu_out;
+    count = orders_along(side == Side::reflection ? in + out : std::max(in, out), count);
+    weights.count = count;
     if (side == Side::reflection) {
         const Meetings meetings(count, in + out);
         for (int n = 0; n < count; ++n)
@@ -85,7 +115,7 @@ PathWeights path_weights(Side side, int count, double optical_depth, double mu_i
         }
     }
     weights.of_order[0] = 0;
-    for (int n = 1; n < count; ++n) weights.of_order[n] /= n;
+    for (int n = 1; n < count; ++n) weights.of_order[n] *= inverse[n];
     return weights;
 }
 
@@ -169,8 +199,8 @@ PathOrders::PathOrders(const PathLaw& law)
             before[k] = std::exchange(here[k], next);
         }
     }
-    for (std::size_t n = 0; n < orders; ++n)
-        for (std::size_t k = 0; k < stride; ++k)
+    for (std::size_t k = 0; k < stride; ++k)
+        for (std::size_t n = 0; n < orders; ++n)
             samples_.push_back(static_cast<float>(
                 sum[n * stride + k] *
                 octave_sample(offset_, angle_bits, static_cast<int>(k) % angles_)));
@@ -206,13 +236,12 @@ double PathOrders::operator()(const PathWeights& weights, double forward,
     const double low = octave_sample(offset_, angle_bits, at);
     const double high = octave_sample(offset_, angle_bits, at + 1);
     const double share = (double{x} - low) / (high - low);
-    const float* sample = samples_.data() + at + (forward <= backward ? 0 : angles_);
-    double here = 0, next = 0;
-    for (int n = 2; n < std::min(weights.count, order_count_); ++n, sample += 2 * angles_) {
-        here += weights.of_order[n] * double{sample[0]};
-        next += weights.of_order[n] * double{sample[1]};
-    }
-    return (here + share * (next - here)) / double{x};
+    const float* const here = of_angle(at + (forward <= backward ? 0 : angles_));
+    const float* const next = here + order_count_ - 2;
+    const double* const weight = weights.of_order + 2;
+    const int orders = std::max(0, std::min(weights.count, order_count_) - 2);
+    const double low_sum = weighted_sum(weight, here, orders);
+    return (low_sum + share * (weighted_sum(weight, next, orders) - low_sum)) / double{x};
 }
 
 double PathOrders::operator()(Side side, double albedo, double optical_depth,
@@ -220,7 +249,7 @@ double PathOrders::operator()(Side side, double albedo, double optical_depth,
     const int count = highest_order > 0 ? std::min(order_count_, highest_order + 1) : order_count_;
     PathWeights weights = path_weights(side, count, optical_depth, geometry.mu_in, geometry.mu_out);
     double power = albedo;
-    for (int n = 1; n < count; ++n, power *= albedo) weights.of_order[n] *= power;
+    for (int n = 1; n < weights.count; ++n, power *= albedo) weights.of_order[n] *= power;
     const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
                                                    : cos_scattering_angle_transmitted(geometry);
     return (*this)(weights, 1 - cosine, 1 + cosine);
@@ -235,27 +264,23 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     depths_ = (octaves << depth_bits) + 1;
     const auto row = 2 * static_cast<std::size_t>(angles_);
     samples_.reserve(static_cast<std::size_t>(channels * depths_) * 2 * row);
-    std::vector<float> value(row), slope(row);
+    float value[max_count], slope[max_count];  // what each order's f_n is multiplied by
     for (int c = 0; c < channels; ++c)
         for (int d = 0; d < depths_; ++d) {
             const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
-            std::fill(value.begin(), value.end(), 0.0f);
-            std::fill(slope.begin(), slope.end(), 0.0f);
             double power = std::pow(albedo[c], 1 - divided);
+            int orders = 0;
             for (int n = 2; n < count; ++n) {
                 power *= albedo[c];
                 const auto more = static_cast<float>(power / n * at.more[n]);
                 const auto rise = static_cast<float>(power / n * at.slope[n]);
                 if (more < 1e-12f && rise < 1e-12f) break;
-                const float* const f = &law.samples()[static_cast<std::size_t>(n - 2) * row];
-                for (std::size_t k = 0; k < row; ++k) {
-                    value[k] += more * f[k];
-                    slope[k] += rise * f[k];
-                }
+                value[orders] = more;
+                slope[orders++] = rise;
             }
-            for (std::size_t k = 0; k < row; ++k) {
-                samples_.push_back(value[k]);
-                samples_.push_back(slope[k]);
+            for (int angle = 0; angle < 2 * angles_; ++angle) {
+                samples_.push_back(weighted_sum<float>(value, law.of_angle(angle), orders));
+                samples_.push_back(weighted_sum<float>(slope, law.of_angle(angle), orders));
             }
         }
 }

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 
+#include <boost/math/special_functions/gamma.hpp>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -66,13 +67,25 @@ TEST(PathWeights, AreFiniteAndReciprocalEverywhere) {
                 for (const Side side : {Side::reflection, Side::transmission}) {
                     const PathWeights weights = path_weights(side, 300, tau, in, out);
                     const PathWeights back = path_weights(side, 300, tau, out, in);
-                    for (int n = 1; n < 300; ++n) {
+                    EXPECT_EQ(weights.count, back.count);
+                    for (int n = 1; n < weights.count; ++n) {
                         EXPECT_TRUE(weights.of_order[n] >= 0 && std::isfinite(weights.of_order[n]))
                             << tau << ' ' << in << ' ' << out << ' ' << n;
                         EXPECT_NEAR(weights.of_order[n], back.of_order[n],
                                     1e-12 * weights.of_order[n]);
                     }
                 }
+}
+
+TEST(PathWeights, LeaveOutOrdersThatAddNothing) {
+    for (const double tau : {1e-9, 1e-3, 0.1, 1.0, 10.0, 200.0}) {
+        const double s = tau / 0.4 + tau / 0.8;
+        const int count =
+            path_weights(Side::reflection, PathWeights::max_count, tau, 0.4, 0.8).count;
+        EXPECT_LT(count, PathWeights::max_count);
+        EXPECT_LT(boost::math::gamma_p(count, s), 1e-16 * boost::math::gamma_p(2, s)) << s;
+        EXPECT_EQ(path_weights(Side::reflection, 9, tau, 0.4, 0.8).count, 9);
+    }
 }
 
 TEST(PathLaw, IsForNarrowForwardPeaksAlone) {

@@ -30,7 +30,7 @@
 
 namespace stratus {
 
-/// What f_n is multiplied by, n = 0 .. count - 1; 0 for n = 0.
+/// What f_n is multiplied by, n = 0 .. count - 1; 0 for n = 0. Orders from `count` on add nothing.
 struct PathWeights {
     static constexpr int max_count = 1025;
     int count = 0;
@@ -40,7 +40,8 @@ struct PathWeights {
 /// P(n, tau/mu + tau/mu0) / n / (4 (mu + mu0)) for R, [P(n, tau/mu0) - P(n, tau/mu)] / n /
 /// (4 (mu - mu0)) for T: all but the albedo.
 ///
-/// Range    count [2, PathWeights::max_count], optical_depth [0, inf], cosines (0, 1].
+/// Range    count [2, PathWeights::max_count], optical_depth [0, inf], cosines (0, 1]. Along short
+///          paths fewer orders are given: those left out add less than 1e-16 of order 2.
 /// Accuracy 1e-8 of the value, 1e-12 where mu and mu0 differ by little or much.
 PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
                          double mu_out) noexcept;
@@ -118,8 +119,10 @@ class PathOrders {
     double deepest() const noexcept { return deepest_; }
     float offset() const noexcept { return offset_; }
     int angle_count() const noexcept { return angles_; }  // of either half
-    /// (x + offset) f_n over (n, angle), n from 2.
-    const std::vector<float>& samples() const noexcept { return samples_; }
+    /// (x + offset) f_n at an angle of either half, n from 2.
+    const float* of_angle(int angle) const noexcept {
+        return samples_.data() + static_cast<std::ptrdiff_t>(angle) * (order_count_ - 2);
+    }
 
   private:
     int order_count_, angles_;

@@ -19,7 +19,7 @@ double sum_paths(Side side, const LayerSolution& layer, int lowest, double in, d
     const int highest = f > 0 ? static_cast<int>(layer.order_weights.size()) - 1 : 1;
     const PathWeights paths = path_weights(side, highest + 1, layer.optical_depth, in, out);
     double sum = 0;
-    for (int n = lowest; n <= highest; ++n)
+    for (int n = lowest; n < paths.count; ++n)
         sum += layer.order_weights(n) * n * std::pow(f, n - 1) * paths.of_order[n];
     return sum;
 }

@@ -33,18 +33,27 @@ Eigen::VectorXd TruncatedPath::rest(const PathWeights& weights) const {
 }
 
 std::vector<double> sum_legendre(std::span<const double> coefficients, std::span<const double> x) {
-    // Clenshaw, all x side by side
-    std::vector<double> sum(x.size(), 0), next(x.size(), 0);
-    for (std::size_t l = coefficients.size(); l-- > 0;) {
-        const double order = static_cast<double>(l), c = coefficients[l];
-        const double up = (2 * order + 1) / (order + 1), back = (order + 1) / (order + 2);
-        for (std::size_t k = 0; k < x.size(); ++k) {
-            const double now = c + up * x[k] * sum[k] - back * next[k];
-            next[k] = sum[k];
-            sum[k] = now;
+    // Clenshaw, a few x side by side in registers
+    constexpr std::size_t lanes = 8;
+    std::vector<double> sums(x.size());
+    for (std::size_t first = 0; first < x.size(); first += lanes) {
+        const std::size_t count = std::min(lanes, x.size() - first);
+        double at[lanes] = {}, sum[lanes] = {}, next[lanes] = {};
+        std::copy_n(x.data() + first, count, at);
+        double back = 0;  // (l + 1) / (l + 2); of the first, nothing comes back
+        for (std::size_t l = coefficients.size(); l-- > 0;) {
+            const double c = coefficients[l], inverse = 1 / static_cast<double>(l + 1);
+            const double up = 2 - inverse;  // (2 l + 1) / (l + 1)
+            for (std::size_t k = 0; k < lanes; ++k) {
+                const double now = c + up * at[k] * sum[k] - back * next[k];
+                next[k] = sum[k];
+                sum[k] = now;
+            }
+            back = 1 - inverse;
         }
+        std::copy_n(sum, count, sums.data() + first);
     }
-    return sum;
+    return sums;
 }
 
 double sum_legendre(std::span<const double> coefficients, double x) {

@@ -171,7 +171,7 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
 }
 
 Choice choose_nodes(Probes& probes) {
-    constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80};
+    constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
     constexpr int fewest_with_path_law = 16;
     const double max_change =
         (probes.path_law ? share_with_path_law : share_of_nodes) * probes.max_error;

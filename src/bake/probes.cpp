@@ -13,7 +13,7 @@ namespace stratus {
 namespace {
 
 /// More nodes are not tried.
-constexpr int max_nodes = 80;
+constexpr int max_nodes = 96;
 
 ProbedSide probe_side(const LayerSolution& layer, Side side, const DirectionGrid& directions) {
     GridValues values = evaluate(layer, side, directions);

@@ -172,18 +172,26 @@ void check_layout(const FileRegion& layout, const std::vector<std::uint64_t>& ex
 
 // --- Attributes and links in a heap, and the B-trees that index them ---
 
-/// A B-tree with nodes of 512 bytes, the size that HDF5 chooses for attributes and links.
+/// What the records of a B-tree refer to.
+enum class TreeKind { huge_objects = 1, link_names = 5, attribute_names = 8 };
+
+/// The same by order of creation instead of name.
+TreeKind by_creation(TreeKind names) { return TreeKind{static_cast<int>(names) + 1}; }
+
+/// A B-tree with nodes of 512 bytes, the size that HDF5 chooses for attributes and links. One of
+/// another kind would be read as if it were of this.
 class BTree {
   public:
-    explicit BTree(const FileRegion& header) : header_(header) {}
+    BTree(const FileRegion& header, TreeKind kind)
+        : header_(header), kind_(static_cast<std::uint64_t>(kind)) {}
 
     /// Checks the tree; `check_record` gets the part of each record that refers to the heap.
     void check(const Check& check_record) const {
         const std::uint64_t depth = header_.number(12, 2), merge = header_.number(15, 1);
         check_checksum(header_, 34);
         expect(header_.begins("BTHD") && header_.number(4, 1) == 0 && header_.number(6, 4) == 512 &&
-                   depth <= 2 && kind() < records.size() && records[kind()].size > 0 &&
-                   records[kind()].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
+                   depth <= 2 && header_.number(5, 1) == kind_ &&
+                   records[kind_].size == header_.number(10, 2) && header_.number(14, 1) <= 100 &&
                    merge > 0 && 2 * merge < header_.number(14, 1),
                "malformed or unsupported B-tree");
         std::uint64_t left = max_records;
@@ -201,13 +209,11 @@ class BTree {
     static constexpr std::array<Record, 10> records{
         {{}, {24, 0}, {}, {}, {}, {11, 4}, {15, 8}, {}, {17, 0}, {13, 0}}};
 
-    std::uint64_t kind() const { return header_.number(5, 1); }
-
     /// Checks a node and its descendants, which must not have more than `left` records.
     void check_node(std::uint64_t address, std::uint64_t count, std::uint64_t depth,
                     std::uint64_t& left, const Check& check_record) const {
         constexpr std::uint64_t room = 502, start = 6;
-        const auto [size, key] = records[kind()];
+        const auto [size, key] = records[kind_];
         const std::uint64_t pointer = depth == 0 ? 0 : depth == 1 ? 9 : 11;
         expect(count <= (room - pointer) / (size + pointer), "a B-tree node has too many records");
         expect(count <= left, "a B-tree has too many records");
@@ -215,7 +221,7 @@ class BTree {
         if (count == 0) return;
         const FileRegion node = header_.at_address(address);
         expect(node.begins(depth > 0 ? "BTIN" : "BTLF") && node.number(4, 1) == 0 &&
-                   node.number(5, 1) == kind(),
+                   node.number(5, 1) == kind_,
                "malformed B-tree node");
         check_checksum(node, start + count * size + (depth > 0 ? (count + 1) * pointer : 0));
         for (std::uint64_t r = 0; r < count; ++r)
@@ -227,6 +233,7 @@ class BTree {
     }
 
     FileRegion header_;
+    std::uint64_t kind_;
 };
 
 /// A heap of blocks in rows of four: the first two rows of the smallest size, then doubling.
@@ -258,9 +265,11 @@ class FractalHeap {
         const std::uint64_t huge = header_.number(22, 8);
         if (huge == HADDR_UNDEF) return;
         expect(header_.number(86, 8) > 0, unsupported);  // 0: the library would delete their tree
-        BTree(header_.at_address(huge)).check([&](const FileRegion& record) {
-            check_message(header_.at_address(0).within(record.number(0, 8), record.number(8, 8)));
-        });
+        BTree(header_.at_address(huge), TreeKind::huge_objects)
+            .check([&](const FileRegion& record) {
+                check_message(
+                    header_.at_address(0).within(record.number(0, 8), record.number(8, 8)));
+            });
     }
 
     /// Checks the object that a B-tree record refers to.
@@ -319,17 +328,23 @@ class FractalHeap {
     FileRegion header_;
 };
 
-/// Checks the heap whose address an object header has at `at`, and the B-trees that index it.
-void check_heap(const FileRegion& message, std::uint64_t at, const Check& check_message) {
+/// Checks the heap whose address an object header has at `at`, and the B-trees that index it: by
+/// name, and where they are ordered by creation too.
+void check_heap(const FileRegion& message, std::uint64_t at, TreeKind names,
+                const Check& check_message) {
     const bool ordered = message.number(1, 1) & 2;
     message.from(at + (ordered ? 24 : 16));
     if (message.number(at, 8) == HADDR_UNDEF) return;
     const FractalHeap heap(message, message.number(at, 8));
     heap.check(check_message);
-    for (std::uint64_t tree_at = at + 8; tree_at <= at + (ordered ? 16 : 8); tree_at += 8)
-        BTree(message.at_address(message.number(tree_at, 8))).check([&](const FileRegion& record) {
+    const auto check_tree = [&](std::uint64_t tree_at, TreeKind kind) {
+        const FileRegion tree = message.at_address(message.number(tree_at, 8));
+        BTree(tree, kind).check([&](const FileRegion& record) {
             heap.check_object(record, check_message);
         });
+    };
+    check_tree(at + 8, names);
+    if (ordered) check_tree(at + 16, by_creation(names));
 }
 
 // --- Object headers ---
@@ -386,7 +401,9 @@ class ObjectHeader {
         switch (kind) {
             case 0x00: break;
             case 0x01: extents_ = check_dataspace(message); break;
-            case 0x02: check_heap(message, counts ? 10 : 2, check_link); break;
+            case 0x02:
+                check_heap(message, counts ? 10 : 2, TreeKind::link_names, check_link);
+                break;
             case 0x03: check_datatype(message); break;
             case 0x04: message.from(4).from(message.number(0, 4)); break;
             case 0x05: check_fill_value(message); break;
@@ -398,7 +415,9 @@ class ObjectHeader {
             case 0x0c: check_attribute(message); break;
             case 0x10: continued_.push_back(message.within(0, 16)); break;
             case 0x12: message.from(8); break;
-            case 0x15: check_heap(message, counts ? 4 : 2, check_attribute); break;
+            case 0x15:
+                check_heap(message, counts ? 4 : 2, TreeKind::attribute_names, check_attribute);
+                break;
             case 0x16: message.from(5); break;
             default: expect(false, "unsupported object header message");
         }

@@ -6,7 +6,6 @@
 #include "octaves.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -15,11 +14,14 @@ namespace {
 
 constexpr int max_count = PathWeights::max_count;
 
-/// 1 / n.
-constexpr auto inverse = [] {
-    std::array<double, max_count + 1> inverse{};
-    for (int n = 1; n <= max_count; ++n) inverse[static_cast<std::size_t>(n)] = 1.0 / n;
-    return inverse;
+struct Inverses {
+    double of[max_count + 1];
+};
+
+constexpr Inverses inverse = [] {
+    Inverses table{};
+    for (int n = 1; n <= max_count; ++n) table.of[n] = 1.0 / n;
+    return table;
 }();
 
 /// How many of `count` orders matter along a path: of the others P(n, s) is below 1e-16 P(2, s).
@@ -64,7 +66,7 @@ struct Meetings {
         const double inverse_s = 1 / s;
         for (int k = peak; k > 0; --k) probability[k - 1] = probability[k] * (k * inverse_s);
         for (int k = peak; k < last; ++k)
-            probability[k + 1] = probability[k] * (s * inverse[k + 1]);
+            probability[k + 1] = probability[k] * (s * inverse.of[k + 1]);
         fewer[0] = 0;
         for (int n = 1; n <= last; ++n) fewer[n] = fewer[n - 1] + probability[n - 1];
         double beyond = 0;  // the probability of `count` and more
@@ -115,7 +117,7 @@ PathWeights path_weights(Side side, int count, double optical_depth, double mu_i
         }
     }
     weights.of_order[0] = 0;
-    for (int n = 1; n < count; ++n) weights.of_order[n] *= inverse[n];
+    for (int n = 1; n < count; ++n) weights.of_order[n] *= inverse.of[n];
     return weights;
 }
 

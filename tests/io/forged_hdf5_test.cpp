@@ -141,6 +141,12 @@ const std::vector<Forgery> forgeries{
     forgery("DuplicateMessage", "OHDR", 47, 0x02, 1, "duplicate object header message"),
     forgery("HugeObjectHeader", "OHDR", 6, 0xff, 1, truncated),
     forgery("UnsupportedTree", "BTHD", 5, 10, 1, bad_tree),
+    {"TreeOfAnotherKind",  // of links: by order of creation in place of by name
+     [](std::string& bytes) {
+         const std::size_t header = bytes.find("OHDR");
+         bytes.replace(header + 31, 8, bytes.substr(header + 39, 8));
+     },
+     bad_tree},
     forgery("EmptyRecords", "BTHD", 10, 0, 2, bad_tree),
     forgery("EmptyNodes", "BTHD", 6, 0, 4, bad_tree),
     forgery("DeepTree", "BTHD", 12, 0xffff, 2, bad_tree),

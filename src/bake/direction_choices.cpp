@@ -144,7 +144,7 @@ double extrapolated(double before, double error_before, double last, double erro
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
                        const std::function<double(int candidate)>& error) {
     std::size_t low = 0, high = candidates.size() - 1;
-    double left = error(candidates[high]);
+    double left = infinity;
     double error_before_cap = infinity;  // the last that bisection tries where all miss
     while (low < high) {
         const std::size_t middle = (low + high) / 2;
@@ -157,6 +157,8 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
             error_before_cap = at_middle;
         }
     }
+    // Bisection takes the last candidate for granted: it costs most and is seldom needed.
+    if (high + 1 == candidates.size()) left = error(candidates[high]);
     const bool holds = left <= probes.max_error;
     Choice choice{static_cast<double>(candidates[high])};
     if (!holds) {

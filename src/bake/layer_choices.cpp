@@ -36,30 +36,31 @@ double infinity_error(Probes& probes, std::size_t last) {
         });
 }
 
-/// Layers at `fine` depths an octave; a candidate's own samples are every (fine / candidate)-th.
+/// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are
+/// every (fine / candidate)-th.
 struct FineDepths {
     static constexpr int fine = 12;
-    double min, max;
     int octaves;
-    std::vector<ProbedLayers> of_step;
+    double min, max;
+    ProbedLayers of_step[fine];
+
+    FineDepths(double least, double max_)
+        : octaves(std::max(1, static_cast<int>(std::ceil(std::log2(max_ / least))))),
+          min(std::ldexp(max_, -octaves)),
+          max(max_) {}
+
+    void solve_step(const Probes& probes, int step) {
+        ProbedLayers& layers = of_step[step];
+        if (!layers.empty()) return;
+        const double first = min * std::exp2(static_cast<double>(step) / fine);
+        layers = solve_layers(probes, probes.albedos, {first, octaves + (step == 0 ? 1 : 0), false},
+                              probes.directions);
+    }
 
     const ProbedLayer& at(std::size_t albedo, int depth) const {
-        return of_step[static_cast<std::size_t>(depth % fine)][albedo]
-                      [static_cast<std::size_t>(depth / fine)];
+        return of_step[depth % fine][albedo][static_cast<std::size_t>(depth / fine)];
     }
 };
-
-FineDepths solve_fine_depths(const Probes& probes, double min, double max) {
-    FineDepths depths{0, max, std::max(1, static_cast<int>(std::ceil(std::log2(max / min)))), {}};
-    depths.min = std::ldexp(max, -depths.octaves);
-    for (int step = 0; step < FineDepths::fine; ++step)
-        depths.of_step.push_back(
-            solve_layers(probes, probes.albedos,
-                         {depths.min * std::exp2(static_cast<double>(step) / FineDepths::fine),
-                          depths.octaves + (step == 0 ? 1 : 0), false},
-                         probes.directions));
-    return depths;
-}
 
 /// Adds the errors of a cubic along optical depth, samples divided by their scales (lookup.h).
 template <class Sample>
@@ -96,8 +97,10 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
                });
 }
 
-double depth_error(const Probes& probes, const FineDepths& depths, int candidate) {
+double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
     const int stride = FineDepths::fine / candidate, intervals = candidate * depths.octaves;
+    for (int step = 0; step < FineDepths::fine; step += stride)
+        for (const int needed : {step, step + stride / 2}) depths.solve_step(probes, needed);
     const AxisView axis =
         make_axis(AxisScale::logarithmic, depths.min, depths.max, intervals + 1).view();
     return measure_layers(probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
@@ -236,7 +239,7 @@ Choice choose_optical_depth_samples(Probes& probes) {
     const double max =
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
-    const FineDepths depths = solve_fine_depths(probes, range.min, max);
+    FineDepths depths(range.min, max);
     return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 6},
                            [&](int candidate) { return depth_error(probes, depths, candidate); });
 }

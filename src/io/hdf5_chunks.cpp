@@ -14,7 +14,8 @@
 namespace stratus::io::hdf5 {
 namespace {
 
-constexpr unsigned deflate_level = 4;
+constexpr int deflate_level = 6;      // of libdeflate
+constexpr unsigned not_deflated = 2;  // mask of the second filter
 constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
 
 /// Enough for the largest dataset, of 8 GiB. HDF5 searches all chunks linearly for one.
@@ -49,8 +50,18 @@ void check_filters(hid_t creation, const std::string& name) {
         throw std::runtime_error(name + " must be shuffled and deflated, once each");
 }
 
-/// Reverses the shuffle filter, which stores the first bytes of all floats, then all second ones,
-/// and so on.
+/// The shuffle filter: the first bytes of all floats, then all second ones, and so on.
+void shuffle(std::span<const float> values, std::span<unsigned char> bytes) {
+    unsigned char* const plane = bytes.data();
+    const std::size_t count = bytes.size() / sizeof(float);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto bits = std::bit_cast<std::uint32_t>(values[i]);
+        for (std::size_t b = 0; b < sizeof(float); ++b)
+            plane[b * count + i] = static_cast<unsigned char>(bits >> (8 * b));
+    }
+}
+
+/// Its reverse.
 void unshuffle(std::span<const unsigned char> bytes, std::span<float> values) {
     const unsigned char* const plane = bytes.data();
     const std::size_t count = bytes.size() / sizeof(float);
@@ -65,7 +76,6 @@ void unshuffle(std::span<const unsigned char> bytes, std::span<float> values) {
 std::span<const unsigned char> inflate(libdeflate_decompressor* decompressor, hid_t dataset,
                                        const std::string& name, const std::vector<hsize_t>& at,
                                        const Bytes& file_bytes, std::span<unsigned char> buffer) {
-    constexpr unsigned not_deflated = 2;  // mask of the second filter
     unsigned skipped_filters = 0;
     haddr_t address = HADDR_UNDEF;
     hsize_t size = 0;
@@ -81,6 +91,24 @@ std::span<const unsigned char> inflate(libdeflate_decompressor* decompressor, hi
                                    nullptr) != LIBDEFLATE_SUCCESS)
         throw std::runtime_error(name + " has a damaged chunk");
     return buffer;
+}
+
+/// Calls visit(at, first, count) for every chunk: its place in the dataset, and which samples it
+/// holds, of `size`.
+template <class Visit>
+void for_each_chunk(const ChunkRuns& runs, std::size_t size, const Visit& visit) {
+    std::vector<hsize_t> at(runs.extents.size(), 0);
+    for (std::size_t first = 0; first < size;) {
+        const std::size_t rows =
+            std::min(runs.chunk[runs.split], runs.extents[runs.split] - at[runs.split]);
+        visit(at, first, rows * runs.inner);
+        first += rows * runs.inner;
+        at[runs.split] += rows;
+        for (std::size_t d = runs.split; d > 0 && at[d] == runs.extents[d]; --d) {
+            at[d] = 0;
+            ++at[d - 1];
+        }
+    }
 }
 
 }  // namespace
@@ -116,6 +144,28 @@ ChunkRuns chunk_runs(hid_t creation, const std::string& name,
     return runs;
 }
 
+void write_chunks(hid_t dataset, const std::string& name, const ChunkRuns& runs,
+                  std::span<const float> values) {
+    const std::size_t chunk_bytes = runs.length() * sizeof(float);
+    std::vector<unsigned char> shuffled(chunk_bytes), deflated(chunk_bytes);
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(deflate_level), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    for_each_chunk(
+        runs, values.size(),
+        [&](const std::vector<hsize_t>& at, std::size_t first, std::size_t count) {
+            if (count < runs.length()) std::fill(shuffled.begin(), shuffled.end(), '\0');
+            shuffle(values.subspan(first, count), shuffled);
+            const std::size_t size = libdeflate_zlib_compress(
+                compressor.get(), shuffled.data(), chunk_bytes, deflated.data(), chunk_bytes);
+            checked(size > 0
+                        ? H5Dwrite_chunk(dataset, H5P_DEFAULT, 0, at.data(), size, deflated.data())
+                        : H5Dwrite_chunk(dataset, H5P_DEFAULT, not_deflated, at.data(), chunk_bytes,
+                                         shuffled.data()),
+                    "write dataset " + name);
+        });
+}
+
 void read_chunks(hid_t dataset, const std::string& name, const ChunkRuns& runs,
                  const Bytes& file_bytes, MemoryLimit limit, std::vector<float>& values) {
     const std::size_t chunk_bytes = runs.length() * sizeof(float);
@@ -124,19 +174,11 @@ void read_chunks(hid_t dataset, const std::string& name, const ChunkRuns& runs,
     const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
         decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     if (!decompressor) throw std::bad_alloc();
-    std::vector<hsize_t> at(runs.extents.size(), 0);
-    for (std::size_t done = 0; done < values.size();) {
-        const std::size_t rows =
-            std::min(runs.chunk[runs.split], runs.extents[runs.split] - at[runs.split]);
-        unshuffle(inflate(decompressor.get(), dataset, name, at, file_bytes, buffer),
-                  std::span(values).subspan(done, rows * runs.inner));
-        done += rows * runs.inner;
-        at[runs.split] += rows;
-        for (std::size_t d = runs.split; d > 0 && at[d] == runs.extents[d]; --d) {
-            at[d] = 0;
-            ++at[d - 1];
-        }
-    }
+    for_each_chunk(runs, values.size(),
+                   [&](const std::vector<hsize_t>& at, std::size_t first, std::size_t count) {
+                       unshuffle(inflate(decompressor.get(), dataset, name, at, file_bytes, buffer),
+                                 std::span(values).subspan(first, count));
+                   });
 }
 
 }  // namespace stratus::io::hdf5

@@ -1,5 +1,5 @@
-// Datasets of samples in chunks, shuffled and deflated. Chunks are written by HDF5, but inflated
-// here: HDF5 would inflate one to any size that a forged file leads to.
+// Datasets of samples in chunks, shuffled and deflated here: libdeflate is faster than what HDF5
+// would use, and HDF5 would inflate a chunk to any size that a forged file leads to.
 #pragma once
 
 #include "file_bytes.h"
@@ -32,6 +32,12 @@ struct ChunkRuns {
 /// Errors   std::runtime_error for filters other than shuffle and deflate, for chunks that are not
 ///          runs, and for more of them than a dataset may have.
 ChunkRuns chunk_runs(hid_t creation, const std::string& name, std::span<const std::size_t> extents);
+
+/// Writes all chunks of a dataset from `values`, which has the size of its extents.
+///
+/// Errors   std::runtime_error for a chunk that HDF5 cannot write.
+void write_chunks(hid_t dataset, const std::string& name, const ChunkRuns& runs,
+                  std::span<const float> values);
 
 /// Reads all chunks of a dataset into `values`, which has the size of its extents.
 ///

@@ -73,12 +73,16 @@ struct Element<double> {
 };
 
 /// Only datasets over all axes are large enough to be worth chunks.
+bool is_chunked(std::span<const std::size_t> extents) {
+    return extents.size() >= axis_fields.size();
+}
+
 Handle creation_properties(std::span<const std::size_t> extents) {
     Handle creation = new_property_list(H5P_DATASET_CREATE);
     checked(H5Pset_obj_track_times(creation, false), "leave out times");
     checked(H5Pset_attr_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
             "track the order of attributes");
-    if (extents.size() >= axis_fields.size()) set_chunks(creation, extents);
+    if (is_chunked(extents)) set_chunks(creation, extents);
     return creation;
 }
 
@@ -93,9 +97,13 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
     Handle dataset(H5Dcreate2(file, name.c_str(), Element<Number>::stored(), space, H5P_DEFAULT,
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
-    checked(
-        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        task);
+    if constexpr (std::is_same_v<Number, float>)
+        if (is_chunked(extents))
+            write_chunks(dataset, name, chunk_runs(creation, name, extents), values);
+    if (!is_chunked(extents))
+        checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                         values.data()),
+                task);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
     write_text(dataset, checksum_name, checksum(std::span(values)));

@@ -46,8 +46,8 @@ Axis azimuth_axis(AxisScale scale, int samples) {
     return make_axis(scale, 0, pi, samples);
 }
 
-Axis albedo_axis(Range range, int samples) {
-    return make_axis(AxisScale::square_root_of_complement, range.min, range.max,
+Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale) {
+    return make_axis(scale.value_or(AxisScale::square_root_of_complement), range.min, range.max,
                      range.min == range.max ? 1 : std::max(2, samples));
 }
 

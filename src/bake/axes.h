@@ -6,6 +6,7 @@
 #include <stratus/runtime/path_law.h>
 
 #include <memory>
+#include <optional>
 
 namespace stratus {
 
@@ -23,7 +24,8 @@ Axis mu_axis(int samples);
 Axis azimuth_axis(AxisScale scale, int samples);
 
 /// sqrt(1 - w) over the range; one sample where min = max.
-Axis albedo_axis(Range range, int samples);
+/// `scale` open: square_root_of_complement.
+Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std::nullopt);
 
 /// Even shares of the first phase function.
 Axis mixture_axis(Range range, int samples);

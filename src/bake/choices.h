@@ -16,8 +16,8 @@ struct Choice {
     double needed = 0;        // there: what would do, extrapolated; 0 where errors do not fall
 };
 
-/// Samples of azimuth, and what they lie evenly in.
-struct AzimuthChoice {
+/// Samples of an axis, and what they lie evenly in.
+struct ScaledChoice {
     AxisScale scale;
     Choice samples;
 };
@@ -28,14 +28,16 @@ Choice choose_mu_samples(Probes& probes);
 
 /// On the scale that the recipe fixes, or on the one that takes fewer samples; linear where both
 /// take as many.
-AzimuthChoice choose_azimuth_samples(Probes& probes);
+ScaledChoice choose_azimuth_samples(Probes& probes);
 
 /// First depth of the ladder beyond which the law of diffusion bridges the way to infinity; 0 where
 /// the axis does not end there.
 Choice choose_deepest_optical_depth(Probes& probes);
 
 Choice choose_optical_depth_samples(Probes& probes);
-Choice choose_albedo_samples(Probes& probes);
+
+/// On the scale that the recipe fixes, or on the fourth root where its samples are fewer.
+ScaledChoice choose_albedo_samples(Probes& probes);
 
 /// Samples along the mixture, of a recipe of which all else is resolved.
 Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options);

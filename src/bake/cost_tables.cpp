@@ -180,7 +180,8 @@ double TableSweep::bytes_of(const Discretisation& d) const {
         optical_depth_axis(recipe_.optical_depth, std::max(1, d.optical_depth_samples_per_octave),
                            d.deepest_optical_depth)
             .values.size();
-    const auto albedos = albedo_axis(recipe_.albedo, d.albedo_samples).values.size();
+    const auto albedos =
+        albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale).values.size();
     const int sides = (recipe_.reflection ? 1 : 0) + (recipe_.transmission ? 1 : 0);
     return static_cast<double>(sizeof(float) * depths * albedos) * sides * d.mu_samples *
            d.mu_samples * d.azimuth_samples;

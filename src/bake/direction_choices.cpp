@@ -224,7 +224,7 @@ Choice choose_mu_samples(Probes& probes) {
                            [&](int candidate) { return mu_error(probes, candidate); });
 }
 
-AzimuthChoice choose_azimuth_samples(Probes& probes) {
+ScaledChoice choose_azimuth_samples(Probes& probes) {
     const LowerBoundary& boundary = probes.recipe.lower_boundary;
     if (probes.recipe.phase_function.is_isotropic() &&
         (boundary.kind != LowerBoundary::Kind::layer || boundary.phase_function.is_isotropic()))
@@ -234,13 +234,13 @@ AzimuthChoice choose_azimuth_samples(Probes& probes) {
     const auto cheapest = [&](AxisScale scale) {
         const char* const name =
             scale == AxisScale::linear ? "azimuth_samples" : "square_root azimuth_samples";
-        return AzimuthChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
-                                 return azimuth_error(probes, scale, candidate);
-                             })};
+        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
+                                return azimuth_error(probes, scale, candidate);
+                            })};
     };
     const auto fixed = probes.recipe.discretisation.azimuth_scale;
     if (fixed) return cheapest(*fixed);
-    const AzimuthChoice linear = cheapest(AxisScale::linear);
+    const ScaledChoice linear = cheapest(AxisScale::linear);
     if (linear.samples.error_at_cap == 0)  // the other scale must do with fewer
         while (!candidates.empty() && candidates.back() >= static_cast<int>(linear.samples.value))
             candidates.pop_back();

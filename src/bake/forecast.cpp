@@ -33,8 +33,9 @@ Size size_of(const Recipe& resolved) {
     const double mixtures = resolved.mixture ? d.mixture_samples : 1;
     const double layers =
         mixtures *
-        static_cast<double>(albedo_axis(resolved.albedo, d.albedo_samples).values.size() *
-                            depth_axis(resolved).values.size());
+        static_cast<double>(
+            albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
+            depth_axis(resolved).values.size());
     const double mus = d.mu_samples;
     const double samples = layers * mus * mus * d.azimuth_samples;
     const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
@@ -66,7 +67,8 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
 /// Seconds of the bake's own check on some threads, from a few of its layers.
 double predicted_check_seconds(const Recipe& resolved, int threads) {
     const Discretisation& d = resolved.discretisation;
-    const Axis mu = mu_axis(d.mu_samples), albedo = albedo_axis(resolved.albedo, d.albedo_samples);
+    const Axis mu = mu_axis(d.mu_samples),
+               albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
     const Axis depth = depth_axis(resolved);
     PointRange range{
         albedo.view(),         depth.view(),           mu.view(), mu.view(), resolved.reflection,

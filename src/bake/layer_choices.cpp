@@ -134,9 +134,9 @@ struct Steps {
 
 double albedo_error(const Probes& probes, const DirectionGrid& directions,
                     const ProbedLayers& layers, const std::vector<double>& exponents,
-                    int candidate) {
+                    AxisScale scale, int candidate) {
     const Steps steps(candidate, layers.size() - 1);
-    const AxisView axis = albedo_axis(probes.recipe.albedo, candidate).view();
+    const AxisView axis = albedo_axis(probes.recipe.albedo, candidate, scale).view();
     const bool divides = !probes.recipe.lower_boundary.is_present();
     return measure_layers(
         probes, steps.intervals, layers[0].size(),
@@ -244,20 +244,36 @@ Choice choose_optical_depth_samples(Probes& probes) {
                            [&](int candidate) { return depth_error(probes, depths, candidate); });
 }
 
-Choice choose_albedo_samples(Probes& probes) {
+ScaledChoice choose_albedo_samples(Probes& probes) {
+    constexpr AxisScale usual = AxisScale::square_root_of_complement,
+                        other = AxisScale::fourth_root_of_complement;
     const Recipe& recipe = probes.recipe;
-    if (recipe.albedo.min == recipe.albedo.max) return {1};
-    constexpr int fine = 120;
-    const std::vector<double> albedos = albedo_axis(recipe.albedo, fine + 1).values;
+    const auto fixed = recipe.discretisation.albedo_scale;
+    if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(usual), {1}};
+    constexpr int fine = 120, few = 13;
     const DirectionGrid directions = directions_at(recipe, few_cosines(), probes.path_law);
-    const ProbedLayers layers =
-        solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
-    const std::vector<double> exponents = decay_exponents(recipe, albedos);
-    return choose_cheapest(probes, "albedo_samples",
-                           {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, [&](int candidate) {
-                               return albedo_error(probes, directions, layers, exponents,
-                                                   candidate);
-                           });
+    std::vector<int> candidates{4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61};
+    const auto cheapest = [&](AxisScale scale, double to_beat) {
+        const std::vector<double> albedos = albedo_axis(recipe.albedo, fine + 1, scale).values;
+        const ProbedLayers layers =
+            solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
+        const std::vector<double> exponents = decay_exponents(recipe, albedos);
+        const auto error = [&](int candidate) {
+            return albedo_error(probes, directions, layers, exponents, scale, candidate);
+        };
+        if (error(candidates.back()) > to_beat) return ScaledChoice{scale, {}};
+        const char* const name = scale == usual ? "albedo_samples" : "fourth_root albedo_samples";
+        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, error)};
+    };
+    if (fixed) return cheapest(*fixed, infinity);
+    const ScaledChoice square = cheapest(usual, infinity);
+    if (square.samples.value <= few) return square;  // there is little to gain
+    if (square.samples.error_at_cap == 0)
+        while (candidates.back() >= static_cast<int>(square.samples.value)) candidates.pop_back();
+    const double to_beat =
+        square.samples.error_at_cap > 0 ? square.samples.error_at_cap : probes.max_error;
+    const ScaledChoice fourth = cheapest(other, to_beat);
+    return fourth.samples.value > 0 ? fourth : square;
 }
 
 Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {

@@ -42,7 +42,7 @@ Discretisation read_discretisation(const toml::table& table) {
     const Section section(table, caller, "discretisation",
                           {"nodes", "modes", "mu_samples", "azimuth_samples", "azimuth_scale",
                            "optical_depth_samples_per_octave", "deepest_optical_depth",
-                           "albedo_samples", "mixture_samples", "scheme"});
+                           "albedo_samples", "albedo_scale", "mixture_samples", "scheme"});
     Discretisation d;
     auto take = [&](int& into, const char* key, int min, int max) {
         if (section.has(key)) into = section.count(key, min, max);
@@ -51,12 +51,18 @@ Discretisation read_discretisation(const toml::table& table) {
     take(d.modes, "modes", 1, 1024);
     take(d.mu_samples, "mu_samples", 4, 512);
     take(d.azimuth_samples, "azimuth_samples", 1, 1024);
-    if (section.has("azimuth_scale")) {
-        const std::string scale = section.text("azimuth_scale");
-        require(scale == "linear" || scale == "square_root", caller, "discretisation.azimuth_scale",
-                "\"linear\" or \"square_root\"", scale);
-        d.azimuth_scale = scale == "linear" ? AxisScale::linear : AxisScale::square_root;
-    }
+    const auto take_scale = [&](std::optional<AxisScale>& into, const char* key, AxisScale one,
+                                AxisScale other) {
+        if (!section.has(key)) return;
+        const std::string scale = section.text(key);
+        const std::string first = axis_scale_name(one), second = axis_scale_name(other);
+        require(scale == first || scale == second, caller, std::string("discretisation.") + key,
+                '"' + first + "\" or \"" + second + '"', scale);
+        into = scale == first ? one : other;
+    };
+    take_scale(d.azimuth_scale, "azimuth_scale", AxisScale::linear, AxisScale::square_root);
+    take_scale(d.albedo_scale, "albedo_scale", AxisScale::square_root_of_complement,
+               AxisScale::fourth_root_of_complement);
     take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave", 1, 64);
     if (section.has("deepest_optical_depth"))
         d.deepest_optical_depth =
@@ -207,6 +213,8 @@ std::string resolved_text(const Recipe& recipe) {
     choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
     choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
     choice("albedo_samples", d.albedo_samples);
+    if (d.albedo_scale)
+        out << "albedo_scale = " << quoted(axis_scale_name(*d.albedo_scale)) << "\n";
     if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
     out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)

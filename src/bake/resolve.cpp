@@ -39,22 +39,23 @@ class Choices {
             at_cap_.push_back({name, choice.value, choice.error_at_cap, choice.needed});
     }
 
-    /// Settles the samples of azimuth, and their scale with them; given samples are linear unless
-    /// their scale is given too.
-    void settle_azimuth(Discretisation& d, const std::function<AzimuthChoice()>& choose) {
-        if (d.azimuth_samples > 0) {
-            d.azimuth_scale = d.azimuth_scale.value_or(AxisScale::linear);
+    /// Settles the samples of an axis, and their scale with them; given samples have the `usual`
+    /// scale unless theirs is given too.
+    void settle_scaled(int& samples, std::optional<AxisScale>& scale, AxisScale usual,
+                       const std::string& axis, const std::function<ScaledChoice()>& choose) {
+        if (samples > 0) {
+            scale = scale.value_or(usual);
             return;
         }
-        const char* const scale_piece = "choice of azimuth_scale";
-        settle(d.azimuth_samples, "azimuth_samples", [&] {
-            const AzimuthChoice choice = choose();
+        const std::string scale_piece = "choice of " + axis + "_scale";
+        settle(samples, (axis + "_samples").c_str(), [&] {
+            const ScaledChoice choice = choose();
             keep_finished(options_.log, scale_piece, std::vector{static_cast<int>(choice.scale)});
-            d.azimuth_scale = choice.scale;
+            scale = choice.scale;
             return choice.samples;
         });
-        if (const auto scale = find_finished<int>(options_.log, scale_piece, 1))
-            d.azimuth_scale = static_cast<AxisScale>((*scale)[0]);
+        if (const auto finished = find_finished<int>(options_.log, scale_piece, 1))
+            scale = static_cast<AxisScale>((*finished)[0]);
     }
 
     const std::vector<AxisAtCap>& at_cap() const { return at_cap_; }
@@ -82,11 +83,14 @@ Resolution resolve_one_mixture(const Recipe& recipe, double max_error, const Bak
     settle(d.modes, "modes", choose_modes);
     settle(d.mu_samples, "mu_samples", choose_mu_samples);
     show_progress();
-    choices.settle_azimuth(d, [&] { return choose_azimuth_samples(probes); });
+    choices.settle_scaled(d.azimuth_samples, d.azimuth_scale, AxisScale::linear, "azimuth",
+                          [&] { return choose_azimuth_samples(probes); });
     settle(d.deepest_optical_depth, "deepest_optical_depth", choose_deepest_optical_depth);
     settle(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave",
            choose_optical_depth_samples);
-    settle(d.albedo_samples, "albedo_samples", choose_albedo_samples);
+    show_progress();
+    choices.settle_scaled(d.albedo_samples, d.albedo_scale, AxisScale::square_root_of_complement,
+                          "albedo", [&] { return choose_albedo_samples(probes); });
     return {probes.recipe, choices.at_cap(), max_error};
 }
 
@@ -99,6 +103,7 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
     Discretisation both = a;
     for (const auto count : counts) both.*count = std::max(a.*count, b.*count);
     if (!both.azimuth_scale) both.azimuth_scale = b.azimuth_scale;
+    if (!both.albedo_scale) both.albedo_scale = b.albedo_scale;
     both.deepest_optical_depth = std::max(a.deepest_optical_depth, b.deepest_optical_depth);
     return both;
 }
@@ -132,6 +137,7 @@ Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions
         Discretisation& d = resolved.recipe.discretisation;
         Recipe alone = at_mixture(recipe, share);
         alone.discretisation.azimuth_scale = d.azimuth_scale;  // one for all, the first's
+        alone.discretisation.albedo_scale = d.albedo_scale;
         const Resolution one = resolve_one_mixture(alone, max_error, at_share);
         d = finer(d, one.recipe.discretisation);
         resolved.at_cap.insert(resolved.at_cap.end(), one.at_cap.begin(), one.at_cap.end());

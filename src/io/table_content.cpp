@@ -328,17 +328,22 @@ const char* stored_scale_name(const AxisField& field, const Axis& axis) {
 }
 
 void read_scale(const AxisField& field, Axis& axis, const std::string& stored) {
-    const bool is_azimuth = field.axis == &Table::azimuth;
-    if (is_azimuth && stored == axis_scale_name(AxisScale::square_root)) {
-        axis.scale = AxisScale::square_root;
+    std::optional<AxisScale> other;  // that the axis may have instead
+    if (field.axis == &Table::azimuth) other = AxisScale::square_root;
+    if (field.axis == &Table::albedo) other = AxisScale::fourth_root_of_complement;
+    if (other && stored == axis_scale_name(*other)) {
+        axis.scale = *other;
         return;
     }
     const bool matches = stored == axis_scale_name(axis.scale) ||
                          (axis.scale == AxisScale::linear && stored == mixture_scale_name);
+    const auto or_other = [&] {
+        return other ? std::string(" or ") + axis_scale_name(*other) : "";
+    };
     if (!matches)
         throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, axis) +
-                                 (is_azimuth ? " or square_root" : "") + ", got " + shown(stored));
+                                 stored_scale_name(field, axis) + or_other() + ", got " +
+                                 shown(stored));
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {

@@ -18,6 +18,7 @@ double coordinate_of(AxisScale scale, double value) noexcept {
         case AxisScale::logarithmic: return std::log2(value);
         case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
         case AxisScale::square_root: return std::sqrt(value);
+        case AxisScale::fourth_root_of_complement: return -std::sqrt(std::sqrt(1 - value));
     }
     return value;
 }
@@ -29,6 +30,8 @@ double value_at(AxisScale scale, double coordinate) noexcept {
         case AxisScale::logarithmic: return std::exp2(coordinate);
         case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
         case AxisScale::square_root: return coordinate * coordinate;
+        case AxisScale::fourth_root_of_complement:
+            return 1 - coordinate * coordinate * (coordinate * coordinate);
     }
     return coordinate;
 }
@@ -39,7 +42,8 @@ bool in_domain(AxisScale scale, double value) noexcept {
         case AxisScale::linear: return true;
         case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
         case AxisScale::logarithmic: return value > 0;
-        case AxisScale::square_root_of_complement: return value <= 1;
+        case AxisScale::square_root_of_complement:
+        case AxisScale::fourth_root_of_complement: return value <= 1;
         case AxisScale::square_root: return value >= 0;
     }
     return false;
@@ -50,7 +54,8 @@ const char* domain_name(AxisScale scale) noexcept {
         case AxisScale::linear: return "finite";
         case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
         case AxisScale::logarithmic: return "in (0, inf)";
-        case AxisScale::square_root_of_complement: return "finite and at most 1";
+        case AxisScale::square_root_of_complement:
+        case AxisScale::fourth_root_of_complement: return "finite and at most 1";
         case AxisScale::square_root: return "in [0, inf)";
     }
     return "";
@@ -99,6 +104,7 @@ const char* axis_scale_name(AxisScale scale) noexcept {
         case AxisScale::logarithmic: return "logarithmic";
         case AxisScale::square_root_of_complement: return "square_root_of_complement";
         case AxisScale::square_root: return "square_root";
+        case AxisScale::fourth_root_of_complement: return "fourth_root_of_complement";
     }
     return "";
 }

@@ -39,7 +39,8 @@ void check_samples(const Axis& axis, const char* name, double lowest, double hig
 }
 
 void check_albedo(const Axis& axis) {
-    check_scale(axis, "albedo", {AxisScale::square_root_of_complement});
+    check_scale(axis, "albedo",
+                {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement});
     check_samples(axis, "albedo", 0, 1, false);
 }
 

@@ -236,6 +236,7 @@ std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side whic
     side->view.azimuths = table.azimuth.count;
     if (table.path_law != nullptr) set_path_law(table, *side);
     side->view.square_root_of_azimuth = table.azimuth.scale == AxisScale::square_root;
+    side->view.fourth_root_of_albedo = table.albedo.scale == AxisScale::fourth_root_of_complement;
     const bool held = which == Side::reflection
                           ? table.has_reflection()
                           : table.has_transmission() && table.optical_depth.count > 0;

@@ -54,6 +54,7 @@ TEST(Recipe, HoldsItsText) {
         "optical_depth_samples_per_octave = 3\n"
         "deepest_optical_depth = 64.0\n"
         "albedo_samples = 11\n"
+        "albedo_scale = 'fourth_root_of_complement'\n"
         "scheme = 'classic'\n";
     const Recipe recipe = parse_recipe(text);
     EXPECT_EQ(recipe.title, "Rings, \"thin\"");
@@ -75,6 +76,7 @@ TEST(Recipe, HoldsItsText) {
     EXPECT_EQ(d.optical_depth_samples_per_octave, 3);
     EXPECT_EQ(d.deepest_optical_depth, 64);
     EXPECT_EQ(d.albedo_samples, 11);
+    EXPECT_EQ(d.albedo_scale, AxisScale::fourth_root_of_complement);
     EXPECT_EQ(d.scheme, Scheme::classic);
     EXPECT_EQ(recipe.text, text);
 }
@@ -90,6 +92,7 @@ TEST(Recipe, HasDefaults) {
         EXPECT_EQ(open, 0);
     EXPECT_EQ(d.deepest_optical_depth, 0);
     EXPECT_FALSE(d.azimuth_scale);
+    EXPECT_FALSE(d.albedo_scale);
     EXPECT_EQ(d.scheme, Scheme::harmonic);
 }
 
@@ -232,6 +235,9 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
     expect_recipe_refusal(
         recipe_with("[discretisation]\nazimuth_scale = 'logarithmic'\n"),
         {"recipe", "discretisation.azimuth_scale", "\"square_root\"", "logarithmic"});
+    expect_recipe_refusal(
+        recipe_with("[discretisation]\nalbedo_scale = 'linear'\n"),
+        {"recipe", "discretisation.albedo_scale", "\"fourth_root_of_complement\"", "linear"});
     expect_recipe_refusal(recipe_with("[discretisation]\nscheme = 'monte_carlo'\n"),
                           {"recipe", "discretisation.scheme", "\"classic\"", "monte_carlo"});
 }
@@ -359,6 +365,7 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.discretisation.albedo_samples, b.discretisation.albedo_samples);
     EXPECT_EQ(a.discretisation.scheme, b.discretisation.scheme);
     EXPECT_EQ(a.discretisation.azimuth_scale, b.discretisation.azimuth_scale);
+    EXPECT_EQ(a.discretisation.albedo_scale, b.discretisation.albedo_scale);
 }
 
 TEST(Recipe, RefusesDeepestSamplesOutsideTheAxis) {

@@ -54,6 +54,8 @@ void expect_same(const Discretisation& a, const Discretisation& b) {
     EXPECT_EQ(a.scheme, b.scheme);
     EXPECT_EQ(a.azimuth_scale.value_or(AxisScale::linear),
               b.azimuth_scale.value_or(AxisScale::linear));
+    EXPECT_EQ(a.albedo_scale.value_or(AxisScale::square_root_of_complement),
+              b.albedo_scale.value_or(AxisScale::square_root_of_complement));
 }
 
 TEST(Resolve, KeepsAnExplicitDiscretisation) {
@@ -93,6 +95,24 @@ TEST(Resolve, TakesTheSquareRootOfAzimuthWhereFewerSamplesDo) {
     const Discretisation even = resolve(linear).discretisation;
     EXPECT_EQ(even.azimuth_scale, AxisScale::linear);
     EXPECT_GT(even.azimuth_samples, peaked.discretisation.azimuth_samples);
+}
+
+TEST(Resolve, TakesTheFourthRootOfComplementWhereFewerAlbedosDo) {
+    const AxisScale square = AxisScale::square_root_of_complement,
+                    fourth = AxisScale::fourth_root_of_complement;
+    EXPECT_EQ(resolve(rayleigh_recipe()).discretisation.albedo_scale, square);
+    Recipe recipe = parse_recipe(
+        "phase_function = 'isotropic'\n"
+        "tolerance = 1e-4\n"
+        "optical_depth = { min = 16.0, max = 256.0 }\n"
+        "albedo = { min = 0.99, max = 1.0 }\n");
+    const Discretisation deep = resolve(recipe).discretisation;
+    EXPECT_EQ(deep.albedo_scale, fourth);
+    recipe.discretisation.albedo_scale = square;
+    EXPECT_GT(resolve(recipe).discretisation.albedo_samples, deep.albedo_samples);
+    recipe.discretisation = {};
+    recipe.discretisation.albedo_samples = 7;
+    EXPECT_EQ(resolve(recipe).discretisation.albedo_scale, square);
 }
 
 TEST(Resolve, TakesGivenAzimuthsAsLinear) {

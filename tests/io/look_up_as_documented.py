@@ -18,6 +18,7 @@ except ImportError as missing:
 
 SCALES = {
     "square_root_of_complement": lambda w: -np.sqrt(1 - w),
+    "fourth_root_of_complement": lambda w: -((1 - w) ** 0.25),
     "logarithmic": np.log2,
     "arcsine_of_fourth_root": lambda mu: np.arcsin(mu**0.25),
     "linear": lambda x: x,
@@ -240,7 +241,7 @@ albedo_samples = 6
 """
 OVER_LAYER = DEEP.replace("64", "1").replace("512", "4") + '[below]\nphase_function = "rayleigh"\nalbedo = 0.8\n'
 
-# Forward-peaked, azimuths even in their square root.
+# Forward-peaked, azimuths and albedos on their other scales.
 PEAKED = """
 phase_function = "henyey_greenstein:g=0.7"
 tolerance = 0.1
@@ -254,6 +255,7 @@ azimuth_samples = 9
 azimuth_scale = "square_root"
 optical_depth_samples_per_octave = 2
 albedo_samples = 3
+albedo_scale = "fourth_root_of_complement"
 """
 
 # With the path law, which the program interpolates.

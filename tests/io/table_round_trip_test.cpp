@@ -128,9 +128,12 @@ void put_on_dust(Table& table) {
         0.1 + 0.2);
 }
 
-void take_square_root_of_azimuth(Table& table) {
+void take_other_scales(Table& table) {
     table.azimuth =
         make_axis(AxisScale::square_root, 0, pi, static_cast<int>(table.azimuth.values.size()));
+    table.albedo =
+        make_axis(AxisScale::fourth_root_of_complement, table.albedo.values.front(),
+                  table.albedo.values.back(), static_cast<int>(table.albedo.values.size()));
 }
 
 const std::vector<Case> cases{
@@ -151,7 +154,7 @@ const std::vector<Case> cases{
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
     {"Mixtures", mixtures()},
-    {"SquareRootOfAzimuth", {}, take_square_root_of_azimuth},
+    {"OtherScales", {}, take_other_scales},
     {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},
 };
 

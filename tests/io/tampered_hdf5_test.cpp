@@ -201,7 +201,8 @@ const std::vector<Tampering> tamperings{
     {"LongAxis", [](hid_t f) { replace_dataset(f, "albedo", {1000000}, H5T_IEEE_F64LE); },
      "albedo has no attribute scale"},
     {"OtherScale", [](hid_t f) { change_scale(f, "albedo", "linear"); },
-     "scale of axis albedo must be square_root_of_complement, got \"linear\""},
+     "scale of axis albedo must be square_root_of_complement or fourth_root_of_complement, got "
+     "\"linear\""},
     {"SquareRootOfAnotherAxis", [](hid_t f) { change_scale(f, "mu_in", "square_root"); },
      "scale of axis mu_in must be arcsine_of_fourth_root, got \"square_root\""},
     {"ScaleThatIsNotTheAzimuths", [](hid_t f) { change_scale(f, "azimuth", "square_root"); },

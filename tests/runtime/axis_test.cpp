@@ -22,6 +22,7 @@ double coordinate(AxisScale scale, double value) {
     if (scale == AxisScale::logarithmic) return std::log2(value);
     if (scale == AxisScale::square_root_of_complement) return -std::sqrt(1 - value);
     if (scale == AxisScale::square_root) return std::sqrt(value);
+    if (scale == AxisScale::fourth_root_of_complement) return -std::pow(1 - value, 0.25);
     return value;
 }
 
@@ -152,6 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Range{"OpticalDepth", AxisScale::logarithmic, 1.0 / 64, 96},
                     Range{"Albedo", AxisScale::square_root_of_complement, 0, 1},
                     Range{"AlbedoNearlyOne", AxisScale::square_root_of_complement, 0.999999, 1},
+                    Range{"AlbedoInItsFourthRoot", AxisScale::fourth_root_of_complement, 0, 1},
                     Range{"Mixture", AxisScale::linear, 0.25, 1},
                     Range{"SquareRoot", AxisScale::square_root, 0, pi}),
     [](const auto& row) { return row.param.name; });
@@ -239,9 +241,9 @@ TEST(Axis, OfCosinesFollowsTheSineOfTheAngleUpToTheZenith) {
 }
 
 TEST(Axis, OfOneSampleGivesThatSampleAlone) {
-    for (const AxisScale scale :
-         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
-          AxisScale::square_root_of_complement, AxisScale::square_root}) {
+    for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
+                                  AxisScale::logarithmic, AxisScale::square_root_of_complement,
+                                  AxisScale::square_root, AxisScale::fourth_root_of_complement}) {
         const Axis axis = make_axis(scale, 0.5, 0.5, 1);
         for (const double value : {0.1, 0.5, 0.9}) {
             const Stencil stencil = axis.view().stencil(value);
@@ -285,6 +287,8 @@ TEST(AxisScale, HasTheNameThatFilesUse) {
     EXPECT_STREQ(axis_scale_name(AxisScale::square_root_of_complement),
                  "square_root_of_complement");
     EXPECT_STREQ(axis_scale_name(AxisScale::square_root), "square_root");
+    EXPECT_STREQ(axis_scale_name(AxisScale::fourth_root_of_complement),
+                 "fourth_root_of_complement");
 }
 
 struct MakeRefusal {
@@ -333,6 +337,13 @@ INSTANTIATE_TEST_SUITE_P(
                     {"highest", "(0, inf)", "inf"}},
         MakeRefusal{"AlbedoAboveOne",
                     AxisScale::square_root_of_complement,
+                    0,
+                    1.01,
+                    4,
+                    false,
+                    {"highest", "at most 1", "1.01"}},
+        MakeRefusal{"AlbedoAboveOneInItsFourthRoot",
+                    AxisScale::fourth_root_of_complement,
                     0,
                     1.01,
                     4,

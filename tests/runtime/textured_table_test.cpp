@@ -125,10 +125,14 @@ INSTANTIATE_TEST_SUITE_P(
                     Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
     [](const auto& row) { return row.param.name; });
 
-/// A table whose azimuths lie evenly in their square root.
+/// A table whose azimuths lie evenly in their square root, and albedos in the fourth of 1 - w.
 Table forward_filled() {
     Table table = empty_table(usual, to_eight);
     table.azimuth = make_axis(AxisScale::square_root, 0, pi, usual.azimuth);
+    table.albedo = make_axis(AxisScale::fourth_root_of_complement, table.albedo.values.front(),
+                             table.albedo.values.back(), usual.albedo);
+    for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
+        table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
     table.tolerance = tolerance;
     table.reflection_multiple = samples_of(table, reflected);

@@ -33,6 +33,9 @@ struct Discretisation {
     Scheme scheme = Scheme::harmonic;
     /// linear or square_root; open: the cheaper one, or linear where azimuth_samples is given.
     std::optional<AxisScale> azimuth_scale = std::nullopt;
+    /// square_root_of_complement or fourth_root_of_complement; open: the cheaper one, or the former
+    /// where albedo_samples is given.
+    std::optional<AxisScale> albedo_scale = std::nullopt;
 };
 
 struct Recipe {

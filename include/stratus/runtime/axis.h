@@ -18,10 +18,11 @@ enum class AxisScale {
     logarithmic,                // optical depth: log2(tau)
     square_root_of_complement,  // albedo: -sqrt(1 - w)
     square_root,                // azimuth of peaked light: sqrt(azimuth)
+    fourth_root_of_complement,  // albedo of deep layers near 1: -(1 - w)^(1/4)
 };
 
 /// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement", "square_root".
+/// "square_root_of_complement", "square_root", "fourth_root_of_complement".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
 /// Name in files of the linear scale of a mixture.

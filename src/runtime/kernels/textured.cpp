@@ -66,8 +66,9 @@ struct LayerWindow {
 template <class F>
 STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo, F depth) {
     LayerWindow<F> at;
-    const CubicPlace<F> in_albedo =
-        cubic_place(side.albedo, square_root(maximum(co_albedo, 0.0f)) * -1.0f, at.of_albedo);
+    const F root = square_root(maximum(co_albedo, 0.0f));
+    const CubicPlace<F> in_albedo = cubic_place(
+        side.albedo, (side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f, at.of_albedo);
     at.within = clamped(depth, 1e-30f, side.max_depth);
     const CubicPlace<F> in_depth =
         cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);

@@ -72,6 +72,7 @@ struct TexturedSide {
     float v_first, segments_per_v;
     int azimuths;                 // samples of the table; 1: nothing depends on azimuth
     bool square_root_of_azimuth;  // what they lie evenly in
+    bool fourth_root_of_albedo;   // of 1 - albedo, in place of its square root
 
     PathSheetView path;    // divided by w^2, over w^2; null samples: none
     float path_steps = 0;  // from w = 0 to 1

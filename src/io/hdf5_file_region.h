@@ -1,4 +1,4 @@
-// Reading numbers from the bytes of a forged file.
+// Reading numbers from the bytes of a forged file, and the checksums in it.
 #pragma once
 
 #include <algorithm>
@@ -58,5 +58,12 @@ class FileRegion {
   private:
     std::span<const char> file_, content_;
 };
+
+/// The checksum of HDF5's structures. [B. Jenkins 2006, lookup3, hashlittle]
+std::uint32_t lookup3(std::string_view bytes);
+
+/// Compares the checksum after the first `size` bytes, which the library does only halfway through
+/// a tree, from where it cannot recover.
+void check_checksum(const FileRegion& structure, std::uint64_t size);
 
 }  // namespace stratus::io

@@ -10,12 +10,8 @@
 
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 namespace stratus::io {
-
-/// The checksum of HDF5's structures. [B. Jenkins 2006, lookup3, hashlittle]
-std::uint32_t lookup3(std::string_view bytes);
 
 class Hdf5Structures {
   public:

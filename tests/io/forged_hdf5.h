@@ -5,7 +5,7 @@
 // fractal heaps with one level of blocks, and fixed arrays of one page.
 #pragma once
 
-#include "hdf5_structures.h"
+#include "hdf5_file_region.h"
 
 #include <algorithm>
 #include <array>

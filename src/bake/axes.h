@@ -23,8 +23,8 @@ Axis mu_axis(int samples);
 /// 0 to pi; one sample, linear, where nothing depends on azimuth.
 Axis azimuth_axis(AxisScale scale, int samples);
 
-/// sqrt(1 - w) over the range; one sample where min = max.
-/// `scale` open: square_root_of_complement.
+/// Even in the scale over the range, square_root_of_complement where that is open; one sample where
+/// min = max.
 Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std::nullopt);
 
 /// Even shares of the first phase function.

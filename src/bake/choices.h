@@ -6,6 +6,7 @@
 #include "probes.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace stratus {
@@ -57,5 +58,17 @@ double extrapolated(double before, double error_before, double last, double erro
 /// last if none is.
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
                        const std::function<double(int candidate)>& error);
+
+/// The scales that an axis may have, and what to call its samples on either.
+struct Scales {
+    AxisScale usual, other;
+    const char *samples, *samples_on_other;
+};
+
+/// The cheapest on the scale that is fixed, or on the usual one, or on the other where fewer samples
+/// do there; that is tried where the usual scale takes more than `few`.
+ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
+                           std::optional<AxisScale> fixed, std::vector<int> candidates, int few,
+                           const std::function<double(AxisScale scale, int candidate)>& error);
 
 }  // namespace stratus

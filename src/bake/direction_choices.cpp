@@ -172,6 +172,25 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
     return choice;
 }
 
+ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
+                           std::optional<AxisScale> fixed, std::vector<int> candidates, int few,
+                           const std::function<double(AxisScale scale, int candidate)>& error) {
+    const auto cheapest = [&](AxisScale scale) {
+        const char* const name = scale == scales.usual ? scales.samples : scales.samples_on_other;
+        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
+                                return error(scale, candidate);
+                            })};
+    };
+    if (fixed) return cheapest(*fixed);
+    const ScaledChoice usual = cheapest(scales.usual);
+    const double cap = usual.samples.error_at_cap;
+    if (cap == 0)  // the other scale must do with fewer
+        std::erase_if(candidates, [&](int candidate) { return candidate >= usual.samples.value; });
+    if (candidates.empty() || usual.samples.value <= few) return usual;
+    const double to_beat = cap > 0 ? cap : probes.max_error;
+    return error(scales.other, candidates.back()) <= to_beat ? cheapest(scales.other) : usual;
+}
+
 Choice choose_nodes(Probes& probes) {
     constexpr int candidates[] = {4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96};
     constexpr int fewest_with_path_law = 16;
@@ -229,26 +248,12 @@ ScaledChoice choose_azimuth_samples(Probes& probes) {
     if (probes.recipe.phase_function.is_isotropic() &&
         (boundary.kind != LowerBoundary::Kind::layer || boundary.phase_function.is_isotropic()))
         return {AxisScale::linear, {1}};
-    std::vector<int> candidates{5,  7,  9,  11, 13, 15, 17, 19, 21, 25,
-                                29, 33, 37, 41, 49, 57, 65, 81, 97};
-    const auto cheapest = [&](AxisScale scale) {
-        const char* const name =
-            scale == AxisScale::linear ? "azimuth_samples" : "square_root azimuth_samples";
-        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
-                                return azimuth_error(probes, scale, candidate);
-                            })};
-    };
-    const auto fixed = probes.recipe.discretisation.azimuth_scale;
-    if (fixed) return cheapest(*fixed);
-    const ScaledChoice linear = cheapest(AxisScale::linear);
-    if (linear.samples.error_at_cap == 0)  // the other scale must do with fewer
-        while (!candidates.empty() && candidates.back() >= static_cast<int>(linear.samples.value))
-            candidates.pop_back();
-    if (candidates.empty()) return linear;
-    const double rooted = azimuth_error(probes, AxisScale::square_root, candidates.back());
-    const double to_beat =
-        linear.samples.error_at_cap > 0 ? linear.samples.error_at_cap : probes.max_error;
-    return rooted <= to_beat ? cheapest(AxisScale::square_root) : linear;
+    const Scales scales{AxisScale::linear, AxisScale::square_root, "azimuth_samples",
+                        "square_root azimuth_samples"};
+    return choose_scaled(
+        probes, scales, probes.recipe.discretisation.azimuth_scale,
+        {5, 7, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 37, 41, 49, 57, 65, 81, 97}, 0,
+        [&](AxisScale scale, int candidate) { return azimuth_error(probes, scale, candidate); });
 }
 
 }  // namespace stratus

@@ -245,35 +245,28 @@ Choice choose_optical_depth_samples(Probes& probes) {
 }
 
 ScaledChoice choose_albedo_samples(Probes& probes) {
-    constexpr AxisScale usual = AxisScale::square_root_of_complement,
-                        other = AxisScale::fourth_root_of_complement;
+    const Scales scales{AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement,
+                        "albedo_samples", "fourth_root albedo_samples"};
     const Recipe& recipe = probes.recipe;
     const auto fixed = recipe.discretisation.albedo_scale;
-    if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(usual), {1}};
-    constexpr int fine = 120, few = 13;
+    if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(scales.usual), {1}};
+    constexpr int fine = 120;
     const DirectionGrid directions = directions_at(recipe, few_cosines(), probes.path_law);
-    std::vector<int> candidates{4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61};
-    const auto cheapest = [&](AxisScale scale, double to_beat) {
-        const std::vector<double> albedos = albedo_axis(recipe.albedo, fine + 1, scale).values;
-        const ProbedLayers layers =
-            solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
-        const std::vector<double> exponents = decay_exponents(recipe, albedos);
-        const auto error = [&](int candidate) {
+    std::optional<AxisScale> solved;  // the scale of these
+    ProbedLayers layers;
+    std::vector<double> exponents;
+    return choose_scaled(
+        probes, scales, fixed, {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, 13,
+        [&](AxisScale scale, int candidate) {
+            if (solved != scale) {
+                const std::vector<double> albedos =
+                    albedo_axis(recipe.albedo, fine + 1, scale).values;
+                layers = solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
+                exponents = decay_exponents(recipe, albedos);
+                solved = scale;
+            }
             return albedo_error(probes, directions, layers, exponents, scale, candidate);
-        };
-        if (error(candidates.back()) > to_beat) return ScaledChoice{scale, {}};
-        const char* const name = scale == usual ? "albedo_samples" : "fourth_root albedo_samples";
-        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, error)};
-    };
-    if (fixed) return cheapest(*fixed, infinity);
-    const ScaledChoice square = cheapest(usual, infinity);
-    if (square.samples.value <= few) return square;  // there is little to gain
-    if (square.samples.error_at_cap == 0)
-        while (candidates.back() >= static_cast<int>(square.samples.value)) candidates.pop_back();
-    const double to_beat =
-        square.samples.error_at_cap > 0 ? square.samples.error_at_cap : probes.max_error;
-    const ScaledChoice fourth = cheapest(other, to_beat);
-    return fourth.samples.value > 0 ? fourth : square;
+        });
 }
 
 Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {

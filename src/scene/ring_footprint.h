@@ -63,10 +63,12 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
     const double inside = from < to ? within(to) - within(from) : 0;
     if (inside < 1) visit(Matter{}, 1 - inside);
     if (inside <= 0) return;
-    const auto first = static_cast<std::size_t>(
-        std::upper_bound(radius.begin() + 1, radius.end() - 1, from) - radius.begin() - 1);
-    const auto last = static_cast<std::size_t>(
-        std::lower_bound(radius.begin() + 1, radius.end() - 1, to) - radius.begin());
+    auto row_before = [&](double at) {
+        const auto next = std::upper_bound(radius.begin() + 1, radius.end() - 1, at);
+        return static_cast<std::size_t>(next - radius.begin()) - 1;
+    };
+    const std::size_t first = row_before(from),
+                      last = to <= radius[first + 1] ? first + 1 : row_before(to) + 1;
     const std::size_t together = (last - first + max_pairs - 1) / max_pairs;
     double place = centre_ * 1e5;  // of the radius that stands for others
     for (std::size_t k = first; k < last; k += together) {
@@ -78,10 +80,11 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
                   within(hi) - within(lo));
             continue;
         }
-        const double change = slant * std::abs(profile.at(hi, tint).optical_depth -
-                                               profile.at(lo, tint).optical_depth);
-        if (change < 0.1) {
-            visit(profile.at((lo + hi) / 2, tint), within(hi) - within(lo));
+        const auto& depth = profile.optical_depth;
+        const double change =
+            slant * std::abs(depth[k + 1] - depth[k]) * (hi - lo) / (radius[k + 1] - radius[k]);
+        if (!(change >= 0.1)) {
+            visit(profile.after(k, (lo + hi) / 2, tint), within(hi) - within(lo));
             continue;
         }
         const int panels = static_cast<int>(std::clamp(std::ceil(change), 1.0, 8.0));
@@ -90,7 +93,8 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
             const double middle = lo + (p + 0.5) * width;
             const double share = within(middle + width / 2) - within(middle - width / 2);
             for (const double side : {-0.5, 0.5})
-                visit(profile.at(middle + side * width * std::numbers::inv_sqrt3, tint), share / 2);
+                visit(profile.after(k, middle + side * width * std::numbers::inv_sqrt3, tint),
+                      share / 2);
         }
     }
 }

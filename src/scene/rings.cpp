@@ -19,7 +19,7 @@ Crossing ring_crossing(const Ray& ray) noexcept {
     const double distance = -ray.origin.z / ray.direction.z;
     if (!(distance > 0) || std::isinf(distance)) return {};
     const Vector3 point = ray.at(distance);
-    return {distance, std::hypot(point.x, point.y)};
+    return {distance, std::sqrt(point.x * point.x + point.y * point.y)};
 }
 
 bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
@@ -63,12 +63,8 @@ Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcep
     return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
 }
 
-Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
-                double distance) noexcept {
-    const Vector3 point = view.ray.at(distance);
-    if (view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0)
-        return {};
-    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
+/// Light of the rings' matter where they are not in the planet's shadow.
+Rgb3 ring_light(const Matter& matter, const View& view, const Geometry& geometry) noexcept {
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
     return geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
                                  : view.light.transmission(matter, geometry));
@@ -81,10 +77,14 @@ Rgb3 grey(double light) noexcept { return {light, light, light}; }
 Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
-    const auto k = static_cast<std::size_t>(above - radius.begin());
-    const double share = (at_radius - radius[k - 1]) / (radius[k] - radius[k - 1]);
+    return after(static_cast<std::size_t>(above - radius.begin()) - 1, at_radius, tint);
+}
+
+Matter RingProfile::after(std::size_t row, double at_radius,
+                          const std::array<double, 3>& tint) const noexcept {
+    const double share = (at_radius - radius[row]) / (radius[row + 1] - radius[row]);
     auto linear = [&](const std::vector<double>& rows) {
-        return rows[k - 1] + share * (rows[k] - rows[k - 1]);
+        return rows[row] + share * (rows[row + 1] - rows[row]);
     };
     const double first = linear(w1), both = first + linear(w2);
     return {linear(optical_depth),
@@ -104,13 +104,17 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const RingFootprint footprint =
         footprint_of(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
     if (!meets_rings(rings, footprint)) return behind();
-    const double mu = std::max(std::abs(view.ray.direction.z), 1e-6),
-                 mu_in = std::max(std::abs(view.to_sun.z), 1e-6);
+    const bool dark =
+        view.scene.effects.shadows &&
+        distance_to_globe({view.ray.at(crossing.distance), view.to_sun}, rings.flattening) > 0;
+    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
+    const double mu = geometry.mu_out;
     Rgb3 light{}, share{};  // what the rings send, and let pass of what is behind
     footprint.visit(rings.profile, view.scene.layer.albedo,
-                    seen_depth(view.scene, 1) * (1 / mu + 1 / mu_in),
+                    seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
                     [&](const Matter& matter, double part) {
-                        light = light + part * ring_light(rings, matter, view, crossing.distance);
+                        if (!dark) light = light + part * ring_light(matter, view, geometry);
+                        if (!view.scene.effects.background) return;
                         share = share + part * (to_planet > 0 ? grey(view.light.beam(matter, mu))
                                                               : view.light.background(matter, mu));
                     });

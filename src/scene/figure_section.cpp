@@ -19,6 +19,8 @@ LobeFigure read_lobes(const Section& root, const Source& source) {
     }
     figure.optical_depths = section.numbers("optical_depths", 1, 8);
     figure.albedos = section.numbers("albedos", 1, 8);
+    figure.common_scale = section.flag("common_scale");
+    figure.title = root.text("title");
     return figure;
 }
 
@@ -29,6 +31,7 @@ LambertFigure read_lambert(const Section& root, const Source& source) {
     figure.albedo = section.number("albedo");
     figure.optical_depth = section.number("optical_depth");
     figure.mu_in = section.numbers("mu_in", 1, 8);
+    figure.title = root.text("title");
     return figure;
 }
 

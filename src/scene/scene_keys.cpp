@@ -7,7 +7,8 @@ Keys scene_keys() {
     constexpr const char* colour = "number or three numbers";
     constexpr const char* surface = "number, three numbers or a table";
     static constexpr Key keys[] = {
-        {"", "title", "string", "-", "-", "\"\"", "kept with the picture; of a panel, drawn on it"},
+        {"", "title", "string", "-", "-", "\"\"",
+         "kept with a picture; of a panel or a figure, drawn on it"},
         {"", "tolerance", "number", "-", "[1e-6, 0.1]", "2e-3", "relative error of the tables"},
         {"", "effects", "string or a list of strings", "-", "effects; \"all\"; \"-NAME\"",
          "\"all\"", "what is simulated; a list that starts with \"-NAME\" starts from all"},
@@ -129,6 +130,8 @@ Keys scene_keys() {
         {"lobes", "optical_depths", "list of 1 to 8 numbers", "-", "[0, inf]", "(required)",
          "a row each"},
         {"lobes", "albedos", "list of 1 to 8 numbers", "-", "[0, 1]", "(required)", "a curve each"},
+        {"lobes", "common_scale", "true or false", "-", "-", "false",
+         "of all depths, on which thin layers are dim; else each has its own"},
 
         {"", "lambert", "table", "-", "-", "(or another subject)",
          "a figure: reflection against the cosine of emission, beside Lambert's law"},

@@ -85,7 +85,8 @@ const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
 const test::KeyedFile lobes({{"lobes.phase_function", "'isotropic'"},
                              {"lobes.incident_deg", "[30]"},
                              {"lobes.optical_depths", "[1]"},
-                             {"lobes.albedos", "[1]"}});
+                             {"lobes.albedos", "[1]"},
+                             {"lobes.common_scale", "true"}});
 
 const test::KeyedFile lambert({{"lambert.phase_function", "'isotropic'"},
                                {"lambert.albedo", "1"},

@@ -6,6 +6,7 @@
 #include <stratus/picture/lobe_plot.h>
 #include <stratus/runtime/phase_function.h>
 
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct LobeFigure {
     PhaseFunction phase_function;
     std::vector<double> incident;  // radians
     std::vector<double> optical_depths, albedos;
+    bool common_scale = false;  // of all depths, on which thin layers are dim; else each its own
+    std::string title{};        // empty: one that says what is shown
 };
 
 /// R of a deep cloud against the cosine of emission, beside Lambert's law. [Blinn82] 5.3
@@ -24,6 +27,7 @@ struct LambertFigure {
     PhaseFunction phase_function;
     double albedo = 1, optical_depth = 0;
     std::vector<double> mu_in;
+    std::string title{};  // empty: one that says what is shown
 };
 
 using Figure = std::variant<LobeFigure, LambertFigure>;

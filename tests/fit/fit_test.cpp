@@ -39,9 +39,10 @@ TEST(Fit, RecoversTheLayerWithoutNoise) {
     for (const Ring& ring : {Ring{0.5, 0.3, 0.7}, Ring{0.1, 0.4, 0.1}, Ring{0.8, 0.15, 1.8}}) {
         const Fit fit = fit_of(ring, test::views(true));
         constexpr double table_error = 2e-3;  // usually a tenth of it
-        EXPECT_NEAR(fit.w1.value, ring.w1, table_error);
-        EXPECT_NEAR(fit.w2.value, ring.w2, table_error);
-        EXPECT_NEAR(fit.optical_depth.value, ring.optical_depth, table_error * ring.optical_depth);
+        EXPECT_NEAR(fit.w1().value, ring.w1, table_error);
+        EXPECT_NEAR(fit.w2().value, ring.w2, table_error);
+        EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth,
+                    table_error * ring.optical_depth);
         EXPECT_LT(fit.chi_square, 1);
         EXPECT_EQ(fit.degrees_of_freedom, 45);
         EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
@@ -61,15 +62,16 @@ TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
             const double azimuth = pi * uniform(random);
             views.push_back(
                 {{mu_in, mu_out, azimuth},
-                 n % 2 == 1 && uniform(random) < 0.5 ? Side::transmission : Side::reflection,
+                 n % 2 == 1 && uniform(random) < 0.5 ? Light::transmitted : Light::reflected,
                  0,
                  0});
         }
         const Fit fit = fit_of(ring, views);
         EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer's is the error of the table
-        const bool found = std::abs(fit.w1.value - ring.w1) < 0.02 &&
-                           std::abs(fit.w2.value - ring.w2) < 0.02 &&
-                           std::abs(std::log(fit.optical_depth.value / ring.optical_depth)) < 0.05;
+        const bool found =
+            std::abs(fit.w1().value - ring.w1) < 0.02 &&
+            std::abs(fit.w2().value - ring.w2) < 0.02 &&
+            std::abs(std::log(fit.optical_depth().value / ring.optical_depth)) < 0.05;
         EXPECT_TRUE(found || !fit.remarks.empty()) << n;
         others += remark(fit, "w1 = ").ends_with("fits as well") ? 1 : 0;
     }
@@ -83,8 +85,9 @@ TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
     for (int n = 0; n < 4; ++n) four_times.insert(four_times.end(), once.begin(), once.end());
     const Fit a = fit_layer(ring_table().view(), once);
     const Fit b = fit_layer(ring_table().view(), four_times);
-    EXPECT_NEAR(b.w1.sigma, a.w1.sigma / 2, 1e-3 * a.w1.sigma);
-    EXPECT_NEAR(b.optical_depth.sigma, a.optical_depth.sigma / 2, 1e-3 * a.optical_depth.sigma);
+    EXPECT_NEAR(b.w1().sigma, a.w1().sigma / 2, 1e-3 * a.w1().sigma);
+    EXPECT_NEAR(b.optical_depth().sigma, a.optical_depth().sigma / 2,
+                1e-3 * a.optical_depth().sigma);
 }
 
 TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
@@ -96,8 +99,8 @@ TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     const double limit = std::stod(text.substr(text.find("above ") + 6));
     EXPECT_GT(limit, 1);  // the light that depth 1 transmits would be missing
     EXPECT_LT(limit, ring.optical_depth);
-    EXPECT_NEAR(fit.w1.value, ring.w1, 2 * fit.w1.sigma);  // still determined
-    EXPECT_LT(fit.w1.sigma, 0.02);
+    EXPECT_NEAR(fit.w1().value, ring.w1, 2 * fit.w1().sigma);  // still determined
+    EXPECT_LT(fit.w1().sigma, 0.02);
     EXPECT_EQ(remark(fit_of({0.5, 0.2, 6}, test::views(true)), "optical_depth"), "");
 }
 
@@ -105,7 +108,7 @@ TEST(Fit, RemarksThatOneScatteringAngleDoesNotSeparateTwoAlbedos) {
     std::vector<Observation> views;
     for (const double mu : {0.2, 0.35, 0.5}) {
         const double cos_azimuth = (0.25 + mu * mu) / (1 - mu * mu);
-        views.push_back({{mu, mu, std::acos(cos_azimuth)}, Side::reflection, 0, 0});
+        views.push_back({{mu, mu, std::acos(cos_azimuth)}, Light::reflected, 0, 0});
         ASSERT_NEAR(cos_scattering_angle_reflected(views.back().geometry), 0.25, 1e-12);
     }
     const Fit fit = fit_of({0.3, 0.3, 0.1}, views);
@@ -116,27 +119,27 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
     std::vector<Observation> views;
     for (const double azimuth : {0.1, 1.5, 3.0})
         for (const double mu_out : {0.8, 0.9, 1.0})
-            views.push_back({{0.9, mu_out, azimuth}, Side::reflection, 0, 0});
+            views.push_back({{0.9, mu_out, azimuth}, Light::reflected, 0, 0});
     const Fit fit = fit_of({0.3, 0.3, 0.06}, views);
     EXPECT_NE(remark(fit, "optical_depth not determined by these geometries"), "");
 }
 
-TEST(Fit, RemarksOnTheEdgeOfTheTable) {
+TEST(Fit, RemarksOnTheEdgeOfARange) {
     std::vector<Observation> views = seen({0.6, 0.4, 1}, test::views(true));
     for (Observation& view : views)
-        view.brightness *= view.side == Side::transmission ? 1 : 1.1;  // brighter than any layer
+        view.brightness *= view.light == Light::transmitted ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
-    EXPECT_NE(remark(fit, "w1 + w2 at the edge of the table (1)"), "");
+    EXPECT_NE(remark(fit, "w1 + w2 at the edge of its range (1)"), "");
     EXPECT_GT(fit.chi_square, fit.degrees_of_freedom);
     const Fit pure = fit_of({0.7, 0, 1}, test::views(true));
-    EXPECT_NEAR(pure.w2.value, 0, 1e-3);
+    EXPECT_NEAR(pure.w2().value, 0, 1e-3);
 }
 
 TEST(Fit, IsReproducibleToTheBit) {
     const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
-    EXPECT_EQ(a.w1.value, b.w1.value);
-    EXPECT_EQ(a.optical_depth.sigma, b.optical_depth.sigma);
+    EXPECT_EQ(a.w1().value, b.w1().value);
+    EXPECT_EQ(a.optical_depth().sigma, b.optical_depth().sigma);
 }
 
 void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& change,

@@ -45,15 +45,25 @@ std::vector<Point> starting_points(const ParameterSpace& space) {
     return points;
 }
 
-/// The minima of one scan.
-void scan(const Problem& problem, Point at, int depth, std::vector<Minimum>& minima) {
+/// The minima of one scan. Where an asymmetry is free every depth starts afresh, too: one fit in
+/// which its particles have vanished has lost it for all that follow.
+void scan(const Problem& problem, const Point& start, int depth, std::vector<Minimum>& minima) {
     constexpr int count = 24;
     constexpr double rough_tolerance = 1e-3;
+    const bool afresh =
+        problem.space().place(Coordinate::g1) >= 0 || problem.space().place(Coordinate::g2) >= 0;
     std::vector<Minimum> profile;
     for (int n = 0; n < count; ++n) {
-        at[depth] = n / (count - 1.0);
-        profile.push_back(descend(problem, at, depth, rough_tolerance));
-        at = profile.back().at;
+        const auto descend_from = [&](Point at) {
+            at[depth] = n / (count - 1.0);
+            return descend(problem, at, depth, rough_tolerance);
+        };
+        Minimum best = descend_from(n == 0 ? start : profile.back().at);
+        if (afresh && n > 0) {
+            Minimum other = descend_from(start);
+            if (other.chi_square < best.chi_square) best = std::move(other);
+        }
+        profile.push_back(std::move(best));
     }
     for (std::size_t n = 0; n < profile.size(); ++n) {
         const auto is_below = [&](std::size_t other) {
@@ -61,6 +71,20 @@ void scan(const Problem& problem, Point at, int depth, std::vector<Minimum>& min
         };
         if (is_below(n - 1) && is_below(n + 1)) minima.push_back(profile[n]);
     }
+}
+
+/// Without those that lie next to a better one.
+std::vector<Minimum> distinct(const std::vector<Minimum>& sorted) {
+    constexpr double next_to = 0.01;
+    std::vector<Minimum> kept;
+    for (const Minimum& minimum : sorted) {
+        const auto is_near = [&](const Minimum& other) {
+            return (minimum.at - other.at).isZero(0) ||
+                   (minimum.at - other.at).cwiseAbs().maxCoeff() < next_to;
+        };
+        if (std::ranges::none_of(kept, is_near)) kept.push_back(minimum);
+    }
+    return kept;
 }
 
 }  // namespace
@@ -129,7 +153,7 @@ std::vector<Minimum> scan_minima(const Problem& problem) {
             scan(problem, start, depth, minima);
     }
     std::ranges::sort(minima, {}, &Minimum::chi_square);
-    return minima;
+    return distinct(minima);
 }
 
 }  // namespace stratus

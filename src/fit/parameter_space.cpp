@@ -16,7 +16,9 @@ constexpr const char* caller = "fit_layer";
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 std::string text_of(const Interval& range) {
-    return std::string("[") + short_number(range.low, 6) + ", " + short_number(range.high, 6) + "]";
+    return std::string("[")
+        .append(joined({short_number(range.low, 6), short_number(range.high, 6)}))
+        .append("]");
 }
 
 /// Values of one albedo that leave the sum and the mixture within the model's range, the other one
@@ -99,7 +101,7 @@ void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& opti
 void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
                                    const std::optional<double>& held, bool is_free) {
     double& value = kind == 1 ? held_.g1 : held_.g2;
-    const std::string name = one_kind_ ? "g" : kind == 1 ? "g1" : "g2";
+    const std::string name = kind == 2 ? "g2" : one_kind_ ? "g" : "g1";
     const std::optional<double> own = model.asymmetry(kind);
     value = own.value_or(0);
     if (!held && !is_free) return;

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/slice.h>
 
 #include "observed_rings.h"
 #include "refusal.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace stratus {
@@ -135,6 +137,163 @@ TEST(Fit, RemarksOnTheEdgeOfARange) {
     EXPECT_NEAR(pure.w2().value, 0, 1e-3);
 }
 
+TEST(Fit, OccultationsAloneDetermineTheDepth) {
+    constexpr double mu = 0.4, seen = 0.3, sigma = 0.01;
+    const std::vector<Observation> star{{{1, mu, 0}, Light::beam, seen, sigma}};
+    for (const double density : {0.0, 0.2}) {
+        FitOptions options;
+        options.density = density;
+        const Fit fit = fit_layer(*beam_model(), star, options);
+        const double expected = -mu * std::log(seen) * (1 - density);
+        EXPECT_NEAR(fit.optical_depth().value, expected, 1e-6 * expected);
+        const double expected_sigma = mu * sigma / seen * (1 - density);
+        EXPECT_NEAR(fit.optical_depth().sigma, expected_sigma, 1e-3 * expected_sigma);
+        EXPECT_EQ(fit.degrees_of_freedom, 0);
+        EXPECT_EQ(fit.probability, 1);
+        EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
+    }
+}
+
+TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
+    const Ring ring{0.5, 0.2, 6};
+    std::vector<Observation> views = test::views(false);
+    const std::vector<Observation> beams = test::occultations();
+    views.insert(views.end(), beams.begin(), beams.end());
+    const Fit fit = fit_of(ring, views);
+    EXPECT_EQ(remark(fit, "optical_depth"), "");
+    EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth, 2e-3);
+    EXPECT_LT(fit.optical_depth().sigma, 0.005);  // 1 % at mu = 0.25 is 0.0025
+}
+
+FitOptions holding(std::optional<double> depth, std::optional<double> w1,
+                   std::optional<double> w2) {
+    FitOptions options;
+    options.optical_depth = depth;
+    options.w1 = w1;
+    options.w2 = w2;
+    return options;
+}
+
+TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
+    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const Fit all = fit_layer(ring_table().view(), views);
+    struct Held {
+        FitOptions options;
+        int parameter;
+    };
+    for (const auto& [options, h] :
+         {Held{holding(all.optical_depth().value, {}, {}), fit_optical_depth},
+          Held{holding({}, all.w1().value, {}), fit_w1},
+          Held{holding({}, {}, all.w2().value), fit_w2}}) {
+        const auto held = static_cast<std::size_t>(h);
+        const Fit fit = fit_layer(ring_table().view(), views, options);
+        EXPECT_EQ(fit.degrees_of_freedom, all.degrees_of_freedom + 1);
+        EXPECT_EQ(fit.estimate[held].value, all.estimate[held].value);
+        for (std::size_t p = 0; p < 3; ++p) {
+            EXPECT_NEAR(fit.estimate[p].value, all.estimate[p].value, 1e-5);
+            for (std::size_t q = 0; q < 3; ++q) {
+                // the covariance of a normal distribution, given one of its variates
+                const double expected = all.covariance[p][q] - all.covariance[p][held] *
+                                                                   all.covariance[held][q] /
+                                                                   all.covariance[held][held];
+                const double scale = all.estimate[p].sigma * all.estimate[q].sigma;
+                EXPECT_NEAR(fit.covariance[p][q], expected, 1e-3 * scale);
+            }
+        }
+    }
+}
+
+TEST(Fit, HoldsAllParametersAndJudgesThem) {
+    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const Fit right = fit_layer(ring_table().view(), views, holding(0.7, 0.5, 0.3));
+    EXPECT_EQ(right.degrees_of_freedom, 48);
+    EXPECT_LT(right.chi_square, 1);
+    EXPECT_TRUE(right.remarks.empty());
+    const Fit wrong = fit_layer(ring_table().view(), views, holding(0.8, 0.5, 0.3));
+    EXPECT_LT(wrong.probability, 1e-6);
+    EXPECT_NE(remark(wrong, "refused: chi_square "), "");
+}
+
+TEST(Fit, RemarksThatChiSquareRefusesTheModel) {
+    // Two stars, one through twice the depth of the other.
+    const auto fit_to = [](double other) {
+        const std::vector<Observation> stars{
+            {{1, 0.5, 0}, Light::beam, std::exp(-1 / 0.5), 0.01},
+            {{1, 0.5, 0}, Light::beam, std::exp(-1 / 0.5) + other, 0.01}};
+        return fit_layer(*beam_model(), stars);
+    };
+    const Fit refused = fit_to(0.01 * std::sqrt(2.0 * 70));  // chi-square 70 for their mean
+    EXPECT_NEAR(refused.chi_square, 70, 1e-3);
+    EXPECT_EQ(remark(refused, "refused"),
+              "refused: chi_square 70 for 1 degree of freedom (probability 5.9e-17)");
+    EXPECT_TRUE(fit_to(0.01 * std::sqrt(2.0 * 10)).remarks.empty());   // probability 1.6e-3
+    EXPECT_FALSE(fit_to(0.01 * std::sqrt(2.0 * 11)).remarks.empty());  // probability 0.9e-3
+}
+
+TEST(Fit, FindsAsymmetriesBySingleScattering) {
+    const auto model = single_scattering_model(PhaseFunction::lambert_sphere(),
+                                               PhaseFunction::henyey_greenstein(0.1));
+    FitOptions options;
+    options.free_g2 = true;
+    for (const Ring& ring : {Ring{0.3, 0.4, 0.5, 0.6}, Ring{0.6, 0.2, 0.2, -0.5}}) {
+        std::vector<Observation> views = test::views(true);
+        test::solve_views(ring, views, {true});
+        const Fit fit = fit_layer(*model, views, options);
+        EXPECT_NEAR(fit.g2().value, ring.g2, 1e-5);
+        EXPECT_NEAR(fit.w1().value, ring.w1, 1e-5);
+        EXPECT_NEAR(fit.w2().value, ring.w2, 1e-5);
+        EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth, 1e-5);
+    }
+}
+
+TEST(Fit, FindsAsymmetriesByTheSolver) {
+    SolverOptions few_nodes;
+    few_nodes.nodes = 12;
+    const auto model =
+        solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, few_nodes);
+    const double g = 0.35, w = 0.9, depth = 0.8;
+    std::vector<Observation> views = test::views(true);
+    const std::vector<double> bright = model->brightness({depth, w, 0, g, 0}, views);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views[i].brightness = bright[i];
+        views[i].sigma = 0.01 * bright[i];
+    }
+    FitOptions options;
+    options.free_g1 = true;
+    const Fit fit = fit_layer(*model, views, options);
+    EXPECT_NEAR(fit.g1().value, g, 1e-4);
+    EXPECT_NEAR(fit.w1().value, w, 1e-4);
+    EXPECT_NEAR(fit.optical_depth().value, depth, 1e-4);
+    EXPECT_EQ(fit.w2().value, 0);
+}
+
+// Slices, which pictures are made of, take density and opposition on another way.
+TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
+    const Ring ring{0.5, 0.3, 0.7};
+    Effects effects;
+    effects.density = 0.15;
+    effects.opposition = Opposition::hapke(0.7, 0.1);
+    const TableView mixed = ring_table().view().at_mixture(ring.w1 / (ring.w1 + ring.w2));
+    const Slice slice = bind(mixed, ring.optical_depth, ring.w1 + ring.w2, effects);
+    std::vector<Observation> views = test::views(true);
+    views.push_back({{0.4, 0.45, pi}, Light::reflected, 0, 0});  // 3 degrees of phase angle
+    views.push_back({{0.4, 0.4, 0}, Light::beam, 0, 0});
+    const std::vector<double> brightness =
+        table_model(ring_table().view())
+            ->brightness({ring.optical_depth, ring.w1, ring.w2}, views, effects.density,
+                         effects.opposition);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const auto in = static_cast<float>(views[i].geometry.mu_in),
+                   out = static_cast<float>(views[i].geometry.mu_out),
+                   azimuth = static_cast<float>(views[i].geometry.azimuth);
+        const double expected = views[i].light == Light::beam ? double{slice.direct(out)}
+                                : views[i].light == Light::reflected
+                                    ? in * double{slice.reflection(in, out, azimuth)}
+                                    : in * double{slice.transmission(in, out, azimuth)};
+        EXPECT_NEAR(brightness[i], expected, 2e-3 * expected) << i;  // the table's tolerance
+    }
+}
+
 TEST(Fit, IsReproducibleToTheBit) {
     const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
@@ -153,7 +312,8 @@ void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& ch
 
 TEST(Fit, RefusesObservationsOutOfRange) {
     using Views = std::vector<Observation>;
-    expect_fit_refusal([](Views& v) { v.resize(2); }, {"fit_layer", "observations", "three", "2"});
+    expect_fit_refusal([](Views& v) { v.resize(2); },
+                       {"fit_layer", "observations", "at least 3", "got 2"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out", "(0, 1]", "1.1"});
     expect_fit_refusal([&](Views& v) { v[3].geometry.azimuth = infinity; }, {"azimuth", "inf"});
@@ -161,19 +321,64 @@ TEST(Fit, RefusesObservationsOutOfRange) {
     expect_fit_refusal([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
 }
 
-TEST(Fit, RefusesTablesWithoutTheSideOrAMixture) {
+TEST(Fit, RefusesTablesWithoutTheSide) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     Table lit = ring_table();
     lit.transmission_multiple.clear();
     expect_refusal<std::invalid_argument>([&] { fit_layer(lit.view(), views); },
-                                          {"observed side", "holds", "transmission"});
-    Recipe one = test::ring_recipe();
-    one.mixture.reset();
-    one.discretisation.mu_samples = one.discretisation.albedo_samples = 4;
-    const Table plain = solve_table(one);
-    expect_refusal<std::invalid_argument>([&] { fit_layer(plain.view(), views); },
-                                          {"table", "mixture axis", "without"});
+                                          {"observed light", "the model knows", "transmitted"});
+}
+
+void expect_option_refusal(const FitOptions& options, const std::vector<const char*>& fragments) {
+    std::vector<Observation> views = test::views(true);
+    for (Observation& view : views) view.brightness = view.sigma = 0.1;
+    expect_refusal<std::invalid_argument>([&] { fit_layer(ring_table().view(), views, options); },
+                                          fragments);
+}
+
+TEST(Fit, RefusesOptionsOutOfRange) {
+    expect_option_refusal(holding({}, 1.1, {}), {"fit_layer", "w1 held", "[0, 1]", "got 1.1"});
+    expect_option_refusal(holding({}, {}, -0.1), {"w2 held", "[0, 1]", "got -0.1"});
+    expect_option_refusal(holding({}, 0.03, 0.03), {"w1 + w2 held", "[0.1, 1]", "got 0.06"});
+    expect_option_refusal(holding({}, 0.6, 0.6), {"w1 + w2 held", "[0.1, 1]", "got 1.2"});
+    expect_option_refusal(holding(9, {}, {}), {"optical_depth held", ", 8]", "got 9"});
+    expect_option_refusal(holding(-1, {}, {}), {"optical_depth held", "got -1"});
+    FitOptions options;
+    options.density = 1;
+    expect_option_refusal(options, {"density", "[0, 1)", "got 1"});
+    options = {};
+    options.opposition = {Opposition::Law::hapke, -1, 1};
+    expect_option_refusal(options, {"opposition.width", "(0, inf)", "got -1"});
+    options = {};
+    options.free_g2 = true;
+    expect_option_refusal(options, {"g2", "Henyey-Greenstein", "got free"});
+    options.free_g2 = false;
+    options.g1 = 0.5;
+    expect_option_refusal(options, {"g1", "Henyey-Greenstein", "got 0.5"});
+}
+
+TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
+    std::vector<Observation> views = test::views(true);
+    for (Observation& view : views) view.brightness = view.sigma = 0.1;
+    const auto refuses = [&](const LayerModel& model, const FitOptions& options,
+                             const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>([&] { fit_layer(model, views, options); }, fragments);
+    };
+    refuses(*beam_model(), {}, {"observed light", "reflected"});
+    const auto one = single_scattering_model(PhaseFunction::henyey_greenstein(0.5), std::nullopt);
+    refuses(*one, holding({}, {}, 0.1), {"w2", "one kind", "got 0.1"});
+    FitOptions options;
+    options.free_g2 = true;
+    refuses(*one, options, {"g2", "left out"});
+    options = {};
+    options.g1 = 0.99;
+    refuses(*one, options, {"g held", "[-0.95, 0.95]", "got 0.99"});
+    options.free_g1 = true;
+    refuses(*one, options, {"g must be either held or free"});
+    views.resize(1);
+    refuses(*one, {}, {"observations", "at least 2, one for each free parameter", "got 1"});
+    EXPECT_EQ(fit_layer(*one, views, holding(0.5, {}, {})).degrees_of_freedom, 0);
 }
 
 }  // namespace

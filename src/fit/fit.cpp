@@ -51,20 +51,9 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     for (const Observation& at : observations) check(at, model);
 }
 
-/// Local minima, the best first. Of a slow model they are sought with a faster one, and few are
-/// followed.
-std::vector<Minimum> minima_of(const Problem& problem, const LayerModel& model) {
-    constexpr std::size_t followed = 4;
-    const std::unique_ptr<LayerModel> coarse = model.coarse();
-    std::vector<Minimum> minima;
-    if (coarse) {
-        std::vector<Minimum> rough = scan_minima(problem.by(*coarse));
-        rough.resize(std::min(rough.size(), followed));
-        rough.insert(rough.begin(), {problem.space().start(), 0});
-        minima = std::move(rough);
-    } else {
-        minima = scan_minima(problem);
-    }
+/// Local minima, the best first.
+std::vector<Minimum> minima_of(const Problem& problem) {
+    std::vector<Minimum> minima = scan_minima(problem);
     for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
     std::ranges::sort(minima, {}, &Minimum::chi_square);
     return minima;
@@ -103,6 +92,10 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
     return free;
 }
 
+std::size_t free_parameter_count(const LayerModel& model, const FitOptions& options) {
+    return static_cast<std::size_t>(ParameterSpace(model, options).size());
+}
+
 Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
               const FitOptions& options) {
     check(model, observations, options);
@@ -112,7 +105,7 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());
     const Problem problem(model, space, observations, options);
-    const std::vector<Minimum> minima = minima_of(problem, model);
+    const std::vector<Minimum> minima = minima_of(problem);
     const Minimum& best = minima.front();
     const Eigen::MatrixXd covariance = covariance_of(problem, best.at);
 

@@ -129,7 +129,9 @@ class SolverModel : public ParticleModel {
   public:
     SolverModel(const PhaseFunction& first, const std::optional<PhaseFunction>& second,
                 const SolverOptions& options)
-        : ParticleModel(first, second), options_(options) {}
+        : ParticleModel(first, second), options_(options) {
+        options_.exact_fluxes = false;  // which no observation is made of
+    }
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
                                      const std::vector<Observation>& observations) const override {
@@ -161,9 +163,13 @@ class SolverModel : public ParticleModel {
         return values;
     }
 
-    std::unique_ptr<LayerModel> coarse() const override {
-        return single_scattering_model(first_, second_);
+    ParameterRanges ranges() const override {
+        ParameterRanges ranges = ParticleModel::ranges();
+        ranges.g = {-0.9, 0.9};  // peaks that few nodes hold
+        return ranges;
     }
+
+    int scanned_depths() const override { return 10; }
 
   private:
     SolverOptions options_;

@@ -45,25 +45,18 @@ std::vector<Point> starting_points(const ParameterSpace& space) {
     return points;
 }
 
-/// The minima of one scan. Where an asymmetry is free every depth starts afresh, too: one fit in
-/// which its particles have vanished has lost it for all that follow.
+/// The minima of one scan, each fit starting from the one before; where an asymmetry is free, from
+/// `start`: one fit in which its particles have vanished would lose it for all that follow.
 void scan(const Problem& problem, const Point& start, int depth, std::vector<Minimum>& minima) {
-    constexpr int count = 24;
     constexpr double rough_tolerance = 1e-3;
+    const int count = problem.model().scanned_depths();
     const bool afresh =
         problem.space().place(Coordinate::g1) >= 0 || problem.space().place(Coordinate::g2) >= 0;
     std::vector<Minimum> profile;
     for (int n = 0; n < count; ++n) {
-        const auto descend_from = [&](Point at) {
-            at[depth] = n / (count - 1.0);
-            return descend(problem, at, depth, rough_tolerance);
-        };
-        Minimum best = descend_from(n == 0 ? start : profile.back().at);
-        if (afresh && n > 0) {
-            Minimum other = descend_from(start);
-            if (other.chi_square < best.chi_square) best = std::move(other);
-        }
-        profile.push_back(std::move(best));
+        Point at = afresh || n == 0 ? start : profile.back().at;
+        at[depth] = n / (count - 1.0);
+        profile.push_back(descend(problem, at, depth, rough_tolerance));
     }
     for (std::size_t n = 0; n < profile.size(); ++n) {
         const auto is_below = [&](std::size_t other) {

@@ -16,6 +16,7 @@ class Problem {
             const std::vector<Observation>& observations, const FitOptions& options)
         : model_(model), space_(space), observations_(observations), options_(options) {}
 
+    const LayerModel& model() const { return model_; }
     const ParameterSpace& space() const { return space_; }
 
     /// (model - observed) / sigma of all observations.
@@ -23,9 +24,6 @@ class Problem {
 
     /// Central differences of the residuals, within the cube; 0 for the coordinate that is held.
     Eigen::MatrixXd derivatives(const Point& at, std::optional<int> held = {}) const;
-
-    /// The same observations by another model.
-    Problem by(const LayerModel& model) const { return {model, space_, observations_, options_}; }
 
   private:
     const LayerModel& model_;
@@ -45,8 +43,8 @@ struct Minimum {
 Minimum descend(const Problem& problem, Problem::Point at, std::optional<int> held = {},
                 double tolerance = 1e-8);
 
-/// Local minima over the optical depth, the others fitted at each: a scan of all depths, each fit
-/// starting from the one before. Asymmetries that are free start from three values each.
+/// Local minima over the optical depth, the others fitted at each: a scan of all depths.
+/// Asymmetries that are free start from three values each.
 std::vector<Minimum> scan_minima(const Problem& problem);
 
 }  // namespace stratus

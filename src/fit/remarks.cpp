@@ -105,9 +105,12 @@ void remark_on_other_minima(const Problem& problem, const LayerModel& model,
 void remark_on_chi_square(Fit& fit) {
     if (fit.probability >= refusing_probability) return;
     const int degrees = fit.degrees_of_freedom;
-    fit.remarks.push_back("refused: chi_square " + short_number(fit.chi_square, 3) + " for " +
-                          std::to_string(degrees) + " degree" + (degrees == 1 ? "" : "s") +
-                          " of freedom (probability " + short_number(fit.probability, 2) + ")");
+    fit.remarks.push_back(
+        "refused: chi_square " + short_number(fit.chi_square, 3) + " for " +
+        std::to_string(degrees) + " degree" + (degrees == 1 ? "" : "s") +
+        " of freedom (probability " +
+        (fit.probability > 0 ? short_number(fit.probability, 2) : std::string("below 1e-300")) +
+        ")");
 }
 
 }  // namespace

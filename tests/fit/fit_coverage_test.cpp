@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 
 namespace stratus {
@@ -32,6 +33,8 @@ struct Mode {
     bool g2_free = false;
 };
 
+void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
+
 std::vector<Observation> joined_views(std::vector<Observation> first,
                                       const std::vector<Observation>& second) {
     first.insert(first.end(), second.begin(), second.end());
@@ -55,7 +58,7 @@ const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.4);  // where fits
 /// Few nodes: the solver's error is far below 1 % of noise, and the fits are many.
 std::unique_ptr<LayerModel> solver_of_few_nodes() {
     SolverOptions options;
-    options.nodes = 10;
+    options.nodes = 8;
     options.modes = 8;
     return solver_model(spheres, lobe, options);
 }
@@ -63,6 +66,11 @@ std::unique_ptr<LayerModel> solver_of_few_nodes() {
 std::vector<Mode> modes() {
     const std::vector<Observation> both = test::views(true), lit = test::views(false);
     const std::vector<Observation> occulted = joined_views(lit, test::occultations());
+    std::vector<Observation> few;
+    for (const double mu_out : {0.35, 0.8})
+        for (const double azimuth : {0.2, 1.4, 3.0})
+            for (const Light light : {Light::reflected, Light::transmitted})
+                few.push_back({{0.4, mu_out, azimuth}, light, 0, 0});
     Circumstances dense;
     dense.density = 0.1;
     dense.opposition = Opposition::hapke(0.8, 0.05);
@@ -78,7 +86,7 @@ std::vector<Mode> modes() {
         {"DenseWithOpposition", ring_table_model, both, dense},
         {"SingleScattering", single, both, once, {}, false, true},
         {"SingleScatteringOfDenseLayers", single, occulted, {true, 0.1, dense.opposition}},
-        {"Solver", solver_of_few_nodes, both, {}, {fit_w1}, false, true},
+        {"Solver", solver_of_few_nodes, few, {}, {fit_w1}, false, true},
         {"Occultations", beam_model, test::occultations()},
     };
 }

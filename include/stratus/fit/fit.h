@@ -9,6 +9,7 @@
 #include <stratus/fit/layer_model.h>
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,6 +72,9 @@ std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& mo
 /// True for parameters that the model has and that are not held.
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
                                                  const FitOptions& options);
+
+/// The number of parameters that are fitted.
+std::size_t free_parameter_count(const LayerModel& model, const FitOptions& options);
 
 /// Fits what is free to at least as many observations.
 ///

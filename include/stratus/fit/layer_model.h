@@ -73,8 +73,8 @@ class LayerModel {
     virtual std::vector<Scattered> scattered(
         const LayerParameters& layer, const std::vector<Observation>& observations) const = 0;
 
-    /// A model that is faster, as far as this one matters; null: this one.
-    virtual std::unique_ptr<LayerModel> coarse() const { return nullptr; }
+    /// How many depths are worth a start of their own.
+    virtual int scanned_depths() const { return 24; }
 
     /// What is observed, with density and opposition.
     std::vector<double> brightness(const LayerParameters& layer,
@@ -94,7 +94,7 @@ std::unique_ptr<LayerModel> single_scattering_model(const PhaseFunction& first,
                                                     const std::optional<PhaseFunction>& second);
 
 /// All orders from the solver, at the observed geometries: some milliseconds a layer. The same
-/// ranges.
+/// ranges, but asymmetries from -0.9 to 0.9.
 std::unique_ptr<LayerModel> solver_model(const PhaseFunction& first,
                                          const std::optional<PhaseFunction>& second,
                                          const SolverOptions& options);

@@ -93,8 +93,8 @@ TEST_P(SaturnProfile, IsAsBrightAsObserved) {
 }
 
 INSTANTIATE_TEST_SUITE_P(In, SaturnProfile,
-                         testing::Values(Colour{"red", 1.0}, Colour{"green", 0.93},
-                                         Colour{"blue", 0.80}),
+                         testing::Values(Colour{"red", 1.0}, Colour{"green", 0.97},
+                                         Colour{"blue", 0.84}),
                          [](const auto& colour) { return colour.param.name; });
 
 }  // namespace

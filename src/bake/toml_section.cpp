@@ -59,6 +59,12 @@ int Section::count(const char* key, int min, int max, const std::string& besides
     return static_cast<int>(met);
 }
 
+bool Section::flag(const char* key) const {
+    const auto met = table_.get(key)->value_exact<bool>();
+    require(met.has_value(), caller_, prefix_ + key, "true or false", "another value");
+    return *met;
+}
+
 bool Section::is(const char* key, const char* text) const {
     return has(key) && table_.get(key)->value_exact<std::string>() == text;
 }

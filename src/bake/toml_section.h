@@ -23,6 +23,8 @@ class Section {
     bool has(const char* key) const { return table_.contains(key); }
     std::string text(const char* key) const;
     double number(const char* key, double min, double max, const char* allowed) const;
+    /// Of a key that is there.
+    bool flag(const char* key) const;
     /// `besides`: other forms allowed, as the start of the refusal's range.
     int count(const char* key, int min, int max, const std::string& besides = "") const;
     /// True when the key is there and is this text.

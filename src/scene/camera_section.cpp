@@ -51,9 +51,10 @@ Camera read_camera(const Section& root) {
 }
 
 void read_sun(const Section& root, Scene& scene) {
-    const Section section = section_of(
-        root, "sun",
-        {"direction", "elevation_deg", "azimuth_deg", "phase_angle_deg", "angular_diameter_deg"});
+    const Section section =
+        section_of(root, "sun",
+                   {"direction", "elevation_deg", "azimuth_deg", "phase_angle_deg",
+                    "angular_diameter_deg", "colour", "visible"});
     const bool by_angles = section.has("elevation_deg") || section.has("azimuth_deg");
     require(section.has("direction") + by_angles + section.has("phase_angle_deg") == 1, caller,
             "sun", "given by direction, by elevation_deg and azimuth_deg, or by phase_angle_deg",
@@ -75,6 +76,10 @@ void read_sun(const Section& root, Scene& scene) {
     }
     if (section.has("angular_diameter_deg"))
         scene.sun_diameter = read_angle(section, "angular_diameter_deg", 0, 60, "in [0, 60]");
+    if (section.has("colour")) scene.sun_colour = read_three(section, "colour", 1e6, "in [0, 1e6]");
+    if (section.has("visible")) scene.sun_visible = section.flag("visible");
+    require(!scene.sun_visible || scene.sun_diameter > 0, caller, "sun.angular_diameter_deg",
+            "above 0 where the sun is visible", scene.sun_diameter);
 }
 
 }  // namespace stratus::scene_file

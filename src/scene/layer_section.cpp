@@ -4,6 +4,7 @@
 
 #include "sections.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
@@ -13,17 +14,29 @@
 namespace stratus::scene_file {
 namespace {
 
-DepthMap read_depth(const Section& section, const Source& source) {
+/// One depth, or red's, green's and blue's: the largest, and `extinction` of each over it.
+double read_depths(const Section& section, const char* key, double max, const char* allowed,
+                   SceneLayer& layer) {
+    if (!section.is_list(key)) return section.number(key, 0, max, allowed);
+    constexpr double max_of_three = 1e4;
+    layer.extinction = read_three(section, key, max_of_three, "in [0, 1e4], three of them");
+    const double largest = *std::ranges::max_element(layer.extinction);
+    for (double& each : layer.extinction) each = largest > 0 ? each / largest : 1;
+    return largest;
+}
+
+DepthMap read_depth(const Section& section, const Source& source, SceneLayer& layer) {
     constexpr const char* key = "optical_depth";
     DepthMap map;
     if (!section.is_table(key)) {
-        map.max = section.number(key, 0, infinity, "in [0, inf], or a table");
+        map.max = read_depths(section, key, infinity, "in [0, inf], or a list of three, or a table",
+                              layer);
         return map;
     }
     const Section table(section.table(key, "a number or a table"), caller, section.full_name(key),
                         {"image", "clouds", "most", "scale", "coverage", "seed"});
     require_exactly_one(table, "image", "clouds");
-    map.max = table.number("most", 0, 1e4, "in [0, 1e4]");
+    map.max = read_depths(table, "most", 1e4, "in [0, 1e4], or a list of three", layer);
     if (table.has("image")) {
         map.pattern = DepthMap::Pattern::image;
         map.image = source.image(table, "image");
@@ -130,8 +143,10 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
         layer.components = read_components(section, source);
     } else {
         read_phase_function(section, source, layer);
-        layer.optical_depth = read_depth(section, source);
+        layer.optical_depth = read_depth(section, source, layer);
         if (section.has("extinction")) {
+            require(layer.extinction == std::array<double, 3>{1, 1, 1}, caller, "layer.extinction",
+                    "absent beside three optical depths", "\"phase_function\"");
             require(section.is("extinction", "phase_function"), caller, "layer.extinction",
                     "\"phase_function\" or absent", "another value");
             layer.extinction = extinction_of_droplets(layer);

@@ -29,16 +29,18 @@ bool is_ring(const Rings& rings, double radius) noexcept {
 Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
     const Vector3 point = view.ray.at(distance);
     const Vector3 normal = globe_normal(point, rings.flattening);
-    double mu_in = dot(normal, view.to_sun);
+    const double mu_in = dot(normal, view.to_sun);
     if (mu_in <= 0) return {};
+    Rgb3 light = irradiance(view, mu_in);
     if (view.scene.effects.shadows) {
         const Crossing crossing = ring_crossing({point, view.to_sun});
         if (is_ring(rings, crossing.radius))
-            mu_in *= view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
-                                     std::max(std::abs(view.to_sun.z), 1e-6));
+            light = view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
+                                    std::max(std::abs(view.to_sun.z), 1e-6)) *
+                    light;
     }
     const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
+    return Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}} * light;
 }
 
 Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
@@ -48,8 +50,8 @@ Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
         return {};
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
-                                 : view.light.transmission(matter, geometry));
+    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
+                                                   : view.light.transmission(matter, geometry));
 }
 
 }  // namespace
@@ -71,18 +73,19 @@ Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) cons
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
-    auto behind = [&] {
-        return to_planet > 0 ? planet_light(rings, view, to_planet)
-                             : background_along(view.scene, view.ray.direction);
-    };
-    if (!is_ring(rings, crossing.radius) || (to_planet > 0 && to_planet < crossing.distance))
-        return behind();
+    const bool before_planet = to_planet > 0 && to_planet < crossing.distance;
+    auto planet = [&] { return planet_light(rings, view, to_planet); };
+    auto background = [&] { return background_along(view.scene, view.ray.direction); };
+    auto sun = [&] { return sun_along(view.scene, view.ray.direction); };
+    if (!is_ring(rings, crossing.radius) || before_planet)
+        return to_planet > 0 ? planet() : background() + sun();
     const Matter matter = rings.profile.at(crossing.radius, view.scene.layer.albedo);
     const Rgb3 light = ring_light(rings, matter, view, crossing.distance);
     if (!view.scene.effects.background) return light;
     const double mu = std::max(std::abs(view.ray.direction.z), 1e-6);
-    return to_planet > 0 ? light + view.light.beam(matter, mu) * behind()
-                         : light + view.light.background(matter, mu) * behind();
+    const Rgb3 beam = view.light.beam(matter, mu);
+    return to_planet > 0 ? light + beam * planet()
+                         : light + view.light.background(matter, mu) * background() + beam * sun();
 }
 
 }  // namespace stratus

@@ -96,8 +96,8 @@ Slab read_slab(const Section& root, const Source& source, const Camera& camera) 
     slab.half_size = size / 2;
     read_optional(slab.image_size, section, "image_size", 1e-6, 1e6, "in [1e-6, 1e6]");
     if (slab.surface)
-        require(camera.position.z > 0, caller, "camera.position", "above a slab with ground",
-                camera.position.z);
+        require(camera.position.z > -slab.height, caller, "camera.position",
+                "above the ground, z = -slab.height", camera.position.z);
     return slab;
 }
 

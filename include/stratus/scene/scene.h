@@ -19,6 +19,8 @@
 //     direction = [1.0, 1.0, 0.0]       # towards it; or elevation_deg and azimuth_deg; or
 //                                       # phase_angle_deg, from the camera to its right
 //     angular_diameter_deg = 0.0
+//     colour = [1.0, 1.0, 1.0]          # of all its light; or one number
+//     visible = false                   # draw its disk
 //
 //     [background]
 //     colour = [0.0, 0.0, 0.0]          # or image, all around: longitude and latitude
@@ -27,7 +29,8 @@
 //     phase_function = "isotropic"      # or three, of red, green and blue
 //     albedo = 0.99                     # or [red, green, blue]; "phase_function": of droplets (mie)
 //     extinction = "phase_function"     # of three of the same droplets: the depth is green's
-//     optical_depth = 8.0               # or inf, or { clouds = ... }, { image = ... }
+//     optical_depth = 8.0               # or [red, green, blue], or inf, or { clouds = ... },
+//                                       # { image = ... }, whose `most` may be three, too
 //     density = 0.1                     # effects.h; 0
 //     opposition = { law = "hapke", amplitude = 1.0, width = 0.05 }   # or blinn's, from density
 //
@@ -93,7 +96,7 @@ struct Matter {
 struct SceneLayer {
     std::vector<PhaseFunction> components;      // two in rings, which mix them; else one
     std::vector<PhaseFunction> channels;        // red's, green's and blue's own; empty: all alike
-    std::array<double, 3> extinction{1, 1, 1};  // of those, the depth multiplied by it
+    std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
     double density = 0;
@@ -149,7 +152,7 @@ struct Planet {
 ///     image_size = 1.0                  # of images
 struct Slab {
     std::optional<Texture> surface;
-    double height = 0;
+    double height = 0;  // of the layer over the ground
     double half_size = 0;  // of a side
     double image_size = 1;
 };
@@ -164,6 +167,8 @@ struct Scene {
     Camera camera;
     Vector3 to_sun{0, 0, 1};
     double sun_diameter = 0;  // radians
+    std::array<double, 3> sun_colour{1, 1, 1};
+    bool sun_visible = false;
     Texture background;
     SceneLayer layer;
     std::variant<Planet, Rings, Slab> subject;

@@ -4,6 +4,9 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 
+#include "planet_shine.h"
+#include "ring_shine.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -28,7 +31,7 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
-LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
+LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
     const bool needed = needed_recipe(scene).has_value();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
@@ -51,11 +54,31 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     std::optional<TableView> table;
     if (tables_) table = tables_->tables[0].view();
     bind(table ? &*table : nullptr, needed);
+    shine(threads);
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
     : scene_(scene), tables_(nullptr), opposition_(opposition_of(scene)) {
     bind(&table, scene.effects.multiple);
+}
+
+void LayerLight::shine(int threads) {
+    const Rings* const rings = std::get_if<Rings>(&scene_.subject);
+    if (!rings) return;
+    if (scene_.effects.ringshine) {
+        Scene scattering = scene_;
+        scattering.effects.opposition = false;
+        scattering.effects.ringshine = scattering.effects.planetshine = false;
+        const LayerLight light(scattering, tables_);
+        ring_shine_ = std::make_shared<const RingShine>(scattering, *rings, light, threads);
+    }
+    if (scene_.effects.planetshine && !rings->surface.is_black())
+        planet_shine_ =
+            std::make_shared<const PlanetShine>(scene_, *rings, *this, tables_, threads);
+}
+
+Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
+    return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
 }
 
 void LayerLight::bind(const TableView* table, bool multiple) {

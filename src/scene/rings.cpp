@@ -1,5 +1,6 @@
 #include <stratus/runtime/constants.h>
 
+#include "planet_shine.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -24,33 +25,17 @@ bool is_ring(const Rings& rings, double radius) noexcept {
     return radius >= rings.profile.inner() && radius <= rings.profile.outer();
 }
 
-/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the
-/// planet is neglected.
-Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
-    const Vector3 point = view.ray.at(distance);
-    const Vector3 normal = globe_normal(point, rings.flattening);
-    const double mu_in = dot(normal, view.to_sun);
-    if (mu_in <= 0) return {};
-    Rgb3 light = irradiance(view, mu_in);
-    if (view.scene.effects.shadows) {
-        const Crossing crossing = ring_crossing({point, view.to_sun});
-        if (is_ring(rings, crossing.radius))
-            light = view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
-                                    std::max(std::abs(view.to_sun.z), 1e-6)) *
-                    light;
-    }
-    const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}} * light;
-}
-
 Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
                 double distance) noexcept {
     const Vector3 point = view.ray.at(distance);
+    const PlanetShine* const shine = view.light.planetshine();
+    const Rgb3 from_planet = shine ? shine->light(rings, view, point, matter) : Rgb3{};
     if (view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0)
-        return {};
+        return from_planet;
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
+    return from_planet +
+           irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
                                                    : view.light.transmission(matter, geometry));
 }
 
@@ -70,11 +55,28 @@ Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) cons
             both > 0 ? first / both : 1};
 }
 
+Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept {
+    const Vector3 normal = globe_normal(point, rings.flattening);
+    const double mu_in = dot(normal, view.to_sun);
+    Rgb3 share = view.light.ringshine(point);
+    if (mu_in > 0) {
+        Rgb3 direct{mu_in, mu_in, mu_in};
+        const Crossing crossing = ring_crossing({point, view.to_sun});
+        if (view.scene.effects.shadows && is_ring(rings, crossing.radius))
+            direct =
+                mu_in * view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
+                                        std::max(std::abs(view.to_sun.z), 1e-6));
+        share = share + direct;
+    }
+    const Rgb albedo = rings.surface.at(sphere_point(normal));
+    return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
+}
+
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
     const bool before_planet = to_planet > 0 && to_planet < crossing.distance;
-    auto planet = [&] { return planet_light(rings, view, to_planet); };
+    auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
     auto background = [&] { return background_along(view.scene, view.ray.direction); };
     auto sun = [&] { return sun_along(view.scene, view.ray.direction); };
     if (!is_ring(rings, crossing.radius) || before_planet)

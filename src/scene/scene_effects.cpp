@@ -21,7 +21,9 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
         {"opposition", &SceneEffects::opposition},
         {"density", &SceneEffects::density},
         {"shadows", &SceneEffects::shadows},
-        {"sun_size", &SceneEffects::sun_size}};
+        {"sun_size", &SceneEffects::sun_size},
+        {"ringshine", &SceneEffects::ringshine},
+        {"planetshine", &SceneEffects::planetshine}};
     return effects;
 }
 

@@ -27,6 +27,10 @@ Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept;
 /// Distance at which a ray enters the unit sphere flattened along z; negative: nowhere.
 double distance_to_globe(const Ray& ray, double flattening) noexcept;
 
+/// Radiance of the globe in rings at one of its points: Lambert's law for the sunlight that the rings
+/// transmit directly, and for ringshine.
+Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept;
+
 /// The normal of that globe at one of its points.
 Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
 

@@ -9,6 +9,7 @@
 #include <stratus/scene/scene.h>
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -35,12 +36,17 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+class RingShine;
+class PlanetShine;
+
 class LayerLight {
   public:
     /// `tables` is null where none is needed. Both must outlive this.
     ///
+    /// Cost     of rings and a planet that light one another: up to a second.
+    /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
-    LayerLight(const Scene& scene, const LayerTables* tables);
+    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0);
 
     /// A uniform layer with the table's phase function and lower boundary, in a scene without
     /// ground.
@@ -76,6 +82,12 @@ class LayerLight {
     /// Share of the ground's radiance that the layer's underside reflects down along `mu`.
     Rgb3 plane_albedo(const Matter& matter, double mu) const noexcept;
 
+    /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
+    Rgb3 ringshine(const Vector3& point) const noexcept;
+
+    /// Null where a planet does not light its rings.
+    const PlanetShine* planetshine() const noexcept { return planet_shine_.get(); }
+
     /// Records later lookups in `range`, which one thread at a time may do.
     void record(LookupRange* range) noexcept { recorded_ = range; }
 
@@ -90,6 +102,7 @@ class LayerLight {
     Rgb3 of_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
+    void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
@@ -111,6 +124,8 @@ class LayerLight {
     Opposition opposition_;
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
+    std::shared_ptr<const RingShine> ring_shine_;
+    std::shared_ptr<const PlanetShine> planet_shine_;
     LookupRange* recorded_ = nullptr;
 };
 

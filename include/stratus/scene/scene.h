@@ -69,8 +69,10 @@ struct SceneEffects {
     bool background = true;    // what is seen through the layer, ground included
     bool opposition = true;
     bool density = true;
-    bool shadows = true;   // of a planet on its rings, of the rings on it
-    bool sun_size = true;  // a disk, not a point
+    bool shadows = true;      // of a planet on its rings, of the rings on it
+    bool sun_size = true;     // a disk, not a point
+    bool ringshine = true;    // light that rings scatter onto their planet
+    bool planetshine = true;  // light that a planet reflects onto its rings
 };
 
 /// Effects by name, in the order above.
@@ -152,7 +154,7 @@ struct Planet {
 ///     image_size = 1.0                  # of images
 struct Slab {
     std::optional<Texture> surface;
-    double height = 0;  // of the layer over the ground
+    double height = 0;     // of the layer over the ground
     double half_size = 0;  // of a side
     double image_size = 1;
 };

@@ -144,19 +144,23 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
         if (components.size() > 1)
             phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
     }
-    const auto single = [&](double albedo, double depth) {
-        return reflected
-                   ? single_reflection(phase, albedo, depth, geometry.mu_in, geometry.mu_out) *
-                         opposition_factor(opposition_, cosine, depth, geometry.mu_in,
-                                           geometry.mu_out)
-                   : single_transmission(phase, albedo, depth, geometry.mu_in, geometry.mu_out);
+    const auto single_of = [&](double depth) {  // of albedo 1
+        return reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                               opposition_factor(opposition_, cosine, depth, geometry.mu_in,
+                                                 geometry.mu_out)
+                         : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     };
+    double single_depth = 0, single = 0;  // of the last channel
     Stencil mixture{0, {1, 0, 0, 0}};
     if (tables_ && !tables_->mixture.values.empty())
         mixture = tables_->mixture.view().stencil(matter.mixture);
     return each_channel(matter, [&](const LayerLight&, double albedo, double depth) {
         if (depth == 0) return 0.0;
-        double value = scene_.effects.single ? single(albedo, depth) : 0;
+        if (scene_.effects.single && depth != single_depth) {
+            single_depth = depth;
+            single = single_of(depth);
+        }
+        double value = albedo * single;
         for (int k = 0; tables_ && k < stencil_size; ++k) {
             const double share = double{mixture.weight[k]};
             if (share == 0) continue;

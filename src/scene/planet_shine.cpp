@@ -21,7 +21,7 @@ constexpr std::size_t nodes = 24;        // of chi and psi, on either half of th
 struct Cells {
     std::size_t chi, psi;
 };
-constexpr Cells small_cells{6, 12};  // for single scattering
+constexpr Cells small_cells{12, 12};  // for single scattering
 constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
 
 constexpr int azimuth_count = 24;

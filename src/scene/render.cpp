@@ -48,6 +48,15 @@ Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
     return {double{colour.r}, double{colour.g}, double{colour.b}};
 }
 
+Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
+    if (!scene.sun_visible ||
+        length(direction - scene.to_sun) > 2 * std::sin(scene.sun_diameter / 4))
+        return {};
+    const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
+    return 1 / (4 * quarter * quarter) *
+           Rgb3{scene.sun_colour[0], scene.sun_colour[1], scene.sun_colour[2]};
+}
+
 std::vector<Vector3> sun_directions(const Scene& scene) {
     if (scene.sun_diameter == 0 || !scene.effects.sun_size) return {scene.to_sun};
     const int samples = scene.samples * scene.samples;

@@ -2,6 +2,7 @@
 // radius that the cell covers counts by its share of the cell, however narrow a ringlet is.
 #pragma once
 
+#include <stratus/runtime/constants.h>
 #include <stratus/scene/camera.h>
 #include <stratus/scene/scene.h>
 
@@ -38,7 +39,7 @@ class RingFootprint {
     /// Share of the cell within a radius.
     double within(double radius) const noexcept;
 
-    /// Calls visit(matter, share), shares of the cell whose sum is 1, so that a mean over them is
+    /// Calls visit(matter, radius, share), shares of the cell whose sum is 1, so that a mean over them is
     /// that over the cell: between two rows of the profile two Gauss nodes for each unit of
     /// `slant` times the change of optical depth, up to 16, so that light falling off as
     /// exp(-slant tau) is right to 3e-4. Where more than 8 pairs of rows are covered, one radius,
@@ -58,11 +59,11 @@ class RingFootprint {
 template <class Visit>
 void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3>& tint,
                           double slant, const Visit& visit) const {
-    if (wide_ == 0) return visit(profile.at(centre_, tint), 1.0);
+    if (wide_ == 0) return visit(profile.at(centre_, tint), centre_, 1.0);
     const auto& radius = profile.radius;
     const double from = std::max(begin(), profile.inner()), to = std::min(end(), profile.outer());
     const double inside = from < to ? within(to) - within(from) : 0;
-    if (inside < 1) visit(Matter{}, 1 - inside);
+    if (inside < 1) visit(Matter{}, infinity, 1 - inside);
     if (inside <= 0) return;
     auto row_before = [&](double at) {
         const auto next = std::upper_bound(radius.begin() + 1, radius.end() - 1, at);
@@ -77,15 +78,16 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
                      hi = std::min(to, radius[std::min(k + together, last)]);
         if (pairs > max_exact_pairs) {
             place += std::numbers::phi;
-            visit(profile.at(lo + (place - std::floor(place)) * (hi - lo), tint),
-                  within(hi) - within(lo));
+            const double at = lo + (place - std::floor(place)) * (hi - lo);
+            visit(profile.at(at, tint), at, within(hi) - within(lo));
             continue;
         }
         const auto& depth = profile.optical_depth;
         const double change =
             slant * std::abs(depth[k + 1] - depth[k]) * (hi - lo) / (radius[k + 1] - radius[k]);
         if (!(change >= 0.1)) {
-            visit(profile.after(k, (lo + hi) / 2, tint), within(hi) - within(lo));
+            const double at = (lo + hi) / 2;
+            visit(profile.after(k, at, tint), at, within(hi) - within(lo));
             continue;
         }
         const int panels = static_cast<int>(std::clamp(std::ceil(change), 1.0, 8.0));
@@ -93,9 +95,10 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
         for (int p = 0; p < panels; ++p) {
             const double middle = lo + (p + 0.5) * width;
             const double share = within(middle + width / 2) - within(middle - width / 2);
-            for (const double side : {-0.5, 0.5})
-                visit(profile.after(k, middle + side * width * std::numbers::inv_sqrt3, tint),
-                      share / 2);
+            for (const double side : {-0.5, 0.5}) {
+                const double at = middle + side * width * std::numbers::inv_sqrt3;
+                visit(profile.after(k, at, tint), at, share / 2);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 #include <stratus/runtime/constants.h>
 
+#include "planet_shine.h"
 #include "ring_footprint.h"
 #include "subjects.h"
 
@@ -36,41 +37,36 @@ RingFootprint footprint_of(const View& view, const RadiusAlong& radius_along) no
     return {radius, radii};
 }
 
-/// Share of the sunlight that the rings let pass to where the view's ray meets the planet.
-double ring_shadow(const Rings& rings, const View& view) noexcept {
-    const RingFootprint footprint = footprint_of(view, [&](const Ray& ray) {
-        const double distance = distance_to_globe(ray, rings.flattening);
-        return distance > 0 ? ring_crossing({ray.at(distance), view.to_sun}).radius : infinity;
-    });
-    if (!meets_rings(rings, footprint)) return 1;
+/// Share of the sunlight that the rings let pass to a point of the globe, which the view's cell is
+/// around if it has one.
+Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noexcept {
+    const auto radius_over = [&](const Vector3& at) {
+        return ring_crossing({at, view.to_sun}).radius;
+    };
+    const RingFootprint footprint =
+        view.cell
+            ? footprint_of(view,
+                           [&](const Ray& ray) {
+                               const double distance = distance_to_globe(ray, rings.flattening);
+                               return distance > 0 ? radius_over(ray.at(distance)) : infinity;
+                           })
+            : RingFootprint(radius_over(point));
+    if (!meets_rings(rings, footprint)) return {1, 1, 1};
     const double mu = std::max(std::abs(view.to_sun.z), 1e-6);
-    double share = 0;
-    footprint.visit(
-        rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
-        [&](const Matter& matter, double part) { share += part * view.light.beam(matter, mu); });
+    Rgb3 share{};
+    footprint.visit(rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
+                    [&](const Matter& matter, double, double part) {
+                        share = share + part * view.light.beam(matter, mu);
+                    });
     return share;
 }
 
-/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the
-/// planet is neglected.
-Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
-    const Vector3 point = view.ray.at(distance);
-    const Vector3 normal = globe_normal(point, rings.flattening);
-    double mu_in = dot(normal, view.to_sun);
-    if (mu_in <= 0) return {};
-    if (view.scene.effects.shadows) mu_in *= ring_shadow(rings, view);
-    const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
-}
-
-/// Light of the rings' matter where they are not in the planet's shadow.
+/// Sunlight that the rings' matter scatters where it is not in the planet's shadow.
 Rgb3 ring_light(const Matter& matter, const View& view, const Geometry& geometry) noexcept {
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
-                                 : view.light.transmission(matter, geometry));
+    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
+                                                   : view.light.transmission(matter, geometry));
 }
-
-Rgb3 grey(double light) noexcept { return {light, light, light}; }
 
 }  // namespace
 
@@ -92,33 +88,51 @@ Matter RingProfile::after(std::size_t row, double at_radius,
             both > 0 ? first / both : 1};
 }
 
+Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept {
+    const Vector3 normal = globe_normal(point, rings.flattening);
+    const double mu_in = dot(normal, view.to_sun);
+    Rgb3 share = view.light.ringshine(point);
+    if (mu_in > 0)
+        share = share + mu_in * (view.scene.effects.shadows ? ring_shadow(rings, view, point)
+                                                            : Rgb3{1, 1, 1});
+    const Rgb albedo = rings.surface.at(sphere_point(normal));
+    return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
+}
+
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
-    auto behind = [&] {
-        return to_planet > 0 ? planet_light(rings, view, to_planet)
-                             : background_along(view.scene, view.ray.direction);
-    };
+    auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
+    auto background = [&] { return background_along(view.scene, view.ray.direction); };
+    auto sun = [&] { return sun_along(view.scene, view.ray.direction); };
+    auto behind = [&] { return to_planet > 0 ? planet() : background() + sun(); };
     if (std::isinf(crossing.distance) || (to_planet > 0 && to_planet < crossing.distance))
         return behind();
     const RingFootprint footprint =
         footprint_of(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
     if (!meets_rings(rings, footprint)) return behind();
+    const Vector3 point = view.ray.at(crossing.distance);
     const bool dark =
-        view.scene.effects.shadows &&
-        distance_to_globe({view.ray.at(crossing.distance), view.to_sun}, rings.flattening) > 0;
+        view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0;
+    const PlanetShine* const shine = view.light.planetshine();
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const double mu = geometry.mu_out;
-    Rgb3 light{}, share{};  // what the rings send, and let pass of what is behind
+    Rgb3 light{}, beam{}, background_share{};  // what the rings send, and let pass
     footprint.visit(rings.profile, view.scene.layer.albedo,
                     seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
-                    [&](const Matter& matter, double part) {
+                    [&](const Matter& matter, double radius, double part) {
                         if (!dark) light = light + part * ring_light(matter, view, geometry);
+                        if (shine && matter.optical_depth > 0)
+                            light = light + part * shine->light(rings, view, point, radius, matter);
                         if (!view.scene.effects.background) return;
-                        share = share + part * (to_planet > 0 ? grey(view.light.beam(matter, mu))
-                                                              : view.light.background(matter, mu));
+                        beam = beam + part * view.light.beam(matter, mu);
+                        if (to_planet <= 0)
+                            background_share =
+                                background_share + part * view.light.background(matter, mu);
                     });
-    return view.scene.effects.background ? light + share * behind() : light;
+    if (!view.scene.effects.background) return light;
+    return to_planet > 0 ? light + beam * planet()
+                         : light + background_share * background() + beam * sun();
 }
 
 }  // namespace stratus

@@ -106,7 +106,7 @@ TEST(Ringlet, DimsWhatLiesBehindByItsArea) {
 std::array<double, 2> mean_over(const RingFootprint& cell, const RingProfile& profile,
                                 const std::function<double(double depth)>& value) {
     std::array<double, 2> sums{};
-    cell.visit(profile, {1, 1, 1}, 1, [&](const Matter& matter, double share) {
+    cell.visit(profile, {1, 1, 1}, 1, [&](const Matter& matter, double, double share) {
         sums[0] += share * value(matter.optical_depth);
         sums[1] += share;
     });
@@ -143,7 +143,7 @@ TEST(RingFootprint, StandsForManyRowsByFew) {
     comb.w1 = comb.w2 = std::vector<double>(comb.radius.size());
     int visits = 0;
     const RingFootprint cell(11, {10, 12, 11, 11});
-    cell.visit(comb, {1, 1, 1}, 1, [&](const Matter&, double) { ++visits; });
+    cell.visit(comb, {1, 1, 1}, 1, [&](const Matter&, double, double) { ++visits; });
     EXPECT_LE(visits, 64);
     double sum = 0, squares = 0;
     constexpr int cells = 400;

@@ -146,7 +146,15 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"surface", "surface = { pattern = 'dots' }", "slab.surface.pattern", "got dots"},
         {"surface", "surface = { image = 'a.jpg' }", ".png or .exr", "a.jpg"},
         {"height = 2", "height = -1.0", "slab.height", "[0, 1e6]"},
-        {"position", "position = [1.0, 0.0, -1.0]", "camera.position", "above a slab", "-1"},
+        {"position", "position = [1.0, 0.0, -2.0]", "camera.position", "above the ground", "-2"},
+        {"direction", "direction = [0, 0, 1]\ncolour = -1.0", "sun.colour", "[0, 1e6]"},
+        {"direction", "direction = [0, 0, 1]\nvisible = 'yes'", "sun.visible", "true or false"},
+        {"angular_diameter_deg", "visible = true", "sun.visible", "false where"},
+        {"optical_depth", "optical_depth = [1.0, 2.0]", "layer.optical_depth", "three numbers"},
+        {"optical_depth", "optical_depth = [1, 2, -3]", "layer.optical_depth", "[0, inf]", "-3"},
+        {"optical_depth", "optical_depth = [1, 2, inf]", "layer.optical_depth", "finite", "inf"},
+        {"optical_depth", "optical_depth = [1, 2, 3]\nextinction = 'phase_function'",
+         "layer.extinction"},
         {"[slab]", "[planet]\n[slab]", "of one kind", "[planet] and [slab]"},
     };
     for (const auto& one : cases)
@@ -154,6 +162,32 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
     expect_refusal<std::runtime_error>(
         [] { parse_scene(cloud_but("surface", "surface = { image = 'absent.png' }")); },
         {"absent.png"});
+}
+
+TEST(SceneFile, TakesThreeOpticalDepths) {
+    const auto layer_of = [](const std::string& optical_depth) {
+        return parse_scene(cloud_but("optical_depth", optical_depth)).panels[0].layer;
+    };
+    const std::array<double, 3> share{0.25, 0.5, 1};
+    const SceneLayer plain = layer_of("optical_depth = [1.0, 2.0, 4.0]");
+    EXPECT_TRUE(plain.optical_depth.is_plain());
+    EXPECT_EQ(plain.optical_depth.max, 4);
+    EXPECT_EQ(plain.extinction, share);
+    const SceneLayer clouds = layer_of("optical_depth = { clouds = true, most = [1.0, 2.0, 4.0] }");
+    EXPECT_EQ(clouds.optical_depth.max, 4);
+    EXPECT_EQ(clouds.extinction, share);
+    const SceneLayer none = layer_of("optical_depth = [0, 0, 0]");
+    EXPECT_EQ(none.optical_depth.max, 0);
+}
+
+TEST(SceneFile, TakesAColouredSunAndItsDisk) {
+    const Scene scene = parse_scene(cloud_but("direction",
+                                              "direction = [0, 0, 1]\ncolour = [1.0, 0.5, 0.25]\n"
+                                              "visible = true"))
+                            .panels[0];
+    EXPECT_EQ(scene.sun_colour, (std::array<double, 3>{1, 0.5, 0.25}));
+    EXPECT_TRUE(scene.sun_visible);
+    EXPECT_FALSE(parse_scene(cloud).panels[0].sun_visible);
 }
 
 TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {

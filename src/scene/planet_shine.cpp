@@ -22,7 +22,7 @@ struct Cells {
     std::size_t chi, psi;
 };
 constexpr Cells small_cells{12, 12};  // for single scattering
-constexpr Cells large_cells{2, 2};   // for orders n >= 2, which vary slowly
+constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
 
 constexpr int azimuth_count = 24;
 
@@ -185,12 +185,14 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
     });
 }
 
-Rgb3 PlanetShine::light(const Rings& rings, const View& view, const Vector3& point,
+Rgb3 PlanetShine::light(const Rings& rings, const View& view, const Vector3& point, double radius,
                         const Matter& matter) const noexcept {
     if (length(to_camera(view.scene.camera, point) + view.ray.direction) > 1e-9) {
-        return scattered(sources_at(rings, view, point), view.light, matter, -view.ray.direction);
+        const Ray& ray = view.ray;
+        const View alone{view.scene, view.light, ray, view.to_sun};
+        const Vector3 at = radius / std::hypot(point.x, point.y) * point;
+        return scattered(sources_at(rings, alone, at), view.light, matter, -ray.direction);
     }
-    const double radius = std::hypot(point.x, point.y);
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
     const auto row = static_cast<std::size_t>(above - radius_.begin());
     const double share =

@@ -30,8 +30,9 @@ class PlanetShine {
     PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
                 const LayerTables* tables, int threads);
 
-    /// Interpolated for rays to the camera, integrated for others.
-    Rgb3 light(const Rings& rings, const View& view, const Vector3& point,
+    /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
+    /// view's ray meets them. Interpolated for rays to the camera, integrated for others.
+    Rgb3 light(const Rings& rings, const View& view, const Vector3& point, double radius,
                const Matter& matter) const noexcept;
 
   private:

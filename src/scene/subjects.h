@@ -6,12 +6,15 @@
 
 namespace stratus {
 
+struct Cell;
+
 /// One ray, and the sun in one direction.
 struct View {
     const Scene& scene;
     const LayerLight& light;
     const Ray& ray;
     const Vector3& to_sun;
+    const Cell* cell = nullptr;  // that the ray stands for; null: itself alone
 };
 
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;

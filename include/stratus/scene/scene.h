@@ -29,6 +29,7 @@
 #include <stratus/scene/texture.h>
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -94,6 +95,8 @@ struct RingProfile {
     double outer() const { return radius.back(); }
     /// Albedos are multiplied by `tint`.
     Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
+    /// The same of a radius known to lie between two rows, `row` and the next.
+    Matter after(std::size_t row, double radius, const std::array<double, 3>& tint) const noexcept;
 };
 
 /// A planet, flattened at its poles, and its rings in its equatorial plane.

@@ -58,7 +58,8 @@ PointRange range_of(const Table& table) {
             view.mixture,
             table.second_phase_function,
             view.path_law != nullptr,
-            true};
+            true,
+            view.azimuth};
 }
 
 struct RandomLayer {
@@ -101,6 +102,22 @@ double least_cosine(const PointRange& range, const AxisView& axis) {
                               : axis.lowest;
 }
 
+struct Azimuths {
+    double lowest, highest;
+
+    bool hold(double azimuth) const { return azimuth >= lowest && azimuth <= highest; }
+};
+
+Azimuths azimuths_of(const PointRange& range) {
+    const AxisView& azimuth = range.azimuth;
+    const bool any = azimuth.count == 0 || (azimuth.count == 1 && azimuth.lowest == 0);
+    return any ? Azimuths{0, pi} : Azimuths{azimuth.lowest, azimuth.highest};
+}
+
+bool is_same(const AxisView& a, const AxisView& b) {
+    return a.count == b.count && a.lowest == b.lowest && a.highest == b.highest;
+}
+
 struct RandomPoint {
     Geometry at;
     PointKind kind;
@@ -125,8 +142,10 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
         const double down = std::cos(theta) * mu_in + std::sin(theta) * std::cos(psi) * sine_in;
         const double along = std::cos(theta) * sine_in - std::sin(theta) * std::cos(psi) * mu_in;
         const double mu_out = side == Side::reflection ? -down : down;
-        if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest)
-            return Geometry{mu_in, mu_out, std::atan2(std::sin(theta) * std::sin(psi), along)};
+        const double azimuth = std::atan2(std::sin(theta) * std::sin(psi), along);
+        if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest &&
+            azimuths_of(range).hold(azimuth))
+            return Geometry{mu_in, mu_out, azimuth};
     }
     return std::nullopt;
 }
@@ -137,11 +156,15 @@ std::vector<RandomPoint> random_points(const PointRange& range, bool peaked, int
     std::vector<Side> sides;
     if (range.reflection) sides.push_back(Side::reflection);
     if (range.transmission) sides.push_back(Side::transmission);
-    std::uniform_real_distribution<double> azimuth(0, pi);
+    const Azimuths azimuths = azimuths_of(range);
+    std::uniform_real_distribution<double> azimuth(azimuths.lowest, azimuths.highest);
     std::vector<RandomPoint> points;
-    std::vector<double> shared;  // by the points of layers that take long: each cosine adds to it
+    // By the points of layers that take long: each cosine adds to it.
+    std::vector<double> shared_in, shared_out;
+    const bool same = is_same(range.mu_in, range.mu_out);
     const auto anywhere = [&](const AxisView& axis) {
         constexpr std::size_t few = 16;
+        std::vector<double>& shared = same || &axis == &range.mu_in ? shared_in : shared_out;
         if (shared.size() == few) return shared[random() % few];
         const double mu = random_cosine(least_cosine(range, axis), axis.highest, random);
         if (range.has_path_law) shared.push_back(mu);
@@ -319,7 +342,11 @@ double energy_defect(const Table& table) {
 double furnace_defect(const Table& table, std::size_t mixture) {
     const TableView view =
         table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
-    if (!view.has_reflection() || table.plane_albedo.empty()) return -1;
+    const Azimuths azimuths_known = azimuths_of(range_of(table));
+    if (!view.has_reflection() || table.plane_albedo.empty() ||
+        !is_same(view.mu_in, view.mu_out) || azimuths_known.lowest > 0 ||
+        azimuths_known.highest < pi)
+        return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
     const int azimuths = 96;
     double worst = 0;

@@ -82,16 +82,19 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
             along[p].push_back(intercepted(probes.recipe, tau, cosine) /
                                intercepted(probes.recipe, depth, cosine));
     }
-    add_errors(probes.recipe, target, probes.directions, static_cast<int>(mu.size()), errors,
+    const CosinePairs& pairs = probes.directions.pairs();
+    add_errors(probes.recipe, target, probes.directions, Judged(probes.directions), errors,
                [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;
                    const std::size_t at = probes.directions.at(i, j, k);
+                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
+                   const auto out =
+                       static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
                    double found = 0;
                    for (int p = 0; p < Blend::size; ++p)
                        if (blend.sample[p] != nullptr)
-                           found += weight[p] * along[p][static_cast<std::size_t>(i)] *
-                                    along[p][static_cast<std::size_t>(j)] *
+                           found += weight[p] * along[p][in] * along[p][out] *
                                     blend.sample[p]->side(side).tabulated[at];
                    return found;
                });
@@ -175,7 +178,7 @@ struct MixtureStep {
 
 MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
-    DirectionGrid directions = directions_at(recipe, few_cosines(), {});
+    DirectionGrid directions = directions_at(recipe, few_cosines(recipe), {});
     ProbedLayers layers =
         solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
     for (auto& of_albedo : layers)
@@ -251,7 +254,7 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
     const auto fixed = recipe.discretisation.albedo_scale;
     if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(scales.usual), {1}};
     constexpr int fine = 120;
-    const DirectionGrid directions = directions_at(recipe, few_cosines(), probes.path_law);
+    const DirectionGrid directions = directions_at(recipe, few_cosines(recipe), probes.path_law);
     std::optional<AxisScale> solved;  // the scale of these
     ProbedLayers layers;
     std::vector<double> exponents;

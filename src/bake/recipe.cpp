@@ -1,12 +1,15 @@
 #include <stratus/bake/recipe.h>
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
 
+#include "axes.h"
 #include "toml_section.h"
 
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace stratus {
 
@@ -25,6 +28,13 @@ Range read_range(const Section& recipe, const char* key, double min, double max,
     require(range.min == range.max || width >= 1e-9, caller, std::string(key) + ".max",
             "equal to min or 1e-9 above it", range.max);
     return range;
+}
+
+/// A range, or one value alone: `mu_in = 0.4`.
+Range read_directions(const Section& recipe, const char* key, double max, const char* allowed) {
+    if (recipe.is_table(key)) return read_range(recipe, key, 0, max, allowed);
+    const double value = recipe.number(key, 0, max, allowed);
+    return {value, value};
 }
 
 /// A range, or that of the droplets alone: `albedo = "phase_function"`.
@@ -108,10 +118,10 @@ std::string quoted(const std::string& text) {
 Recipe parse_recipe(const std::string& text, const std::string& directory,
                     std::vector<std::string>* notes) {
     const toml::table parsed = parse_toml(text, caller);
-    const Section section(
-        parsed, caller, "",
-        {"title", "phase_function", "second_phase_function", "mixture", "tolerance",
-         "optical_depth", "albedo", "sides", "orders", "below", "discretisation"});
+    const Section section(parsed, caller, "",
+                          {"title", "phase_function", "second_phase_function", "mixture",
+                           "tolerance", "optical_depth", "albedo", "mu_in", "mu_out", "azimuth_deg",
+                           "sides", "orders", "below", "discretisation"});
     Recipe recipe;
     recipe.text = text;
     if (section.has("title")) recipe.title = section.text("title");
@@ -124,6 +134,12 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         require(depth <= 1e9 || std::isinf(depth), caller, "optical_depth", "in [1e-6, 1e9] or inf",
                 depth);
     recipe.albedo = read_albedo(section, recipe.phase_function);
+    for (const auto& [key, cosines] :
+         {std::pair("mu_in", &recipe.mu_in), std::pair("mu_out", &recipe.mu_out)})
+        if (section.has(key)) *cosines = read_directions(section, key, 1, "in [0, 1]");
+    if (section.has("azimuth_deg"))
+        recipe.azimuth = read_directions(section, "azimuth_deg", 180, "in [0, 180]");
+    check_directions(recipe);
     if (section.has("below")) {
         recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
         recipe.transmission = false;
@@ -166,6 +182,19 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
     return parse_recipe(read_text(path), path.parent_path().string(), notes);
 }
 
+void check_directions(const Recipe& recipe) {
+    const auto check = [](const std::string& key, Range range, double max, double least) {
+        const std::string end = short_number(max);
+        require(range.min >= 0 && range.min <= range.max, caller, key + ".min",
+                "in [0, " + key + ".max]", range.min);
+        require(range.max >= least && range.max <= max, caller, key + ".max",
+                "in [" + short_number(least) + ", " + end + "]", range.max);
+    };
+    check("mu_in", recipe.mu_in, 1, min_mu);
+    check("mu_out", recipe.mu_out, 1, min_mu);
+    check("azimuth_deg", recipe.azimuth, 180, min_azimuth);
+}
+
 Recipe at_mixture(const Recipe& recipe, double share_of_first) {
     if (!recipe.mixture) return recipe;
     Recipe alone = recipe;
@@ -195,6 +224,9 @@ std::string resolved_text(const Recipe& recipe) {
     }
     range("optical_depth", recipe.optical_depth);
     range("albedo", recipe.albedo);
+    if (is_narrow(recipe.mu_in, all_cosines)) range("mu_in", recipe.mu_in);
+    if (is_narrow(recipe.mu_out, all_cosines)) range("mu_out", recipe.mu_out);
+    if (is_narrow(recipe.azimuth, all_azimuths)) range("azimuth_deg", recipe.azimuth);
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"

@@ -65,10 +65,6 @@ void check_mixture(const Axis& axis) {
 void check_azimuth(const Axis& axis) {
     check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
     check_samples(axis, "azimuth", 0, pi, false);
-    // The cubic is mirrored at both ends, which is right at 0 and pi only.
-    if (axis.values.size() < 2) return;
-    require(axis.values.front() == 0, caller, "first azimuth", "0", axis.values.front());
-    require(pi - axis.values.back() <= 1e-9, caller, "last azimuth", "pi", axis.values.back());
 }
 
 /// Product of extents; std::invalid_argument when it is more than memory could hold.

@@ -343,9 +343,8 @@ double furnace_defect(const Table& table, std::size_t mixture) {
     const TableView view =
         table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
     const Azimuths azimuths_known = azimuths_of(range_of(table));
-    if (!view.has_reflection() || table.plane_albedo.empty() ||
-        !is_same(view.mu_in, view.mu_out) || azimuths_known.lowest > 0 ||
-        azimuths_known.highest < pi)
+    if (!view.has_reflection() || table.plane_albedo.empty() || !is_same(view.mu_in, view.mu_out) ||
+        azimuths_known.lowest > 0 || azimuths_known.highest < pi)
         return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
     const int azimuths = 96;

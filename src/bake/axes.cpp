@@ -19,8 +19,7 @@ Axis part_of(const AxisView& all, double min, double max) {
     if (min == max) return make_axis(all.scale, min, min, 1);
     if (min == all.lowest && max == all.highest) return make_axis(all.scale, min, max, all.count);
     const double intervals = std::ceil(all.index(max) - all.index(min) - 1e-9);
-    const int fewest = std::min(all.count, stencil_size);
-    return make_axis(all.scale, min, max, std::max(fewest, static_cast<int>(intervals) + 1));
+    return make_axis(all.scale, min, max, std::max(stencil_size, static_cast<int>(intervals) + 1));
 }
 
 /// The length over whiter ground is that at this absorptance: the light lost in the ground is then

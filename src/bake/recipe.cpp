@@ -184,11 +184,13 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
 
 void check_directions(const Recipe& recipe) {
     const auto check = [](const std::string& key, Range range, double max, double least) {
-        const std::string end = short_number(max);
+        require(range.max >= least && range.max <= max, caller, key + ".max",
+                "in [" + short_number(least) + ", " + short_number(max, 3) + "]", range.max);
         require(range.min >= 0 && range.min <= range.max, caller, key + ".min",
                 "in [0, " + key + ".max]", range.min);
-        require(range.max >= least && range.max <= max, caller, key + ".max",
-                "in [" + short_number(least) + ", " + end + "]", range.max);
+        const double narrowest = 1e-6 * max;
+        require(range.min == range.max || range.max - range.min >= narrowest, caller, key + ".max",
+                "equal to min or " + short_number(narrowest) + " above it", range.max);
     };
     check("mu_in", recipe.mu_in, 1, min_mu);
     check("mu_out", recipe.mu_out, 1, min_mu);

@@ -29,7 +29,7 @@ std::vector<double> probed_albedos(Range albedo) {
     if (albedo.min == albedo.max) return {albedo.min};
     const double first = std::sqrt(1 - albedo.max), last = std::sqrt(1 - albedo.min);
     std::vector<double> albedos;
-    for (const double share : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
+    for (const double share : {0.0, 0.1, 0.4, 1.0}) {
         const double s = first + share * (last - first);
         albedos.push_back(std::clamp(1 - s * s, albedo.min, albedo.max));
     }
@@ -65,8 +65,12 @@ std::vector<double> probed_azimuths(Range degrees) {
 ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& cosines,
                                const std::vector<double>& shares) {
     ProbedCosines probed{floor_cosines(), {}};
-    if (!is_narrow(recipe.mu_in, all_cosines) || !is_narrow(recipe.mu_out, all_cosines))
+    const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
+               narrow_out = is_narrow(recipe.mu_out, all_cosines);
+    if (!narrow_in || !narrow_out)
         probed.mu.insert(probed.mu.end(), cosines.begin(), cosines.end());
+    // Near the normal odd modes are steep; among all pairs few are there.
+    if (narrow_in != narrow_out) probed.mu.push_back(0.99);
     std::vector<int> of_all(probed.mu.size());
     std::iota(of_all.begin(), of_all.end(), 0);
     const auto along = [&](Range range) {
@@ -160,8 +164,12 @@ const ProbedLayers& probed_layers(Probes& probes) {
 }
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
-                          const DepthLadder& ladder, const DirectionGrid& directions) {
-    return solve_layers_with(solver_options(probes.recipe), probes, albedos, ladder, directions);
+                          const DepthLadder& ladder, const DirectionGrid& directions,
+                          int most_modes) {
+    SolverOptions solver = solver_options(probes.recipe);
+    if (most_modes > 0 && (solver.modes == 0 || solver.modes > most_modes))
+        solver.modes = most_modes;
+    return solve_layers_with(solver, probes, albedos, ladder, directions);
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {

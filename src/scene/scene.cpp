@@ -29,6 +29,15 @@ std::string subject_of(const Section& root) {
     return subject;
 }
 
+void read_effects(const Section& root, Scene& scene) {
+    const std::vector<std::string> names = root.is_list("effects")
+                                               ? root.texts("effects", "\"all\" or a list of names")
+                                               : std::vector<std::string>{root.text("effects")};
+    scene.effects = parse_scene_effects(names);
+    for (const std::string& name : names)
+        if (!name.starts_with('-') && name != "all") scene.named.push_back(scene_effect(name));
+}
+
 Scene read_panel(const toml::table& table, const Source& source) {
     const Section root(table, caller, "",
                        {"title", "tolerance", "effects", "columns", "picture", "camera", "sun",
@@ -36,10 +45,7 @@ Scene read_panel(const toml::table& table, const Source& source) {
     Scene scene;
     if (root.has("title")) scene.title = root.text("title");
     read_optional(scene.tolerance, root, "tolerance", 1e-6, 0.1, "in [1e-6, 0.1]");
-    if (root.has("effects"))
-        scene.effects = parse_scene_effects(
-            root.is_list("effects") ? root.texts("effects", "\"all\" or a list of names")
-                                    : std::vector<std::string>{root.text("effects")});
+    if (root.has("effects")) read_effects(root, scene);
     if (root.has("picture")) read_picture(root, scene);
     scene.camera = read_camera(root);
     read_sun(root, scene);
@@ -49,6 +55,10 @@ Scene read_panel(const toml::table& table, const Source& source) {
     if (subject == "rings") scene.subject = read_rings(root, source);
     if (subject == "planet") scene.subject = read_planet(root, source);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
+    if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
+    if (scene.layer.density > 0) scene.named.push_back(&SceneEffects::density);
+    if (scene.layer.opposition.law != Opposition::Law::none)
+        scene.named.push_back(&SceneEffects::opposition);
     return scene;
 }
 

@@ -1,0 +1,33 @@
+// Options that the commands on scenes share: --drop, and the cache of tables.
+#pragma once
+
+#include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+struct CacheOptions {
+    bool off = false;
+    std::uintmax_t limit = std::uintmax_t{2} << 30;
+};
+
+/// Names in a comma-separated list.
+std::vector<std::string> split(const std::string& list);
+
+void add_drop(CLI::App& command, std::string& names);
+void add_cache(CLI::App& command, CacheOptions& options);
+
+/// Switches effects off, whether or not the scene names them.
+void drop_effects(const std::string& names, Scene& scene);
+
+/// None where it is switched off or no folder is known.
+std::optional<TableCache> open_cache(const CacheOptions& options);
+
+}  // namespace stratus

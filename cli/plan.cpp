@@ -3,7 +3,6 @@
 #include <stratus/scene/plan.h>
 
 #include <stratus/io/atomic_file.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/scene/contents.h>
@@ -18,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -34,7 +34,7 @@ struct PlanCommand {
     std::string scene, recipe, drop;
     CacheOptions cache;
     double tolerance = 0;
-    int threads = 0;
+    int width = 0, threads = 0;
     bool quiet = false;
 };
 
@@ -131,7 +131,7 @@ void print_orders(const PlanReport& report) {
                              orders.share.size()));
 }
 
-void print_plan(const PlanReport& report, int threads) {
+void print_plan(const PlanReport& report) {
     const PlanCosts& costs = report.costs;
     std::vector<std::string> without_effect;
     std::cout
@@ -158,7 +158,6 @@ void print_plan(const PlanReport& report, int threads) {
     if (!without_effect.empty())
         std::cout << "No visible effect: " << joined(without_effect) << ".\n";
     print_orders(report);
-    const SceneCost& planned = costs.planned;
     std::cout << text(
         "\ntolerance %.2g, of which what is left out may change half; planning took "
         "%.3f s.\n",
@@ -168,13 +167,16 @@ void print_plan(const PlanReport& report, int threads) {
                   << text(": it changes no light by more than %.2g (found: %.2g, %s)\n",
                           effect.change.bound, effect.change.found, effect.change.where.c_str());
     if (report.plan.left_out.empty()) std::cout << "nothing is left out.\n";
+}
+
+void print_cost(const RenderCost& cost, double reading) {
+    const SceneCost& tables = cost.tables;
     std::cout << text(
-        "render takes about %.2f s: choosing %.2f, solving %.2f, checking %.2f, keeping and "
-        "preparing tables %.2f, rays %.2f +- %.2f\n",
-        planned.seconds(threads), planned.choose_seconds, planned.solve_seconds,
-        planned.check_seconds, planned.keep_seconds,
-        1e-9 * planned.ray_ns.median * planned.rays / threads,
-        1e-9 * planned.ray_ns.spread * planned.rays / threads);
+        "\nrender takes about %.2f s: reading %.2f, choosing %.2f, solving %.2f, checking %.2f, "
+        "keeping and "
+        "preparing tables %.2f, rays %.2f (+- %.2f)\n",
+        reading + cost.seconds(), reading, tables.choose_seconds, tables.solve_seconds,
+        tables.check_seconds, tables.keep_seconds, cost.ray_seconds, cost.ray_spread);
 }
 
 /// Recipes of tables that serve all panels: one, or one each for red, green and blue.
@@ -230,7 +232,9 @@ void run_plan(const PlanCommand& command) {
     }
     Progress progress(command.quiet);
     std::vector<std::string> notes;
+    const std::clock_t started = std::clock();
     SceneFile file = read_scene(command.scene, &notes);
+    const double reading = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
     for (const std::string& note : notes) progress.note("note: " + note);
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
@@ -238,19 +242,21 @@ void run_plan(const PlanCommand& command) {
     for (Scene& scene : file.panels) {
         if (command.tolerance > 0) scene.tolerance = command.tolerance;
         drop_effects(command.drop, scene);
+        set_width(command.width, scene);
     }
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
     std::optional<TableCache> cache = open_cache(command.cache);
-    const std::vector<PlanReport> reports =
-        report_plans(file.panels, options, cache ? &*cache : nullptr);
+    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr);
+    const std::vector<PlanReport>& reports = report.scenes;
     for (std::size_t k = 0; k < reports.size(); ++k) {
         if (file.panels.size() > 1)
             std::cout << (k > 0 ? "\n" : "") << "== " << file.panels[k].title << "\n";
         print_contents(file.panels[k]);
-        print_plan(reports[k], thread_count(command.threads));
+        print_plan(reports[k]);
     }
+    print_cost(report.cost, reading);
     const std::vector<Recipe> recipes = planned_recipes(file, reports);
     if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
@@ -286,6 +292,7 @@ void add_plan(CLI::App& app) {
                      "each")
         ->check(file_name());
     add_drop(*plan, command->drop);
+    add_width(*plan, command->width);
     add_cache(*plan, command->cache);
     add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");

@@ -137,10 +137,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
     for (Scene& scene : file.panels) {
         if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
         drop_effects(command.drop, scene);
-        if (command.width == 0) continue;
-        scene.height = std::max(1, static_cast<int>(std::lround(static_cast<double>(scene.height) *
-                                                                command.width / scene.width)));
-        scene.width = command.width;
+        set_width(command.width, scene);
     }
     const auto started = Clock::now();
     // A table that is there saves nothing by what is not looked up in it.
@@ -241,9 +238,7 @@ void add_render(CLI::App& app) {
         ->check(file_name());
     add_drop(*render, command->drop);
     add_cache(*render, command->cache);
-    render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
-        ->capture_default_str()
-        ->check(whole_number(0, 16384));
+    add_width(*render, command->width);
     add_threads(*render, command->threads);
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
     add_keys(*render, "scenes", scene_keys());

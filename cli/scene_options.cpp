@@ -2,6 +2,8 @@
 
 #include "allowed.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
@@ -22,6 +24,12 @@ void add_drop(CLI::App& command, std::string& names) {
         ->check(file_name());
 }
 
+void add_width(CLI::App& command, int& width) {
+    command.add_option("--width", width, "Pixels, instead of the scene's; 0: the scene's")
+        ->capture_default_str()
+        ->check(whole_number(0, 16384));
+}
+
 void add_cache(CLI::App& command, CacheOptions& options) {
     constexpr long long mebibyte = 1 << 20;
     command.add_flag("--no-cache", options.off, "Neither look for kept tables nor keep any");
@@ -38,6 +46,13 @@ void add_cache(CLI::App& command, CacheOptions& options) {
 
 void drop_effects(const std::string& names, Scene& scene) {
     for (const std::string& name : split(names)) scene.effects.*scene_effect(name) = false;
+}
+
+void set_width(int width, Scene& scene) {
+    if (width == 0) return;
+    scene.height = std::max(
+        1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
+    scene.width = width;
 }
 
 std::optional<TableCache> open_cache(const CacheOptions& options) {

@@ -1,6 +1,5 @@
 // What each effect of a scene changes and costs, for people.
 #include <stratus/bake/clock.h>
-#include <stratus/bake/forecast.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/angle.h>
@@ -9,6 +8,7 @@
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>
 
+#include "forecast.h"
 #include "solve_table.h"
 
 #include <unistd.h>
@@ -128,6 +128,13 @@ std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
     return mean;
 }
 
+/// Of a whole picture.
+double rays_of(const Scene& scene) {
+    return static_cast<double>(scene.width) * scene.height *
+           std::max(static_cast<double>(scene.samples) * scene.samples,
+                    static_cast<double>(sun_directions(scene).size()));
+}
+
 /// Pictures of one scene with some of its effects, looked up in coarse tables.
 class CoarseScene {
   public:
@@ -160,11 +167,12 @@ class CoarseScene {
         Scene scene = all_;
         scene.effects = effects;
         const LayerLight light(scene, tables(effects));
-        const Scene few = sparse(scene, max_pixels / 4);
+        // With the picture's own samples: rays of a pixel are alike.
+        Scene few = sparse(scene, max_pixels / 4 / (scene.samples * scene.samples));
+        few.samples = scene.samples;
         RenderOptions options;
         options.threads = 1;
-        const double rays = static_cast<double>(few.width) * few.height *
-                            static_cast<double>(sun_directions(few).size());
+        const double rays = rays_of(few);
         std::vector<double> ns;
         for (int round = 0; round < timings; ++round) {
             const double started = processor_seconds();
@@ -302,12 +310,14 @@ class TableCosts {
   public:
     explicit TableCosts(const BakeOptions& options) : options_(options) {}
 
-    SceneCost of(const Scene& scene, double keep_seconds_per_byte) {
+    /// Of scenes that share tables.
+    SceneCost of(const std::vector<Scene>& scenes, double keep_seconds_per_byte) {
+        std::vector<Scene> channels;
+        for (const Scene& scene : scenes)
+            for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
         SceneCost sum;
-        for (const Scene& channel : channel_scenes(scene)) {
-            const std::optional<Recipe> recipe = needed_recipe(channel);
-            if (!recipe) continue;
-            const SceneCost& one = of(*recipe);
+        for (const SharedRecipe& shared : shared_recipes(channels)) {
+            const SceneCost& one = of(shared.recipe);
             sum.choose_seconds += one.choose_seconds;
             sum.solve_seconds += one.solve_seconds;
             sum.check_seconds += one.check_seconds;
@@ -340,11 +350,9 @@ PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const PlanRepo
                    TableCosts& tables, bool writes) {
     const double keeping = keep_seconds_per_byte(coarse.tables(), writes);
     const auto cost = [&](const Scene& some) {
-        SceneCost all = tables.of(some, keeping);
+        SceneCost all = tables.of({some}, keeping);
         all.ray_ns = coarse.ray_ns(some.effects);
-        all.rays = static_cast<double>(some.width) * some.height *
-                   std::max(static_cast<double>(some.samples) * some.samples,
-                            static_cast<double>(sun_directions(some).size()));
+        all.rays = rays_of(some);
         return all;
     };
     PlanCosts costs;
@@ -359,8 +367,8 @@ PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const PlanRepo
 
 }  // namespace
 
-std::vector<PlanReport> report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
-                                     TableCache* cache) {
+FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
+                        TableCache* cache) {
     std::vector<CoarseScene> coarse;
     std::vector<Scene> to_bake;
     std::vector<std::size_t> first;  // of each scene's
@@ -373,7 +381,10 @@ std::vector<PlanReport> report_plans(const std::vector<Scene>& scenes, const Bak
     // Tables that scenes share are averaged over azimuth once.
     std::map<std::shared_ptr<const LayerTables>, std::shared_ptr<const LayerTables>> means;
     TableCosts table_costs(options);
-    std::vector<PlanReport> reports;
+    FileReport file;
+    std::vector<Scene> planned;
+    double keeping = 0;
+    const double threads = thread_count(options.threads);
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         const Scene& scene = scenes[s];
         const auto& shared = tables[first[s]];
@@ -403,9 +414,16 @@ std::vector<PlanReport> report_plans(const std::vector<Scene>& scenes, const Bak
             report.orders->where = bounds.multiple.place->text();
         }
         report.costs = costs_of(scene, coarse[s], report, table_costs, cache != nullptr);
-        reports.push_back(std::move(report));
+        const SceneCost& cost = report.costs.planned;
+        file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
+        file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
+        keeping = std::max(keeping, keep_seconds_per_byte(coarse[s].tables(), cache != nullptr));
+        planned.push_back(scene);
+        planned.back().effects = report.plan.effects;
+        file.scenes.push_back(std::move(report));
     }
-    return reports;
+    file.cost.tables = table_costs.of(planned, keeping);
+    return file;
 }
 
 }  // namespace stratus

@@ -150,7 +150,8 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     scene.background.colour = {0, 0, 0};
     scene.layer.opposition = Opposition::hapke(1, 0.05);
     scene.layer.components = {PhaseFunction::henyey_greenstein(0.5)};
-    const PlanReport report = report_plans({scene})[0];
+    const FileReport file = report_plans({scene});
+    const PlanReport& report = file.scenes[0];
     const auto share_of = [&](const std::string& name) {
         return std::ranges::find(report.shares, name, &EffectShare::name);
     };
@@ -172,6 +173,8 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     EXPECT_GT(costs.all.ray_ns.median, 0);
     EXPECT_GE(costs.all.ray_ns.spread, 0);
     EXPECT_EQ(costs.planned.bytes, costs.all.bytes);
+    EXPECT_EQ(file.cost.tables.bytes, costs.all.bytes);
+    EXPECT_GT(file.cost.seconds(), file.cost.ray_seconds);
     const auto multiple = static_cast<std::size_t>(share_of("multiple") - report.shares.begin());
     EXPECT_EQ(costs.without[multiple].bytes, 0);
     // What is counted is what a bake fills: samples and some fluxes.
@@ -184,7 +187,7 @@ TEST(PlanReport, CountsATableForEachChannelWithItsOwnPhaseFunction) {
     const Scene grey = wide_slab(1, 0.9);
     Scene coloured = grey;
     coloured.layer.channels = {3, PhaseFunction::rayleigh()};
-    const std::vector<PlanReport> reports = report_plans({grey, coloured});
+    const std::vector<PlanReport> reports = report_plans({grey, coloured}).scenes;
     EXPECT_EQ(reports[1].costs.all.bytes, 3 * reports[0].costs.all.bytes);
     for (std::size_t e = 0; e < reports[0].shares.size(); ++e)
         EXPECT_EQ(reports[1].shares[e].max, reports[0].shares[e].max) << reports[0].shares[e].name;

@@ -66,10 +66,6 @@ struct SceneCost {
     double table_seconds() const {
         return choose_seconds + solve_seconds + check_seconds + keep_seconds;
     }
-    /// Of `render`, on so many threads.
-    double seconds(int threads) const {
-        return table_seconds() + 1e-9 * ray_ns.median * rays / threads;
-    }
 };
 
 struct PlanCosts {
@@ -93,9 +89,22 @@ struct PlanReport {
     PlanCosts costs;
 };
 
-/// Reports on several scenes. Mean changes, and those of effects that are never left out, are
+/// What `render` takes for all scenes of a file, which share tables.
+struct RenderCost {
+    SceneCost tables;  // nothing of rays
+    double ray_seconds = 0, ray_spread = 0;
+
+    double seconds() const { return tables.table_seconds() + ray_seconds; }
+};
+
+struct FileReport {
+    std::vector<PlanReport> scenes;
+    RenderCost cost;  // by the plans
+};
+
+/// Reports on the scenes of a file. Mean changes, and those of effects that are never left out, are
 /// measured on a sparse picture, looked up in tables of tolerance 1e-2 that scenes share.
-std::vector<PlanReport> report_plans(const std::vector<Scene>& scenes,
-                                     const BakeOptions& options = {}, TableCache* cache = nullptr);
+FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options = {},
+                        TableCache* cache = nullptr);
 
 }  // namespace stratus

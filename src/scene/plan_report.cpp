@@ -28,7 +28,8 @@ constexpr double coarse_tolerance = 1e-2;  // of the sparse picture's tables
 constexpr double max_pixels = 16384;       // of the sparse picture
 constexpr double min_reference =
     0.01;  // a pixel's change is relative to at least this share of the brightest
-constexpr int timings = 7;
+constexpr int timings = 5;
+constexpr int timed_rows = 6;
 constexpr int listed_orders = 64;
 
 Scene without(Scene scene, bool SceneEffects::*effect) {
@@ -167,16 +168,16 @@ class CoarseScene {
         Scene scene = all_;
         scene.effects = effects;
         const LayerLight light(scene, tables(effects));
-        // With the picture's own samples: rays of a pixel are alike.
-        Scene few = sparse(scene, max_pixels / 4 / (scene.samples * scene.samples));
-        few.samples = scene.samples;
+        // A few whole rows: neighbouring rays, as in the picture, are faster than scattered ones.
         RenderOptions options;
         options.threads = 1;
-        const double rays = rays_of(few);
+        options.row_step = std::max(1, scene.height / timed_rows);
+        const int rows = (scene.height - 1 - options.row_step / 2) / options.row_step + 1;
+        const double rays = rays_of(scene) * rows / scene.height;
         std::vector<double> ns;
         for (int round = 0; round < timings; ++round) {
             const double started = processor_seconds();
-            render(few, light, options);
+            render(scene, light, options);
             ns.push_back(1e9 * (processor_seconds() - started) / rays);
         }
         std::ranges::sort(ns);
@@ -331,11 +332,11 @@ class TableCosts {
     const SceneCost& of(const Recipe& recipe) {
         const auto [known, fresh] = known_.try_emplace(text_of(recipe));
         if (!fresh) return known->second;
-        const double started = processor_seconds();
-        const Forecast ahead = forecast(recipe, options_);
         SceneCost& cost = known->second;
-        cost.choose_seconds =
-            (processor_seconds() - started - ahead.timed_seconds) / thread_count(options_.threads);
+        const double started = processor_seconds();
+        const Resolution resolution = resolve_as_first(recipe, options_);
+        cost.choose_seconds = (processor_seconds() - started) / thread_count(options_.threads);
+        const Forecast ahead = forecast_of(resolution, options_);
         cost.solve_seconds = ahead.bake_seconds;
         cost.check_seconds = ahead.check_seconds;
         cost.bytes = ahead.bytes;

@@ -12,12 +12,12 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "opposition_option.h"
 #include "query.h"
 #include "table_option.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -67,27 +67,6 @@ Effects parse_effects(const std::vector<std::string>& names) {
     if (!named.single && !named.multiple) named.single = named.multiple = true;
     if (!named.reflection && !named.transmission) named.reflection = named.transmission = true;
     return named;
-}
-
-/// `blinn`, whose width is that of the density, or `hapke:width=H` and `,amplitude=A`.
-Opposition parse_opposition(const std::string& text, double density) {
-    if (text.empty()) return {};
-    if (text == "blinn") {
-        if (density == 0)
-            throw std::invalid_argument(
-                "eval: --opposition blinn must come with a --density above 0, got 0");
-        return Opposition::blinn(density);
-    }
-    double width = 0, amplitude = 1;
-    int read = 0;
-    const bool hapke = std::sscanf(text.c_str(), "hapke:width=%lf%n,amplitude=%lf%n", &width, &read,
-                                   &amplitude, &read) >= 1 &&
-                       static_cast<std::size_t>(read) == text.size();
-    if (!hapke)
-        throw std::invalid_argument(
-            "eval: --opposition must be blinn or hapke:width=H or hapke:width=H,amplitude=A, got " +
-            text);
-    return Opposition::hapke(amplitude, width);
 }
 
 /// Leaves out the sides that the table does not hold, and says so; refuses when nothing is left.
@@ -352,7 +331,7 @@ TableView without_unasked_samples(TableView table, const Effects& effects) {
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
     asked.density = options.density;
-    asked.opposition = parse_opposition(options.opposition, options.density);
+    asked.opposition = parse_opposition("eval", options.opposition, options.density);
     check_effects(asked);
     if (!options.output.empty()) {
         require_different_files("eval", options.table, options.output);
@@ -398,16 +377,7 @@ void add_eval(CLI::App& app) {
                          ", comma between. Default: all that the table holds")
         ->delimiter(',')
         ->allow_extra_args(false);  // or it would take TABLE too
-    command
-        ->add_option("--density", options->density,
-                     "Share of the volume that particles fill, [0, 1): every order sees the depth "
-                     "tau / (1 - density)")
-        ->capture_default_str()
-        ->check(number("in [0, 1)", [](double value) { return value >= 0 && value < 1; }));
-    command->add_option(
-        "--opposition", options->opposition,
-        "How single scattering brightens towards the light: blinn, as wide as the density makes "
-        "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
+    add_density_and_opposition(*command, options->density, options->opposition);
     command->add_flag("--clamp", options->clamp,
                       "Look up layers outside the table at the nearest one inside it, with a "
                       "warning, instead of refusing them");

@@ -45,22 +45,33 @@ SeenLight seen_light_of_plane(const Scene& scene, const Plane& plane) noexcept {
     SeenLight seen;
     seen.reflection = (sun_above && from_above) || (sun_below && from_below);
     seen.transmission = (sun_above && from_below) || (sun_below && from_above);
-    if (has_ground(plane))
-        seen.fluxes = sun_above && ground_of(scene) != nullptr;
-    else
-        seen.fluxes = (from_above || from_below) && !scene.background.is_black() &&
-                      scene.background.pattern == Texture::Pattern::plain;
+    const bool shines_through =
+        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
+    if (has_ground(plane)) {
+        const bool lit_ground = sun_above && ground_of(scene) != nullptr;
+        seen.fluxes = lit_ground || (from_below && shines_through);
+        seen.underside = lit_ground && from_below;
+    } else {
+        seen.fluxes = (from_above || from_below) && shines_through;
+    }
     return seen;
 }
 
 SeenLight seen_light_of(const Scene& scene, const Rings& rings) noexcept {
-    return seen_light_of_plane(scene, rings);
+    SeenLight seen = seen_light_of_plane(scene, rings);
+    seen.shine =
+        !rings.surface.is_black() && (scene.effects.ringshine || scene.effects.planetshine);
+    if (seen.shine) seen.reflection = seen.transmission = true;
+    return seen;
 }
 SeenLight seen_light_of(const Scene& scene, const Slab& slab) noexcept {
     return seen_light_of_plane(scene, slab);
 }
 SeenLight seen_light_of(const Scene& scene, const Planet&) noexcept {
-    return {true, false, ground_of(scene) != nullptr};
+    SeenLight seen;
+    seen.reflection = true;
+    seen.fluxes = ground_of(scene) != nullptr;
+    return seen;
 }
 
 // ---- directions ---------------------------------------------------------------------------------
@@ -236,6 +247,7 @@ void set_scattering_angles(SeenDirections& seen) noexcept {
 }
 
 SeenDirections directions_of(const Scene& scene, const Rings& rings) noexcept {
+    if (seen_light_of(scene, rings).shine) return {};
     SeenDirections seen = directions_of_plane(scene, rings);
     set_scattering_angles(seen);
     return seen;
@@ -280,6 +292,8 @@ SeenLight seen_light(const Scene& scene) noexcept {
     seen.reflection = seen.reflection && effects.reflection;
     seen.transmission = seen.transmission && effects.transmission;
     seen.fluxes = seen.fluxes && effects.background;
+    seen.underside = seen.underside && effects.background;
+    seen.shine = seen.shine && (seen.reflection || seen.transmission);
     return seen;
 }
 
@@ -292,11 +306,16 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
     const auto [least, most] =
         std::minmax_element(scene.layer.albedo.begin(), scene.layer.albedo.end());
     std::vector<MatterSpan> spans;
+    // Depths of red, green and blue.
+    const auto& extinction = scene.layer.extinction;
+    const Range channels{*std::min_element(extinction.begin(), extinction.end()),
+                         *std::max_element(extinction.begin(), extinction.end())};
     const Rings* const rings = std::get_if<Rings>(&scene.subject);
     if (!rings) {
         const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
         const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
-        if (deepest > 0) spans.push_back({{thinnest, deepest}, {*least, *most}});
+        if (deepest * channels.max > 0)
+            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {*least, *most}});
         return spans;
     }
     const RingProfile& profile = rings->profile;
@@ -304,7 +323,8 @@ std::vector<MatterSpan> matter_spans(const Scene& scene) {
         MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}, profile.radius[k]};
         for (const std::size_t knot : {k - 1, k}) {
             const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
-            widen(span.optical_depth, seen_depth(scene, matter.optical_depth));
+            for (const double factor : {channels.min, channels.max})
+                widen(span.optical_depth, factor * seen_depth(scene, matter.optical_depth));
             for (const double albedo : matter.albedo) widen(span.albedo, albedo);
             widen(span.mixture, matter.mixture);
         }

@@ -35,7 +35,9 @@ MatterRange matter_range(const Scene& scene) {
     MatterRange range;
     auto add = [&](const Matter& matter) {
         if (matter.optical_depth == 0) return;
-        widen(range.optical_depth, seen_depth(scene, matter.optical_depth));
+        for (const double extinction : scene.layer.extinction)
+            if (extinction > 0)
+                widen(range.optical_depth, extinction * seen_depth(scene, matter.optical_depth));
         for (const double albedo : matter.albedo) widen(range.albedo, albedo);
         widen(range.mixture, matter.mixture);
     };

@@ -395,6 +395,9 @@ class Bounds {
         for (const Grid& grid : grids)
             for (const Levels::Level& level : levels.level) add(grid, level, solved, bounds);
         if (light_.fluxes) add_fluxes(levels, solved, bounds);
+        // Without orders n >= 2 nothing is reflected back to the ground.
+        if (light_.underside)
+            raise_flux(bounds.multiple, 1, "light of the ground that the layer reflects down");
     }
 
     void add(const Grid& grid, const Levels::Level& level, const SolvedLevels& solved,
@@ -539,6 +542,10 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
         all.multiple.bound = std::min(1.0, all.multiple.bound + bend);
         all.azimuth.bound = std::min(1.0, all.azimuth.bound + bend);
     }
+    // What rings scatter is scattered by rings once more.
+    if (light.shine)
+        for (ChangeBound* const change : {&all.multiple, &all.azimuth})
+            change->bound = 1 - (1 - change->bound) * (1 - change->bound);
     return all;
 }
 

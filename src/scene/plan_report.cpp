@@ -224,6 +224,8 @@ bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
     if (effect == &SceneEffects::density) return scene.layer.density > 0;
     if (effect == &SceneEffects::azimuth) return scene.effects.multiple && seen.any();
     if (effect == &SceneEffects::shadows) return std::holds_alternative<Rings>(scene.subject);
+    if (effect == &SceneEffects::ringshine || effect == &SceneEffects::planetshine)
+        return seen.shine;
     if (effect == &SceneEffects::opposition)
         return seen.reflection && scene.layer.opposition.law != Opposition::Law::none;
     return true;

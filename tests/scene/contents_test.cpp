@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/order_bounds.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"
@@ -35,6 +36,29 @@ TEST(SeenLight, IsOfBothSidesWhereTheSunLiesOnTheHorizon) {
     slab.sun_diameter = radians(0.5);
     EXPECT_TRUE(seen_light(slab).transmission);
     EXPECT_TRUE(seen_light(slab).reflection);
+}
+
+TEST(SeenLight, OfRingsIsOfBothSidesWhereTheyAndTheirPlanetLightOneAnother) {
+    Scene rings = small_rings(1);
+    EXPECT_TRUE(seen_light(rings).shine);
+    EXPECT_TRUE(seen_light(rings).transmission);
+    rings.effects.ringshine = rings.effects.planetshine = false;
+    EXPECT_FALSE(seen_light(rings).shine);
+    EXPECT_FALSE(seen_light(rings).transmission);
+}
+
+TEST(SeenLight, OfADeckFromBeneathIsTransmittedAndReflectedDown) {
+    Scene slab = small_slab(1, 0.9);
+    std::get<Slab>(slab.subject).surface.emplace();
+    std::get<Slab>(slab.subject).surface->colour = {0.5f, 0.5f, 0.5f};
+    std::get<Slab>(slab.subject).height = 1;
+    EXPECT_FALSE(seen_light(slab).underside);
+    slab.camera.orthographic = false;
+    slab.camera.position = {0, 0, -0.5};
+    EXPECT_TRUE(seen_light(slab).underside);
+    EXPECT_TRUE(seen_light(slab).transmission);
+    EXPECT_FALSE(seen_light(slab).reflection);
+    EXPECT_EQ(bound_orders(slab, 0.01).multiple.bound, 1);
 }
 
 TEST(SeenLight, OfPlanetsIsReflected) {
@@ -75,6 +99,7 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
         scene.width = 24;
         scene.height = 16;
         scene.effects.multiple = false;
+        scene.effects.ringshine = scene.effects.planetshine = false;
         scene.camera.position =
             (1.5 + 8 * unit(random)) *
             direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));

@@ -18,6 +18,8 @@ struct SeenLight {
     bool reflection = false;    // of the lit side
     bool transmission = false;  // diffuse, on the unlit side
     bool fluxes = false;        // through the layer: of a ground, or of a background of one colour
+    bool underside = false;     // lit by the ground
+    bool shine = false;         // that rings and their planet exchange, along all directions
 
     bool any() const noexcept { return reflection || transmission || fluxes; }
 };

@@ -1,7 +1,7 @@
 // Rendering: the radiance of each pixel of a scene.
 //
-// A pixel is the mean over a regular grid of samples in it. The same bits on any number of threads,
-// and for a pixel alone or with all others.
+// A pixel is the mean over a regular grid of samples in it; rings count by area, however narrow a
+// ringlet is. The same bits on any number of threads, and for a pixel alone or with all others.
 #pragma once
 
 #include <stratus/io/image.h>

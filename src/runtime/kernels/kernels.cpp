@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "opposition_values.h"
 #include "path_law.h"
 
 #include <utility>
@@ -104,6 +105,8 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
     const ReflectedPath<F> directions(path);
     const PhaseValues<F> phase = phase_values<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    [[maybe_unused]] const PhaseAngle<F> angle(path);
+    [[maybe_unused]] const F eta = path_eta(directions);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto depth = channel_value<F>(side.optical_depth, c);
         BothWays<F> both;
@@ -119,8 +122,12 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
                 channel_value<F>(side.surface_albedo, c),
                 channel_value<F>(side.boundary_quarter_albedo, c)};
-            single = single_reflected<form, true>(
-                directions, phase, both.sum, channel_value<F>(side.quarter_albedo, c), boundary);
+            PhaseValues<F> seen = phase;
+            if constexpr (form == PhaseForm::with_opposition_and_boundary)
+                seen.layer = seen.layer +
+                             seen.layer * opposition_bump(side.opposition, angle, eta, both.sum);
+            single = single_reflected<form>(directions, seen, both.sum,
+                                            channel_value<F>(side.quarter_albedo, c), boundary);
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -235,7 +242,8 @@ template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
     constexpr bool impossible =
-        side == Side::transmission && form == PhaseForm::with_opposition_and_boundary;
+        side == Side::transmission &&
+        (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
     if constexpr (nothing || impossible)
         return {nullptr, nullptr, nullptr};
     else

@@ -77,11 +77,11 @@ double OppositionTable::factor(double cos_scattering_angle, double optical_depth
         return static_cast<float>(std::sqrt(std::clamp(x / 2, 0.0, 1.0)));
     };
     const PhaseAngle<float> angle(root(1 + cos_scattering_angle), root(1 - cos_scattering_angle));
-    const double sum = mu_in + mu_out, path = optical_depth * (1 / mu_in + 1 / mu_out);
+    const double sum = mu_in + mu_out, quarter = optical_depth * (1 / mu_in + 1 / mu_out) / 4;
     const float eta = static_cast<float>(std::min(1.0, 4 * (mu_in / sum) * (mu_out / sum)));
-    const Attenuation<float> both{static_cast<float>(std::exp(-path)),
-                                  static_cast<float>(-std::expm1(-path))};
-    return 1 + double{opposition_bump(view(), angle, eta, both)};
+    const Attenuation<float> at{static_cast<float>(std::exp(-quarter)),
+                                static_cast<float>(-std::expm1(-quarter))};
+    return 1 + double{opposition_bump(view(), angle, eta, at)};
 }
 
 OppositionTableView OppositionTable::view() const noexcept {

@@ -43,18 +43,16 @@ STRATUS_INLINE F angle_place(const OppositionTableView& table, const PhaseAngle<
            (1.0f - angle.cosine) * wide_angle_share;
 }
 
-/// tanh(v / 2) and tanh(v / 4) of exp(-2 v).
+/// tanh(v / 2) and tanh(v / 4) of the attenuation at v / 2.
 template <class F>
 struct DepthTangents {
     F half, quarter;
 
-    STRATUS_INLINE explicit DepthTangents(const Attenuation<F>& both) {
-        const F root = square_root(both.transmitted);
-        const F a = root + 1.0f, b = square_root(root) + 1.0f;
-        const F q = reciprocal(a * b);
-        const F scaled = both.extinguished * (q * q);
-        half = scaled * (b * b);
-        quarter = scaled * a;
+    STRATUS_INLINE explicit DepthTangents(const Attenuation<F>& at) {
+        const F a = at.transmitted + 1.0f, b = a * a + at.extinguished * at.extinguished;
+        const F scaled = at.extinguished * reciprocal(a * b);
+        quarter = scaled * b;
+        half = scaled * (a * a) * 2.0f;
     }
 };
 
@@ -82,22 +80,23 @@ STRATUS_INLINE F opposition_sample(const float* samples, Index index) {
     }
 }
 
-/// The factor less 1.
+/// The factor less 1. `at` is the attenuation at v / 2.
 template <class F>
 STRATUS_INLINE F opposition_bump(const OppositionTableView& table, const PhaseAngle<F>& angle,
-                                 F eta, const Attenuation<F>& both) {
+                                 F eta, const Attenuation<F>& at) {
     using View = OppositionTableView;
-    const DepthTangents<F> tangent(both);
+    const DepthTangents<F> tangent(at);
     const auto place = [](F x, int samples) {  // stays below the last, so that there is a next one
         return axis_place(clamped(x, 0.0f, 1 - 1e-6f) * static_cast<float>(samples - 1));
     };
     const auto in_angle = place(angle_place(table, angle), View::angles);
     const auto in_depth = place(square_root(tangent.quarter), View::depths);
     const auto in_eta = place(square_root(eta), View::etas);
-    const auto at = (in_angle.sample * View::depths + in_depth.sample) * View::etas + in_eta.sample;
+    const auto first =
+        (in_angle.sample * View::depths + in_depth.sample) * View::etas + in_eta.sample;
     const auto line = [&](int offset) {
-        const F here = opposition_sample<F>(table.sample + offset, at);
-        const F next = opposition_sample<F>(table.sample + offset + 1, at);
+        const F here = opposition_sample<F>(table.sample + offset, first);
+        const F next = opposition_sample<F>(table.sample + offset + 1, first);
         return here + in_eta.fraction * (next - here);
     };
     const auto sheet = [&](int offset) {

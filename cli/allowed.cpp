@@ -50,4 +50,12 @@ void add_threads(CLI::App& command, int& threads, const std::string& more) {
         ->check(whole_number(0, 1024));
 }
 
+void add_keys(CLI::App& command, const std::string& files, Keys keys) {
+    std::string text = key_columns(keys);
+    text.pop_back();  // CLI11 ends the line
+    command.set_version_flag("--keys", text,
+                             "Print every key of " + files +
+                                 " with its form, unit, range, default and meaning, and exit");
+}
+
 }  // namespace stratus

@@ -3,6 +3,8 @@
 // CLI11 alone would read an empty value as zero and 010 as eight.
 #pragma once
 
+#include <stratus/bake/keys.h>
+
 #include <CLI/CLI.hpp>
 
 #include <string>
@@ -20,5 +22,8 @@ CLI::Validator file_name();
 
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");
+
+/// Adds the option --keys, which prints a file's keys and ends the program.
+void add_keys(CLI::App& command, const std::string& files, Keys keys);
 
 }  // namespace stratus

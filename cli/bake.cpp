@@ -182,6 +182,7 @@ void add_bake(CLI::App& app) {
     bake->add_flag("--accept", command->accept,
                    "Exit code 0 even where the table misses its tolerance");
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_keys(*bake, "recipes", recipe_keys());
     bake->footer(
         "Before the first solve, a note tells size and time, and a warning every axis at its cap: "
         "what it misses, how many samples would do and at what cost.\n"

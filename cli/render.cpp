@@ -6,6 +6,7 @@
 #include <stratus/picture/png.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/scene/plan.h>
+#include <stratus/scene/scene_keys.h>
 
 #include "allowed.h"
 #include "commands.h"
@@ -234,6 +235,7 @@ void add_render(CLI::App& app) {
         ->check(whole_number(0, 16384));
     add_threads(*render, command->threads);
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
+    add_keys(*render, "scenes", scene_keys());
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"

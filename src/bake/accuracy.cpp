@@ -61,31 +61,46 @@ PointRange range_of(const Table& table) {
             true};
 }
 
-struct RandomLayer {
-    double albedo, optical_depth;
-    double mixture = 1;
+/// One albedo and mixture at depths an octave apart, which are solved at once.
+struct RandomLadder {
+    double albedo, mixture;
+    DepthLadder depths;
 };
 
-/// Evenly spread over the cells of a range.
-RandomLayer random_layer(const PointRange& range, std::mt19937& random) {
+int layers_of(const DepthLadder& depths) { return depths.octaves + (depths.to_infinity ? 1 : 0); }
+
+double octaves_of(const AxisView& tau) {
+    return tau.count == 0 ? 0 : std::log2(tau.highest / tau.lowest);
+}
+
+/// More where layers take long.
+int points_of_layer(const PointRange& range) {
+    if (!range.has_path_law) return 8;
+    return octaves_of(range.optical_depth) < 2 ? 24 : 12;
+}
+
+/// Depths evenly over octaves; of an axis that ends at infinity half as many in each octave beyond.
+DepthLadder random_depths(const AxisView& tau, std::mt19937& random) {
+    if (tau.count == 0) return {1, 0, true};
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double octaves = octaves_of(tau), first = std::min(1.0, octaves) * uniform(random);
+    constexpr int most_beyond = 10;
+    int beyond = 0;
+    while (tau.ends_at_infinity && beyond < most_beyond && uniform(random) < 0.5) ++beyond;
+    return {tau.lowest * std::exp2(first), 1 + static_cast<int>(octaves - first) + beyond, false};
+}
+
+/// Albedos and mixtures evenly over the cells of a range.
+RandomLadder random_ladder(const PointRange& range, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
-    const AxisView &w = range.albedo, &tau = range.optical_depth;
-    RandomLayer layer{};
+    const AxisView& w = range.albedo;
     const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
-    layer.albedo = w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest);
-    const double index = uniform(random) * (tau.size() - 1);
-    if (tau.count == 0)
-        layer.optical_depth = infinity;
-    else if (index > tau.count - 1)
-        layer.optical_depth = tau.highest / (tau.size() - 1 - index);
-    else
-        layer.optical_depth =
-            std::clamp(std::exp2(between(std::log2(tau.lowest), std::log2(tau.highest))),
-                       tau.lowest, tau.highest);
+    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest), 1,
+                        random_depths(range.optical_depth, random)};
     if (range.mixture.count > 0)
-        layer.mixture = between(range.mixture.lowest, range.mixture.highest);
-    return layer;
+        ladder.mixture = between(range.mixture.lowest, range.mixture.highest);
+    return ladder;
 }
 
 /// Evenly spread over the square root.
@@ -131,43 +146,76 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
     return std::nullopt;
 }
 
-/// Evenly drawn points, then those of the other kinds where something is peaked.
-std::vector<RandomPoint> random_points(const PointRange& range, bool peaked, int count,
-                                       std::mt19937& random) {
-    std::vector<Side> sides;
-    if (range.reflection) sides.push_back(Side::reflection);
-    if (range.transmission) sides.push_back(Side::transmission);
-    std::uniform_real_distribution<double> azimuth(0, pi);
-    std::vector<RandomPoint> points;
-    std::vector<double> shared;  // by the points of layers that take long: each cosine adds to it
-    const auto anywhere = [&](const AxisView& axis) {
-        constexpr std::size_t few = 16;
-        if (shared.size() == few) return shared[random() % few];
-        const double mu = random_cosine(least_cosine(range, axis), axis.highest, random);
-        if (range.has_path_law) shared.push_back(mu);
-        return mu;
-    };
-    for (int n = 0; n < count; ++n) {
-        const double mu_in = anywhere(range.mu_in), mu_out = anywhere(range.mu_out);
-        points.push_back({{mu_in, mu_out, azimuth(random)}, PointKind::even, sides});
-    }
-    if (!peaked) return points;
-    for (int n = 0; n < (range.has_path_law ? count + 3 : 2 * count + 2) / 4; ++n)
-        for (const Side side : sides)
-            if (const auto at = random_forward(range, side, random))
-                points.push_back({*at, PointKind::forward, {side}});
-    const auto grazing = [&](const AxisView& axis) {
-        return random_cosine(axis.lowest, std::min(axis.highest, grazing_cosine), random);
-    };
-    if (range.mu_in.lowest < grazing_cosine && range.mu_out.lowest < grazing_cosine)
-        for (int n = 0; n < (count + 3) / 4; ++n) {
-            const double mu_in = grazing(range.mu_in);
-            const double mu_out =
-                range.has_path_law ? anywhere(range.mu_out) : grazing(range.mu_out);
-            points.push_back({{mu_in, mu_out, azimuth(random)}, PointKind::grazing, sides});
+/// The points of a ladder's layers. All layers share a few directions: every cosine adds to the time
+/// that the ladder takes.
+class PointSource {
+  public:
+    PointSource(const PointRange& range, bool peaked, std::mt19937& random)
+        : has_path_law_(range.has_path_law), random_(random) {
+        if (range.reflection) sides_.push_back(Side::reflection);
+        if (range.transmission) sides_.push_back(Side::transmission);
+        constexpr int few = 10, few_forward = 5, few_grazing = 3;
+        for (int n = 0; n < few; ++n) {
+            mu_in_.push_back(anywhere(range, range.mu_in));
+            mu_out_.push_back(anywhere(range, range.mu_out));
         }
-    return points;
-}
+        of_peak_.seed(random());
+        if (!peaked) return;
+        for (const Side side : sides_) {
+            forward_.emplace_back();
+            for (int n = 0; n < few_forward; ++n)
+                if (const auto at = random_forward(range, side, of_peak_))
+                    forward_.back().push_back({*at, PointKind::forward, {side}});
+        }
+        if (range.mu_in.lowest >= grazing_cosine || range.mu_out.lowest >= grazing_cosine) return;
+        for (int n = 0; n < few_grazing; ++n) {
+            grazing_in_.push_back(grazing(range.mu_in));
+            grazing_out_.push_back(has_path_law_ ? one_of(mu_out_, of_peak_)
+                                                 : grazing(range.mu_out));
+        }
+    }
+
+    const std::vector<Side>& sides() const { return sides_; }
+
+    /// Evenly drawn points of a layer, then those of the other kinds where something is peaked.
+    std::vector<RandomPoint> draw(int count) {
+        std::vector<RandomPoint> points;
+        std::uniform_real_distribution<double> azimuth(0, pi);
+        for (int n = 0; n < count; ++n)
+            points.push_back({{one_of(mu_in_, random_), one_of(mu_out_, random_), azimuth(random_)},
+                              PointKind::even,
+                              sides_});
+        for (const std::vector<RandomPoint>& of_side : forward_)
+            for (int n = 0; n < (has_path_law_ ? count + 3 : 2 * count + 2) / 4; ++n)
+                if (!of_side.empty()) points.push_back(one_of(of_side, of_peak_));
+        if (!grazing_in_.empty())
+            for (int n = 0; n < (count + 3) / 4; ++n)
+                points.push_back({{one_of(grazing_in_, of_peak_), one_of(grazing_out_, of_peak_),
+                                   azimuth(of_peak_)},
+                                  PointKind::grazing,
+                                  sides_});
+        return points;
+    }
+
+  private:
+    double anywhere(const PointRange& range, const AxisView& axis) {
+        return random_cosine(least_cosine(range, axis), axis.highest, random_);
+    }
+    double grazing(const AxisView& axis) {
+        return random_cosine(axis.lowest, std::min(axis.highest, grazing_cosine), of_peak_);
+    }
+    template <class Any>
+    static const Any& one_of(const std::vector<Any>& all, std::mt19937& random) {
+        return all[random() % all.size()];
+    }
+
+    bool has_path_law_;
+    std::mt19937& random_;
+    std::mt19937 of_peak_;  // apart: even points are those of any phase function
+    std::vector<Side> sides_;
+    std::vector<double> mu_in_, mu_out_, grazing_in_, grazing_out_;
+    std::vector<std::vector<RandomPoint>> forward_;  // of each side
+};
 
 }  // namespace
 
@@ -204,7 +252,9 @@ double error_quantile(std::vector<ErrorSample>& samples, double share) {
 
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }
 
-int points_of_layer(const PointRange& range) { return range.has_path_law ? 24 : 8; }
+int points_of_ladder(const PointRange& range) {
+    return points_of_layer(range) * (1 + static_cast<int>(octaves_of(range.optical_depth)));
+}
 
 int reference_nodes(int nodes) { return std::min(512, nodes + std::max(8, nodes / 2)); }
 
@@ -228,65 +278,124 @@ bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
            (below.kind == LowerBoundary::Kind::layer && is_peaked(below.phase_function));
 }
 
-/// Points of one random layer; `piece` names its solution in the log.
-void solve_points(const PhaseFunction& phase_function, const PointRange& range,
-                  const SolverOptions& solver, int geometries, std::mt19937& random,
-                  const WorkLog& log, const std::string& piece, std::vector<ErrorSample>& into) {
-    const RandomLayer layer = random_layer(range, random);
-    const std::vector<RandomPoint> points = random_points(
-        range, range.all_kinds && has_peak(phase_function, range), geometries, random);
-    std::vector<double> mu = floor_cosines();
-    std::vector<Side> sides;
-    if (range.reflection) sides.push_back(Side::reflection);
-    if (range.transmission) sides.push_back(Side::transmission);
+/// Cosines without repetition.
+class Cosines {
+  public:
+    explicit Cosines(std::vector<double> first) : all_(std::move(first)) {}
 
-    std::size_t count = sides.size();
-    std::vector<int> places;  // in mu, of the points' two cosines
-    for (const RandomPoint& point : points) {
-        count += point.sides.size();
-        for (const double cosine : {point.at.mu_in, point.at.mu_out}) {
-            const auto found = std::find(mu.begin(), mu.end(), cosine);
-            places.push_back(static_cast<int>(found - mu.begin()));
-            if (found == mu.end()) mu.push_back(cosine);
-        }
+    int place_of(double mu) {
+        const auto found = std::find(all_.begin(), all_.end(), mu);
+        const auto place = static_cast<int>(found - all_.begin());
+        if (found == all_.end()) all_.push_back(mu);
+        return place;
     }
-    // A floor for each side, then the totals, point by point.
-    std::vector<double> solved;
-    if (auto finished = find_finished<double>(log, piece, count)) {
-        solved = std::move(*finished);
-    } else {
-        const PhaseFunction mixed = range.mixture.count == 0
-                                        ? phase_function
-                                        : PhaseFunction::mixture(layer.mixture, phase_function,
-                                                                 range.second_phase_function);
-        const LayerSolution solution =
-            solve_layer(mixed, layer.albedo, layer.optical_depth, mu, solver, range.lower_boundary);
-        for (const Side side : sides)
-            solved.push_back(side == Side::reflection ? reflection_floor(solution)
-                                                      : transmission_floor(solution));
-        const int* at = places.data();
-        for (const RandomPoint& point : points) {
-            const double phi = point.at.azimuth;
-            for (const Side side : point.sides)
-                solved.push_back(side == Side::reflection
-                                     ? solution.reflection(at[0], at[1], phi).total
-                                     : solution.transmission(at[0], at[1], phi).total);
-            at += 2;
+    const std::vector<double>& all() const { return all_; }
+
+  private:
+    std::vector<double> all_;
+};
+
+/// Points of the first layers of a random ladder; `piece` names its solution in the log.
+class LadderPoints {
+  public:
+    LadderPoints(const PhaseFunction& phase_function, const PointRange& range, int most,
+                 unsigned seed)
+        : phase_function_(phase_function), range_(range), mu_(floor_cosines()) {
+        std::mt19937 random(seed);
+        ladder_ = random_ladder(range, random);
+        PointSource source(range, range.all_kinds && has_peak(phase_function, range), random);
+        sides_ = source.sides();
+        const int layers = layers_of(ladder_.depths);
+        while (points_ < most && static_cast<int>(layers_.size()) < layers) {
+            const int of_layer = std::min(points_of_layer(range), most - points_);
+            layers_.push_back(source.draw(of_layer));
+            points_ += of_layer;
+            count_ += sides_.size();
+            for (const RandomPoint& point : layers_.back()) {
+                count_ += point.sides.size();
+                places_.push_back({mu_.place_of(point.at.mu_in), mu_.place_of(point.at.mu_out)});
+            }
         }
+        if (!ladder_.depths.to_infinity) ladder_.depths.octaves = static_cast<int>(layers_.size());
+    }
+
+    /// Evenly drawn ones, at most `most`.
+    int points() const { return points_; }
+
+    std::vector<ErrorSample> solve(const SolverOptions& solver, const WorkLog& log,
+                                   const std::string& piece) const {
+        if (const auto finished = find_finished<double>(log, piece, count_))
+            return samples_of(*finished);
+        const std::vector<double> solved = values(solver);
         keep_finished(log, piece, solved);
+        return samples_of(solved);
     }
-    std::size_t next = sides.size();
-    for (const RandomPoint& point : points)
-        for (const Side side : point.sides) {
-            const bool reflected = side == Side::reflection;
-            const double cosine = reflected ? cos_scattering_angle_reflected(point.at)
-                                            : cos_scattering_angle_transmitted(point.at);
-            into.push_back({side, layer.albedo, layer.optical_depth, point.at,
-                            std::acos(std::clamp(cosine, -1.0, 1.0)), solved[next++], 0, 0,
-                            reflected ? solved.front() : solved[sides.size() - 1], layer.mixture,
-                            point.kind});
+
+  private:
+    struct Places {
+        int mu_in, mu_out;  // in mu_
+    };
+
+    /// Of each layer a floor for each side, then the totals, point by point.
+    std::vector<double> values(const SolverOptions& solver) const {
+        const PhaseFunction mixed = range_.mixture.count == 0
+                                        ? phase_function_
+                                        : PhaseFunction::mixture(ladder_.mixture, phase_function_,
+                                                                 range_.second_phase_function);
+        const auto solutions = solve_ladder(mixed, {ladder_.albedo}, ladder_.depths, mu_.all(),
+                                            solver, range_.lower_boundary);
+        std::vector<double> solved;
+        const Places* at = places_.data();
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            const LayerSolution& solution = solutions[0][k];
+            for (const Side side : sides_)
+                solved.push_back(side == Side::reflection ? reflection_floor(solution)
+                                                          : transmission_floor(solution));
+            for (const RandomPoint& point : layers_[k]) {
+                const double phi = point.at.azimuth;
+                for (const Side side : point.sides)
+                    solved.push_back(side == Side::reflection
+                                         ? solution.reflection(at->mu_in, at->mu_out, phi).total
+                                         : solution.transmission(at->mu_in, at->mu_out, phi).total);
+                ++at;
+            }
         }
-}
+        return solved;
+    }
+
+    std::vector<ErrorSample> samples_of(const std::vector<double>& solved) const {
+        std::vector<ErrorSample> samples;
+        auto next = solved.begin();
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            const double depth = ladder_.depths.to_infinity
+                                     ? infinity
+                                     : std::ldexp(ladder_.depths.first, static_cast<int>(k));
+            const double reflection_floor = next[0], transmission_floor = next[sides_.size() - 1];
+            next += static_cast<std::ptrdiff_t>(sides_.size());
+            for (const RandomPoint& point : layers_[k])
+                for (const Side side : point.sides) {
+                    const bool reflected = side == Side::reflection;
+                    const double cosine = reflected ? cos_scattering_angle_reflected(point.at)
+                                                    : cos_scattering_angle_transmitted(point.at);
+                    samples.push_back({side, ladder_.albedo, depth, point.at,
+                                       std::acos(std::clamp(cosine, -1.0, 1.0)), *next++, 0, 0,
+                                       reflected ? reflection_floor : transmission_floor,
+                                       ladder_.mixture, point.kind});
+                }
+        }
+        return samples;
+    }
+
+    const PhaseFunction& phase_function_;
+    const PointRange& range_;
+    RandomLadder ladder_;
+    std::vector<Side> sides_;
+    std::vector<std::vector<RandomPoint>> layers_;
+    std::vector<Places> places_;
+    Cosines mu_;
+    int points_ = 0;
+    std::size_t count_ = 0;  // of values
+};
 
 /// Largest |1 - plane albedo - diffuse and direct transmittance| where the table has w = 1; -1
 /// where it has not, not all orders, or a lower boundary that absorbs the rest.
@@ -353,22 +462,24 @@ double furnace_defect(const Table& table, std::size_t mixture) {
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
                                              const VerifyOptions& options) {
-    const int points = points_of_layer(range);
-    const int layers = (options.samples + points - 1) / points;
-    std::vector<std::vector<ErrorSample>> of_layer(static_cast<std::size_t>(layers));
-    auto solve = [&](int layer) {
+    std::vector<LadderPoints> ladders;
+    for (int left = options.samples; left > 0;) {
+        const unsigned seed = options.seed * 1000003u + static_cast<unsigned>(ladders.size());
+        ladders.emplace_back(phase_function, range, left, seed);
+        left -= ladders.back().points();
+    }
+    const auto count = static_cast<int>(ladders.size());
+    std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());
+    const auto solve = [&](int ladder) {
         stop_if_asked(options.log);
-        std::mt19937 random(options.seed * 1000003u + static_cast<unsigned>(layer));
-        const int rest = options.samples - layer * points;
-        solve_points(phase_function, range, solver, std::min(rest, points), random, options.log,
-                     "points from " + std::to_string(layer * points),
-                     of_layer[static_cast<std::size_t>(layer)]);
+        const auto k = static_cast<std::size_t>(ladder);
+        of_ladder[k] = ladders[k].solve(solver, options.log, "ladder " + std::to_string(ladder));
     };
-    parallel_for(layers, options.threads, solve, [&](int done) {
-        if (options.progress) options.progress(static_cast<double>(done) / layers);
+    parallel_for(count, options.threads, solve, [&](int done) {
+        if (options.progress) options.progress(static_cast<double>(done) / count);
     });
     std::vector<ErrorSample> samples;
-    for (const auto& some : of_layer) samples.insert(samples.end(), some.begin(), some.end());
+    for (const auto& some : of_ladder) samples.insert(samples.end(), some.begin(), some.end());
     return samples;
 }
 

@@ -14,26 +14,41 @@ namespace {
 /// A ratio of two exponentially small scales; 0 where the divisor is below what a float holds.
 double ratio(double scale, double divisor) { return divisor > 1e-35 ? scale / divisor : 0; }
 
-double infinity_error(Probes& probes, std::size_t last) {
+/// Layers half an octave deeper than the probes': the law of diffusion is measured at both.
+ProbedLayers solve_between(const Probes& probes) {
+    DepthLadder between = probes.ladder;
+    between.first *= std::sqrt(2.0);
+    between.to_infinity = false;
+    return solve_layers(probes, probes.albedos, between, probes.directions);
+}
+
+/// Of the worst depth beyond the finite depth `last`: at most depths nothing is left to miss.
+double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
-    const std::size_t deeper = layers[0].size() - 2 - last;  // finite depths
     const double length = probes.extrapolation_length;
-    return measure_layers(
-        probes, layers.size(), deeper, [&](std::size_t a, std::size_t d, Errors& errors) {
-            const ProbedLayer& target = layers[a][last + 1 + d];
-            const double k = probes.exponents[a];
-            const double tau = target.solution.optical_depth;
-            const double tau_last = layers[a][last].solution.optical_depth;
-            const double deficit = reflection_deficit(tau_last, k, length);
-            Blend blend;
-            blend.sample[0] = &layers[a][last];
-            blend.sample[1] = &layers[a].back();
-            blend.reflection[0] = deficit > 0 ? reflection_deficit(tau, k, length) / deficit : 0;
-            blend.reflection[1] = 1 - blend.reflection[0];
-            blend.transmission[0] =
-                ratio(transmission_scale(tau, k, length), transmission_scale(tau_last, k, length));
-            add_blend_errors(probes.recipe, target, probes.directions, blend, errors);
-        });
+    const auto error_at = [&](const ProbedLayers& deeper, std::size_t depth) {
+        return measure_layers(
+            probes, layers.size(), 1, [&](std::size_t a, std::size_t, Errors& errors) {
+                const ProbedLayer& target = deeper[a][depth];
+                const double k = probes.exponents[a];
+                const double tau = target.solution.optical_depth;
+                const double tau_last = layers[a][last].solution.optical_depth;
+                const double deficit = reflection_deficit(tau_last, k, length);
+                Blend blend;
+                blend.sample[0] = &layers[a][last];
+                blend.sample[1] = &layers[a].back();
+                blend.reflection[0] =
+                    deficit > 0 ? reflection_deficit(tau, k, length) / deficit : 0;
+                blend.reflection[1] = 1 - blend.reflection[0];
+                blend.transmission[0] = ratio(transmission_scale(tau, k, length),
+                                              transmission_scale(tau_last, k, length));
+                add_blend_errors(probes.recipe, target, probes.directions, blend, errors);
+            });
+    };
+    double worst = error_at(between, last);
+    for (std::size_t depth = last + 1; depth < between[0].size(); ++depth)
+        worst = std::max({worst, error_at(layers, depth), error_at(between, depth)});
+    return worst;
 }
 
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are
@@ -132,11 +147,45 @@ struct Steps {
     }
 };
 
-double albedo_error(const Probes& probes, const DirectionGrid& directions,
-                    const ProbedLayers& layers, const std::vector<double>& exponents,
-                    AxisScale scale, int candidate) {
-    const Steps steps(candidate, layers.size() - 1);
-    const AxisView axis = albedo_axis(probes.recipe.albedo, candidate, scale).view();
+/// Layers at `fine` + 1 albedos of one scale, at few directions, solved when a candidate needs them.
+/// Their first modes suffice: later ones are of light scattered a few times, which is a short
+/// polynomial of the albedo.
+struct FineAlbedos {
+    static constexpr std::size_t fine = 120;
+    static constexpr int modes = 8;
+    AxisScale scale;
+    DirectionGrid directions;
+    std::vector<double> albedos, exponents;
+    ProbedLayers layers;
+
+    FineAlbedos(const Probes& probes, AxisScale of_axis)
+        : scale(of_axis),
+          directions(directions_at(probes.recipe, few_cosines(), probes.path_law)),
+          albedos(albedo_axis(probes.recipe.albedo, fine + 1, scale).values),
+          exponents(decay_exponents(probes.recipe, albedos)),
+          layers(albedos.size()) {}
+
+    /// The samples of a candidate, and the middles between them.
+    void solve(const Probes& probes, const Steps& steps) {
+        std::vector<std::size_t> open;
+        std::vector<double> at;
+        for (std::size_t k = 0; k <= steps.intervals; ++k)
+            for (const std::size_t step : {k * steps.stride, steps.middle(k)})
+                if (step <= steps.intervals * steps.stride && layers[step].empty()) {
+                    open.push_back(step);
+                    at.push_back(albedos[step]);
+                }
+        ProbedLayers solved =
+            solve_layers(probes, at, ladder_to_deepest(probes), directions, modes);
+        for (std::size_t k = 0; k < open.size(); ++k) layers[open[k]] = std::move(solved[k]);
+    }
+};
+
+double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
+    const Steps steps(candidate, FineAlbedos::fine);
+    fine.solve(probes, steps);
+    const ProbedLayers& layers = fine.layers;
+    const AxisView axis = albedo_axis(probes.recipe.albedo, candidate, fine.scale).view();
     const bool divides = !probes.recipe.lower_boundary.is_present();
     return measure_layers(
         probes, steps.intervals, layers[0].size(),
@@ -146,7 +195,7 @@ double albedo_error(const Probes& probes, const DirectionGrid& directions,
             const Stencil stencil = axis.stencil(albedo);
             double k = 0;
             for (int p = 0; p < Blend::size; ++p)
-                k += stencil.weight[p] * exponents[steps.sample(stencil, p)];
+                k += stencil.weight[p] * fine.exponents[steps.sample(stencil, p)];
             Blend blend;
             for (int p = 0; p < Blend::size; ++p) {
                 const std::size_t at = steps.sample(stencil, p);
@@ -157,12 +206,12 @@ double albedo_error(const Probes& probes, const DirectionGrid& directions,
                     return stencil.weight[p] *
                            ratio(albedo * sample_scale(probes, side, tau, k),
                                  sample.solution.albedo *
-                                     sample_scale(probes, side, tau, exponents[at]));
+                                     sample_scale(probes, side, tau, fine.exponents[at]));
                 };
                 blend.reflection[p] = weight(Side::reflection);
                 blend.transmission[p] = weight(Side::transmission);
             }
-            add_blend_errors(probes.recipe, target, directions, blend, errors);
+            add_blend_errors(probes.recipe, target, fine.directions, blend, errors);
         });
 }
 
@@ -221,10 +270,11 @@ double mixture_error(const std::vector<MixtureStep>& all, int candidate) {
 
 Choice choose_deepest_optical_depth(Probes& probes) {
     if (!probes.ladder.to_infinity || probes.ladder.octaves == 0) return {};
+    const ProbedLayers between = solve_between(probes);
     double left = 0;
     std::size_t last = 0;
     for (; last + 2 < static_cast<std::size_t>(probes.ladder.octaves); ++last) {
-        left = infinity_error(probes, last);
+        left = infinity_error(probes, between, last);
         if (left <= probes.max_error) break;
     }
     const double deepest = std::ldexp(probes.ladder.first, static_cast<int>(last));
@@ -250,23 +300,12 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
     const Recipe& recipe = probes.recipe;
     const auto fixed = recipe.discretisation.albedo_scale;
     if (recipe.albedo.min == recipe.albedo.max) return {fixed.value_or(scales.usual), {1}};
-    constexpr int fine = 120;
-    const DirectionGrid directions = directions_at(recipe, few_cosines(), probes.path_law);
-    std::optional<AxisScale> solved;  // the scale of these
-    ProbedLayers layers;
-    std::vector<double> exponents;
-    return choose_scaled(
-        probes, scales, fixed, {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, 13,
-        [&](AxisScale scale, int candidate) {
-            if (solved != scale) {
-                const std::vector<double> albedos =
-                    albedo_axis(recipe.albedo, fine + 1, scale).values;
-                layers = solve_layers(probes, albedos, ladder_to_deepest(probes), directions);
-                exponents = decay_exponents(recipe, albedos);
-                solved = scale;
-            }
-            return albedo_error(probes, directions, layers, exponents, scale, candidate);
-        });
+    std::optional<FineAlbedos> fine;
+    return choose_scaled(probes, scales, fixed, {4, 5, 6, 7, 9, 11, 13, 16, 21, 25, 31, 41, 61}, 13,
+                         [&](AxisScale scale, int candidate) {
+                             if (!fine || fine->scale != scale) fine.emplace(probes, scale);
+                             return albedo_error(probes, *fine, candidate);
+                         });
 }
 
 Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {

@@ -27,7 +27,7 @@ std::vector<double> probed_albedos(Range albedo) {
     if (albedo.min == albedo.max) return {albedo.min};
     const double first = std::sqrt(1 - albedo.max), last = std::sqrt(1 - albedo.min);
     std::vector<double> albedos;
-    for (const double share : {0.0, 0.04, 0.15, 0.4, 0.75, 1.0}) {
+    for (const double share : {0.0, 0.1, 0.4, 1.0}) {
         const double s = first + share * (last - first);
         albedos.push_back(std::clamp(1 - s * s, albedo.min, albedo.max));
     }
@@ -116,8 +116,12 @@ const ProbedLayers& probed_layers(Probes& probes) {
 }
 
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
-                          const DepthLadder& ladder, const DirectionGrid& directions) {
-    return solve_layers_with(solver_options(probes.recipe), probes, albedos, ladder, directions);
+                          const DepthLadder& ladder, const DirectionGrid& directions,
+                          int most_modes) {
+    SolverOptions solver = solver_options(probes.recipe);
+    if (most_modes > 0 && (solver.modes == 0 || solver.modes > most_modes))
+        solver.modes = most_modes;
+    return solve_layers_with(solver, probes, albedos, ladder, directions);
 }
 
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {

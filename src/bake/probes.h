@@ -61,9 +61,10 @@ std::vector<double> few_cosines();
 /// The probes' own layers, solved when first asked for.
 const ProbedLayers& probed_layers(Probes& probes);
 
-/// Layers solved with the nodes and modes that are chosen.
+/// Layers solved with the nodes and modes that are chosen, or with their first modes alone.
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
-                          const DepthLadder& ladder, const DirectionGrid& directions);
+                          const DepthLadder& ladder, const DirectionGrid& directions,
+                          int most_modes = 0);
 
 /// A solved layer at all directions.
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);

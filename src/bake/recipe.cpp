@@ -14,67 +14,51 @@ namespace {
 
 constexpr const char* caller = "recipe";
 
-Range read_range(const Section& recipe, const char* key, double min, double max,
-                 const char* allowed) {
-    const Section section(recipe.table(key, "a table { min = ..., max = ... }"), caller, key,
-                          {"min", "max"});
-    const Range range{section.number("min", min, max, allowed),
-                      section.number("max", min, max, allowed)};
-    require(range.min <= range.max, caller, std::string(key) + ".min", "at most max", range.min);
+Range read_range(const Section& recipe, const char* key) {
+    const Section section = recipe.section(key);
+    const Range range{section.number("min"), section.number("max")};
+    require(range.min <= range.max, caller, section.at("min"), "at most max", range.min);
     const double width = range.max - range.min;
-    require(range.min == range.max || width >= 1e-9, caller, std::string(key) + ".max",
+    require(range.min == range.max || width >= 1e-9, caller, section.at("max"),
             "equal to min or 1e-9 above it", range.max);
     return range;
 }
 
 /// A range, or that of the droplets alone: `albedo = "phase_function"`.
 Range read_albedo(const Section& recipe, const PhaseFunction& phase_function) {
-    if (!recipe.is("albedo", "phase_function"))
-        return read_range(recipe, "albedo", 0, 1, "in [0, 1]");
+    if (!recipe.is("albedo", "phase_function")) return read_range(recipe, "albedo");
     const std::optional<double> albedo = phase_function.albedo();
-    require(albedo.has_value(), caller, "albedo",
+    require(albedo.has_value(), caller, recipe.at("albedo"),
             "a table { min = ..., max = ... } unless the phase function is of droplets (mie)",
             "\"phase_function\"");
     return {*albedo, *albedo};
 }
 
-Discretisation read_discretisation(const toml::table& table) {
-    const Section section(table, caller, "discretisation",
-                          {"nodes", "modes", "mu_samples", "azimuth_samples", "azimuth_scale",
-                           "optical_depth_samples_per_octave", "deepest_optical_depth",
-                           "albedo_samples", "albedo_scale", "mixture_samples", "scheme"});
+Discretisation read_discretisation(const Section& section) {
     Discretisation d;
-    auto take = [&](int& into, const char* key, int min, int max) {
-        if (section.has(key)) into = section.count(key, min, max);
+    auto take = [&](int& into, const char* key) {
+        if (section.has(key)) into = section.count(key);
     };
-    take(d.nodes, "nodes", 1, 512);
-    take(d.modes, "modes", 1, 1024);
-    take(d.mu_samples, "mu_samples", 4, 512);
-    take(d.azimuth_samples, "azimuth_samples", 1, 1024);
+    take(d.nodes, "nodes");
+    take(d.modes, "modes");
+    take(d.mu_samples, "mu_samples");
+    take(d.azimuth_samples, "azimuth_samples");
     const auto take_scale = [&](std::optional<AxisScale>& into, const char* key, AxisScale one,
                                 AxisScale other) {
         if (!section.has(key)) return;
-        const std::string scale = section.text(key);
         const std::string first = axis_scale_name(one), second = axis_scale_name(other);
-        require(scale == first || scale == second, caller, std::string("discretisation.") + key,
-                '"' + first + "\" or \"" + second + '"', scale);
-        into = scale == first ? one : other;
+        into = section.choice(key, {first, second}) == first ? one : other;
     };
     take_scale(d.azimuth_scale, "azimuth_scale", AxisScale::linear, AxisScale::square_root);
     take_scale(d.albedo_scale, "albedo_scale", AxisScale::square_root_of_complement,
                AxisScale::fourth_root_of_complement);
-    take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave", 1, 64);
+    take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave");
     if (section.has("deepest_optical_depth"))
-        d.deepest_optical_depth =
-            section.number("deepest_optical_depth", 1e-3, 1e9, "in [1e-3, 1e9]");
-    take(d.albedo_samples, "albedo_samples", 1, 512);
-    take(d.mixture_samples, "mixture_samples", 2, 64);
-    if (section.has("scheme")) {
-        const std::string scheme = section.text("scheme");
-        require(scheme == "harmonic" || scheme == "classic", caller, "discretisation.scheme",
-                "\"harmonic\" or \"classic\"", scheme);
-        d.scheme = scheme == "classic" ? Scheme::classic : Scheme::harmonic;
-    }
+        d.deepest_optical_depth = section.number("deepest_optical_depth");
+    take(d.albedo_samples, "albedo_samples");
+    take(d.mixture_samples, "mixture_samples");
+    d.scheme = section.choice("scheme", {"harmonic", "classic"}) == "classic" ? Scheme::classic
+                                                                              : Scheme::harmonic;
     return d;
 }
 
@@ -82,19 +66,29 @@ Discretisation read_discretisation(const toml::table& table) {
 void read_mixture(const Section& section, const std::string& directory,
                   std::vector<std::string>* notes, Recipe& recipe) {
     if (!section.has("second_phase_function")) {
-        require(!section.has("mixture"), caller, "mixture",
+        require(!section.has("mixture"), caller, section.at("mixture"),
                 "absent where there is no second_phase_function", "given");
         require(recipe.discretisation.mixture_samples == 0, caller,
-                "discretisation.mixture_samples", "absent where there is no second_phase_function",
+                section.section("discretisation").at("mixture_samples"),
+                "absent where there is no second_phase_function",
                 recipe.discretisation.mixture_samples);
         return;
     }
     recipe.second_phase_function =
-        read_phase_function(section.text("second_phase_function"), directory, notes);
-    recipe.mixture =
-        section.has("mixture") ? read_range(section, "mixture", 0, 1, "in [0, 1]") : Range{0, 1};
-    require(recipe.mixture->min < recipe.mixture->max, caller, "mixture.max",
+        section.phase_function("second_phase_function", directory, notes);
+    recipe.mixture = section.has("mixture") ? read_range(section, "mixture") : Range{0, 1};
+    require(recipe.mixture->min < recipe.mixture->max, caller, section.section("mixture").at("max"),
             "above min: one mixture alone is a sum in phase_function", recipe.mixture->max);
+}
+
+void read_sides(const Section& section, Recipe& recipe) {
+    if (!section.has("sides")) return;
+    recipe.reflection = recipe.transmission = false;
+    for (const std::string& side : section.texts("sides", 1, 2)) {
+        require(side == "reflection" || side == "transmission", caller, section.at("sides"),
+                "a list out of \"reflection\", \"transmission\"", side);
+        (side == "reflection" ? recipe.reflection : recipe.transmission) = true;
+    }
 }
 
 std::string quoted(const std::string& text) {
@@ -106,64 +100,49 @@ std::string quoted(const std::string& text) {
 }  // namespace
 
 Recipe parse_recipe(const std::string& text, const std::string& directory,
-                    std::vector<std::string>* notes) {
-    const toml::table parsed = parse_toml(text, caller);
-    const Section section(
-        parsed, caller, "",
-        {"title", "phase_function", "second_phase_function", "mixture", "tolerance",
-         "optical_depth", "albedo", "sides", "orders", "below", "discretisation"});
+                    std::vector<std::string>* notes, const std::string& name) {
+    const TomlFile file{caller, name};
+    const toml::table parsed = parse_toml(text, file);
+    const Section section(parsed, file, recipe_keys());
     Recipe recipe;
     recipe.text = text;
-    if (section.has("title")) recipe.title = section.text("title");
+    recipe.title = section.text("title");
     recipe.phase_text = section.text("phase_function");
-    recipe.phase_function = read_phase_function(recipe.phase_text, directory, notes);
-    recipe.tolerance = section.number("tolerance", 1e-6, 0.1, "in [1e-6, 0.1]");
-    recipe.optical_depth =
-        read_range(section, "optical_depth", 1e-6, infinity, "in [1e-6, 1e9] or inf");
-    for (const double depth : {recipe.optical_depth.min, recipe.optical_depth.max})
-        require(depth <= 1e9 || std::isinf(depth), caller, "optical_depth", "in [1e-6, 1e9] or inf",
-                depth);
+    recipe.phase_function = section.phase_function("phase_function", directory, notes);
+    recipe.tolerance = section.number("tolerance");
+    recipe.optical_depth = read_range(section, "optical_depth");
     recipe.albedo = read_albedo(section, recipe.phase_function);
     if (section.has("below")) {
         recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
         recipe.transmission = false;
     }
-    if (section.has("sides")) {
-        recipe.reflection = recipe.transmission = false;
-        const char* allowed = "a list out of \"reflection\", \"transmission\"";
-        for (const std::string& side : section.texts("sides", allowed)) {
-            require(side == "reflection" || side == "transmission", caller, "sides", allowed, side);
-            (side == "reflection" ? recipe.reflection : recipe.transmission) = true;
-        }
-        require(recipe.reflection || recipe.transmission, caller, "sides", allowed,
-                "an empty list");
-    }
-    if (section.has("orders")) {
-        if (!section.is("orders", "all"))
-            recipe.orders = section.count("orders", 2, 100, "\"all\" or ");
-    }
-    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller, "sides",
-            "[\"reflection\"] where there is [below], which lets nothing pass", "transmission");
-    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller, "sides",
+    read_sides(section, recipe);
+    if (!section.is("orders", "all") && section.has("orders"))
+        recipe.orders = section.count("orders");
+    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller,
+            section.at("sides"), "[\"reflection\"] where there is [below], which lets nothing pass",
+            "transmission");
+    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller,
+            section.at("sides"),
             "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
             section.has("sides") ? "transmission" : "no sides, which bakes both");
-    if (section.has("discretisation"))
-        recipe.discretisation = read_discretisation(section.table("discretisation", "a table"));
+    const Section discretisation = section.section("discretisation");
+    recipe.discretisation = read_discretisation(discretisation);
     read_mixture(section, directory, notes, recipe);
-    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, "orders",
+    require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, section.at("orders"),
             "\"all\" where there is [below]", recipe.orders);
-    require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, "recipe",
-            "discretisation.scheme", "\"harmonic\" where orders are counted", "classic");
+    require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, caller,
+            discretisation.at("scheme"), "\"harmonic\" where orders are counted", "classic");
     const double deepest = recipe.discretisation.deepest_optical_depth;
     if (deepest > 0)
         require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min, caller,
-                "discretisation.deepest_optical_depth",
+                discretisation.at("deepest_optical_depth"),
                 "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
     return recipe;
 }
 
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return parse_recipe(read_text(path), path.parent_path().string(), notes);
+    return parse_recipe(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
 Recipe at_mixture(const Recipe& recipe, double share_of_first) {

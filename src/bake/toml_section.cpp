@@ -1,107 +1,243 @@
 #include "toml_section.h"
 
+#include <stratus/runtime/constants.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <sstream>
-#include <stdexcept>
-#include <utility>
+#include <string_view>
 
 namespace stratus {
 
 namespace {
 
-std::string line_of(const toml::node& node) {
-    return " in line " + std::to_string(node.source().begin.line);
+/// The range of a number as its row has it: "[0, 1)", "[1e-6, 1e9] or inf".
+struct Interval {
+    double min, max;
+    bool min_open, max_open, or_infinity;
+
+    bool holds(double value) const {
+        return (value >= min && value <= max && !(min_open && value == min) &&
+                !(max_open && value == max)) ||
+               (or_infinity && value == infinity);
+    }
+};
+
+double number_in(std::string_view text) {
+    double value = 0;
+    const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
+    if (end != text.data() + text.size())
+        throw std::logic_error("no number in a range: " + std::string(text));
+    return value;
+}
+
+bool is_interval(std::string_view range) {
+    return !range.empty() && (range[0] == '[' || range[0] == '(');
+}
+
+Interval interval_of(const Key& key) {
+    const std::string_view range = key.range;
+    const std::size_t comma = range.find(", "), end = range.find_first_of("])");
+    if (!is_interval(range) || comma == range.npos || end == range.npos || end < comma)
+        throw std::logic_error(full_name(key) + ": not a range of numbers: " + key.range);
+    return {number_in(range.substr(1, comma - 1)),
+            number_in(range.substr(comma + 2, end - comma - 2)), range[0] == '(', range[end] == ')',
+            range.substr(end + 1) == " or inf"};
+}
+
+/// "a number in [0, 1]".
+std::string allowed(const Key& key) {
+    const std::string_view form = key.form, range = key.range;
+    const bool counted = form.starts_with('"') || form.starts_with("one") ||
+                         form.starts_with("two") || form.starts_with("three") ||
+                         form.starts_with("true") || form.starts_with("tables");
+    std::string text = (counted ? "" : "a ") + std::string(form);
+    if (is_interval(range))
+        text += " in " + std::string(range);
+    else if (range != "-")
+        text += ": " + std::string(range);
+    return text;
+}
+
+std::string text_of(const toml::node& node) {
+    std::ostringstream text;
+    text << toml::node_view<const toml::node>(node);
+    return text.str();
 }
 
 }  // namespace
 
-Section::Section(const toml::table& table, const char* caller, const std::string& name,
-                 std::vector<std::string> known)
-    : table_(table), caller_(caller), prefix_(name.empty() ? "" : name + ".") {
+std::string TomlFile::place(const toml::node& node) const {
+    const auto line = node.source().begin.line;
+    if (line == 0) return name.empty() ? "" : name + ": ";
+    return (name.empty() ? "" : name + ", ") + "line " + std::to_string(line) + ": ";
+}
+
+Section::Section(const toml::table& table, const TomlFile& file, Keys keys)
+    : Section(table, file, keys, "", "") {}
+
+Section::Section(const toml::table& table, const TomlFile& file, Keys keys, const std::string& name,
+                 const std::string& kind)
+    : table_(table), file_(file), keys_(keys), name_(name), kind_(kind) {
+    std::vector<std::string> known;
+    for (const Key& key : keys_)
+        if (key.section == kind_) known.push_back(key.name);
+    if (known.empty()) throw std::logic_error("no keys of [" + kind_ + "] have rows");
+    const std::string prefix = name_.empty() ? "" : name_ + ".";
     for (const auto& [key, node] : table) {
         const std::string met(key.str());
-        if (std::find(known.begin(), known.end(), met) != known.end()) continue;
-        throw std::invalid_argument(std::string(caller) + ": unknown key '" + prefix_ + met + "'" +
-                                    line_of(node) + "; did you mean '" + prefix_ +
+        if (std::ranges::find(known, met) != known.end()) continue;
+        throw std::invalid_argument(std::string(file_.caller) + ": " + file_.place(node) +
+                                    "unknown key '" + prefix + met + "'; did you mean '" + prefix +
                                     nearest_name(met, known) + "'?");
     }
 }
 
+Section Section::section(const char* key, const std::string& kind) const {
+    static const toml::table empty;
+    const Key& its = row(key);
+    const bool required = std::string_view(its.default_value) == "(required)";
+    require(has(key) || !required, file_.caller, at(key), "present", "nothing");
+    require(!has(key) || is_table(key), file_.caller, at(key), allowed(its),
+            "another kind of value");
+    const std::string name = name_.empty() ? key : name_ + "." + key;
+    return {is_table(key) ? *table_.get_as<toml::table>(key) : empty, file_, keys_, name,
+            kind.empty() ? name : kind};
+}
+
+const Key& Section::row(const char* key) const {
+    const auto found = std::ranges::find_if(keys_, [&](const Key& one) {
+        return one.section == kind_ && one.name == std::string(key);
+    });
+    if (found == keys_.end())
+        throw std::logic_error("key '" + std::string(key) + "' of [" + kind_ + "] has no row");
+    return *found;
+}
+
+const toml::node& Section::node(const char* key, toml::table& defaults) const {
+    const Key& its = row(key);
+    if (const toml::node* const given = table_.get(key)) return *given;
+    require(*its.default_value != '(', file_.caller, at(key), "present", "nothing");
+    defaults = toml::parse("value = " + std::string(its.default_value));
+    return *defaults.get("value");
+}
+
 template <class T>
-T Section::value(const char* key, const char* kind) const {
-    const toml::node* node = table_.get(key);
-    require(node != nullptr, caller_, prefix_ + key, "present", "nothing");
-    const auto met = node->value<T>();
-    if (met) return *met;
-    std::ostringstream text;
-    text << toml::node_view<const toml::node>(node);
-    require(false, caller_, prefix_ + key + line_of(*node), kind, text.str());
-    return {};
-}
-
-std::string Section::text(const char* key) const {
-    return value<std::string>(key, "a string in quotes");
-}
-
-double Section::number(const char* key, double min, double max, const char* allowed) const {
-    const double met = value<double>(key, "a number");
-    require(met >= min && met <= max, caller_, prefix_ + key, allowed, met);
-    return met;
-}
-
-int Section::count(const char* key, int min, int max, const std::string& besides) const {
-    const std::string allowed =
-        besides + "a whole number in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
-    const auto met = value<std::int64_t>(key, allowed.c_str());
-    require(met >= min && met <= max, caller_, prefix_ + key, allowed, met);
-    return static_cast<int>(met);
+T Section::value(const char* key) const {
+    toml::table defaults;
+    const toml::node& met = node(key, defaults);
+    const auto value = met.value<T>();
+    if (!value) require(false, file_.caller, at(key), allowed(row(key)), text_of(met));
+    return *value;
 }
 
 bool Section::is(const char* key, const char* text) const {
     return has(key) && table_.get(key)->value_exact<std::string>() == text;
 }
 
-const toml::table& Section::table(const char* key, const char* form) const {
-    const toml::table* met = table_.get_as<toml::table>(key);
-    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
+std::string Section::text(const char* key) const { return value<std::string>(key); }
+
+bool Section::flag(const char* key) const { return value<bool>(key); }
+
+double Section::number(const char* key) const {
+    const double met = value<double>(key);
+    require(interval_of(row(key)).holds(met), file_.caller, at(key), allowed(row(key)), met);
+    return met;
+}
+
+double Section::number(const char* key, double min, double max, const char* allowed) const {
+    const double met = value<double>(key);
+    require(met >= min && met <= max, file_.caller, at(key), allowed, met);
+    return met;
+}
+
+int Section::count(const char* key) const {
+    const auto met = value<std::int64_t>(key);
+    require(interval_of(row(key)).holds(static_cast<double>(met)), file_.caller, at(key),
+            allowed(row(key)), met);
+    return static_cast<int>(met);
+}
+
+const toml::array& Section::list(const char* key, std::size_t least, std::size_t most,
+                                 toml::table& defaults) const {
+    const toml::node& met = node(key, defaults);
+    const toml::array* const list = met.as_array();
+    if (list == nullptr) require(false, file_.caller, at(key), allowed(row(key)), text_of(met));
+    require(list->size() >= least && list->size() <= most, file_.caller, at(key), allowed(row(key)),
+            list->empty() ? "an empty list" : std::to_string(list->size()) + " of them");
+    return *list;
+}
+
+std::vector<double> Section::numbers(const char* key, std::size_t least, std::size_t most) const {
+    toml::table defaults;
+    const Interval range = interval_of(row(key));
+    std::vector<double> values;
+    for (const toml::node& node : list(key, least, most, defaults)) {
+        const auto one = node.value<double>();
+        if (!one || !range.holds(*one))
+            require(false, file_.caller, at(key), allowed(row(key)), text_of(node));
+        values.push_back(*one);
+    }
+    return values;
+}
+
+std::vector<std::string> Section::texts(const char* key, std::size_t least,
+                                        std::size_t most) const {
+    toml::table defaults;
+    std::vector<std::string> values;
+    for (const toml::node& node : list(key, least, most, defaults)) {
+        const auto one = node.value_exact<std::string>();
+        if (!one) require(false, file_.caller, at(key), allowed(row(key)), text_of(node));
+        values.push_back(*one);
+    }
+    return values;
+}
+
+std::string Section::choice(const char* key, const std::vector<std::string>& choices) const {
+    const std::string met = text(key);
+    require(std::ranges::find(choices, met) != choices.end(), file_.caller, at(key),
+            allowed(row(key)), met);
+    return met;
+}
+
+const toml::array& Section::tables(const char* key) const {
+    const toml::array* const met = table_.get_as<toml::array>(key);
+    require(met != nullptr && met->is_homogeneous<toml::table>(), file_.caller, at(key),
+            allowed(row(key)), has(key) ? "another value" : "nothing");
     return *met;
 }
 
-std::vector<std::string> Section::texts(const char* key, const char* form) const {
-    const toml::array* met = table_.get_as<toml::array>(key);
-    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
-    std::vector<std::string> values;
-    for (const toml::node& node : *met) {
-        const auto one = node.value_exact<std::string>();
-        require(one.has_value(), caller_, prefix_ + key, form, "another kind of entry");
-        values.push_back(*one);
-    }
-    return values;
+std::string Section::at(const char* key) const {
+    row(key);
+    const toml::node* const met = table_.get(key);
+    if (!met && name_.empty()) return (file_.name.empty() ? "" : file_.name + ": ") + key;
+    return file_.place(met ? *met : table_) + (name_.empty() ? "" : name_ + ".") + key;
 }
 
-std::vector<double> Section::numbers(const char* key, double min, double max,
-                                     const char* allowed) const {
-    const toml::array* met = table_.get_as<toml::array>(key);
-    const std::string form = std::string("a list of numbers ") + allowed;
-    require(met != nullptr, caller_, prefix_ + key, form, "another kind of value");
-    std::vector<double> values;
-    for (const toml::node& node : *met) {
-        const auto one = node.value<double>();
-        require(one.has_value(), caller_, prefix_ + key, form, "another kind of entry");
-        require(*one >= min && *one <= max, caller_, prefix_ + key, form, *one);
-        values.push_back(*one);
-    }
-    return values;
+std::string Section::here() const {
+    if (name_.empty()) return file_.name.empty() ? file_.caller : file_.name;
+    return file_.place(table_) + name_;
 }
 
-toml::table parse_toml(const std::string& text, const char* caller) {
+std::string Section::told(const char* key, const char* what) const {
+    return std::string(file_.caller) + ": " + at(key) + ": " + what;
+}
+
+PhaseFunction Section::phase_function(const char* key, const std::string& directory,
+                                      std::vector<std::string>* notes) const {
+    const std::string met = text(key);
+    return placed(key, [&] { return read_phase_function(met, directory, notes); });
+}
+
+toml::table parse_toml(const std::string& text, const TomlFile& file) {
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         std::ostringstream line;
-        line << caller << ": line " << error.source().begin.line << ": " << error.description();
+        line << file.caller << ": " << (file.name.empty() ? "" : file.name + ", ") << "line "
+             << error.source().begin.line << ": " << error.description();
         throw std::invalid_argument(line.str());
     }
 }
@@ -117,22 +253,21 @@ std::string read_text(const std::filesystem::path& path) {
 
 LowerBoundary read_lower_boundary(const Section& file, const char* caller,
                                   const PhaseSource& source) {
-    const Section section(file.table("below", "a table: [below]"), caller, "below",
-                          {"lambert_albedo", "phase_function", "albedo"});
+    const Section section = file.section("below");
     constexpr const char* forms = "lambert_albedo alone, or both phase_function and albedo";
     if (section.has("lambert_albedo")) {
-        require(!section.has("phase_function") && !section.has("albedo"), caller, "below", forms,
-                "lambert_albedo and more");
-        return LowerBoundary::surface(section.number("lambert_albedo", 0, 1, "in [0, 1]"));
+        require(!section.has("phase_function") && !section.has("albedo"), caller, section.here(),
+                forms, "lambert_albedo and more");
+        return LowerBoundary::surface(section.number("lambert_albedo"));
     }
     const bool has_phase = section.has("phase_function"), has_albedo = section.has("albedo");
-    require(has_phase && has_albedo, caller, "below", forms,
+    require(has_phase && has_albedo, caller, section.here(), forms,
             has_phase    ? "phase_function alone"
             : has_albedo ? "albedo alone"
                          : "nothing");
     return LowerBoundary::layer(
-        read_phase_function(section.text("phase_function"), source.directory, source.notes),
-        section.number("albedo", 0, 1, "in [0, 1]"));
+        section.phase_function("phase_function", source.directory, source.notes),
+        section.number("albedo"));
 }
 
 }  // namespace stratus

@@ -1,49 +1,102 @@
-// What the TOML files that users write have in common: keys checked by name, values by range.
+// What the TOML files that users write have in common: keys, ranges and defaults by the rows of
+// keys.h; refusals that name the line.
 #pragma once
 
+#include <stratus/bake/keys.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lower_boundary.h>
 
 #include <toml++/toml.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace stratus {
 
-/// One table of a file. Refuses unknown keys, naming the nearest known one; refusals begin with the
-/// `caller`: "recipe", "stack" or "scene".
+/// A file as refusals name it.
+struct TomlFile {
+    const char* caller;  // "recipe", "stack" or "scene"
+    std::string name;    // empty: text that comes from no file
+
+    /// "NAME, line 7: "; without the line of what is not in the file.
+    std::string place(const toml::node& node) const;
+};
+
+/// One table of a file. Refuses unknown keys, naming the nearest known one, and values that are not
+/// as the key's row says.
+///
+/// Errors   std::invalid_argument "caller: file, line 7: key must be allowed, got value";
+///          std::logic_error where a key is asked for that has no row.
 class Section {
   public:
-    Section(const toml::table& table, const char* caller, const std::string& name,
-            std::vector<std::string> known);
+    /// The root of a file.
+    Section(const toml::table& table, const TomlFile& file, Keys keys);
+    /// A table within, `name` in refusals, whose rows are those of the section `kind`.
+    Section(const toml::table& table, const TomlFile& file, Keys keys, const std::string& name,
+            const std::string& kind);
 
-    bool has(const char* key) const { return table_.contains(key); }
-    std::string text(const char* key) const;
-    double number(const char* key, double min, double max, const char* allowed) const;
-    /// `besides`: other forms allowed, as the start of the refusal's range.
-    int count(const char* key, int min, int max, const std::string& besides = "") const;
+    /// The table under a key, whose rows are those of the section `kind`, or of the key's full
+    /// name; empty where the key is absent but not required.
+    Section section(const char* key, const std::string& kind = "") const;
+
+    bool has(const char* key) const { return row(key), table_.contains(key); }
+    bool is_table(const char* key) const { return row(key), table_.get_as<toml::table>(key); }
+    bool is_list(const char* key) const { return row(key), table_.get_as<toml::array>(key); }
     /// True when the key is there and is this text.
     bool is(const char* key, const char* text) const;
-    const toml::table& table(const char* key, const char* form) const;
-    std::vector<std::string> texts(const char* key, const char* form) const;
-    /// A list of numbers, each in [min, max].
-    std::vector<double> numbers(const char* key, double min, double max, const char* allowed) const;
-    bool is_table(const char* key) const { return table_.get_as<toml::table>(key) != nullptr; }
-    bool is_list(const char* key) const { return table_.get_as<toml::array>(key) != nullptr; }
 
-    /// The key's name in refusals.
-    std::string full_name(const char* key) const { return prefix_ + key; }
+    // Values, or their defaults; refused where there is neither.
+    std::string text(const char* key) const;
+    bool flag(const char* key) const;
+    double number(const char* key) const;
+    /// `allowed` in place of the row's range: it depends on other values.
+    double number(const char* key, double min, double max, const char* allowed) const;
+    int count(const char* key) const;
+    /// From `least` to `most` of them.
+    std::vector<double> numbers(const char* key, std::size_t least, std::size_t most) const;
+    std::vector<std::string> texts(const char* key, std::size_t least, std::size_t most) const;
+    /// The key's text is one of its row's.
+    std::string choice(const char* key, const std::vector<std::string>& choices) const;
+    const toml::array& tables(const char* key) const;
+
+    /// "FILE, line 7: section.key", of the key, or of its section where it is absent: the subject
+    /// of refusals.
+    std::string at(const char* key) const;
+    /// The same of the section itself.
+    std::string here() const;
+
+    /// What `read` returns; its refusals are told with the place of the key.
+    template <class Read>
+    auto placed(const char* key, const Read& read) const {
+        try {
+            return read();
+        } catch (const std::invalid_argument& error) {
+            throw std::invalid_argument(told(key, error.what()));
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(told(key, error.what()));
+        }
+    }
+    PhaseFunction phase_function(const char* key, const std::string& directory,
+                                 std::vector<std::string>* notes) const;
 
   private:
+    const Key& row(const char* key) const;
+    /// The value, or its default out of `defaults`.
+    const toml::node& node(const char* key, toml::table& defaults) const;
     template <class T>
-    T value(const char* key, const char* kind) const;
+    T value(const char* key) const;
+    const toml::array& list(const char* key, std::size_t least, std::size_t most,
+                            toml::table& defaults) const;
+    std::string told(const char* key, const char* what) const;
 
     const toml::table& table_;
-    const char* caller_;
-    std::string prefix_;
+    TomlFile file_;
+    Keys keys_;
+    std::string name_, kind_;
 };
 
 /// Where phase functions find the files that they name, and where notes on them go.
@@ -53,7 +106,7 @@ struct PhaseSource {
 };
 
 /// The file's root table. Errors: std::invalid_argument naming the line.
-toml::table parse_toml(const std::string& text, const char* caller);
+toml::table parse_toml(const std::string& text, const TomlFile& file);
 
 /// A whole file. Errors: std::runtime_error when it cannot be read.
 std::string read_text(const std::filesystem::path& path);

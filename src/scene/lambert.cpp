@@ -38,11 +38,12 @@ LambertComparison compare_with_lambert(const LambertFigure& figure) {
         solve_layer(figure.phase_function, figure.albedo, figure.optical_depth, mu, options);
 
     LambertComparison made;
-    made.plot = {"Light reflected by a deep cloud, beside Lambert's law",
+    made.plot = {figure.title.empty() ? "Light reflected by a deep cloud, beside Lambert's law"
+                                      : figure.title,
                  "cosine of emission \u03bc",
                  "R / plane albedo",
                  1,
-                 1.5,
+                 2,
                  {{"Lambert's law", true, {{0, 1}, {1, 1}}}}};
     auto compare = [&](Line& line, int in, int out, double value, double& worst, double& at) {
         const double ratio = value / layer.plane_albedo(in), cosine = layer.mu(out);

@@ -1,6 +1,5 @@
 // [layer].
 #include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
 
 #include "sections.h"
 
@@ -13,67 +12,50 @@
 namespace stratus::scene_file {
 namespace {
 
-DepthMap read_depth(const Section& section, const Source& source) {
+DepthMap read_depth(const Section& layer, const Source& source) {
     constexpr const char* key = "optical_depth";
     DepthMap map;
-    if (!section.is_table(key)) {
-        map.max = section.number(key, 0, infinity, "in [0, inf], or a table");
+    if (!layer.is_table(key)) {
+        map.max = layer.number(key);
         return map;
     }
-    const Section table(section.table(key, "a number or a table"), caller, section.full_name(key),
-                        {"image", "clouds", "most", "scale", "coverage", "seed"});
-    require_exactly_one(table, "image", "clouds");
-    map.max = table.number("most", 0, 1e4, "in [0, 1e4]");
-    if (table.has("image")) {
+    const Section section = layer.section(key);
+    require_exactly_one(section, "image", "clouds");
+    map.max = section.number("most");
+    if (section.has("image")) {
         map.pattern = DepthMap::Pattern::image;
-        map.image = source.image(table, "image");
+        map.image = source.image(section, "image");
         return map;
     }
+    require(section.flag("clouds"), caller, section.at("clouds"), "true or absent", "false");
     map.pattern = DepthMap::Pattern::clouds;
-    read_optional(map.scale, table, "scale", 1e-3, 1e3, "in [1e-3, 1e3]");
-    read_optional(map.coverage, table, "coverage", 0, 1, "in [0, 1]");
-    if (table.has("seed")) map.seed = read_seed(table);
+    map.scale = section.number("scale");
+    map.coverage = section.number("coverage");
+    map.seed = read_seed(section);
     return map;
 }
 
 Opposition read_opposition(const Section& layer) {
-    const Section section(layer.table("opposition", "a table"), caller, "layer.opposition",
-                          {"law", "density", "amplitude", "width"});
-    const std::string law = section.text("law");
-    require(law == "blinn" || law == "hapke", caller, "layer.opposition.law",
-            "\"blinn\" or \"hapke\"", law);
-    if (law == "blinn")
-        return Opposition::blinn(section.number("density", 1e-9, 1 - 1e-9, "in (0, 1)"));
-    return Opposition::hapke(section.number("amplitude", 0, 1, "in [0, 1]"),
-                             section.number("width", 1e-9, 1e9, "in [1e-9, 1e9]"));
-}
-
-std::vector<PhaseFunction> read_components(const Section& section, const Source& source) {
-    constexpr const char* form = "a list of two phase functions, of w1 and of w2";
-    const std::vector<std::string> texts = section.texts("components", form);
-    require(texts.size() == 2, caller, "layer.components", form, texts.size());
-    return {source.phase_function(texts[0]), source.phase_function(texts[1])};
+    const Section section = layer.section("opposition");
+    if (section.choice("law", {"blinn", "hapke"}) == "blinn")
+        return Opposition::blinn(section.number("density"));
+    return Opposition::hapke(section.number("amplitude"), section.number("width"));
 }
 
 /// One phase function, or three.
 void read_phase_function(const Section& section, const Source& source, SceneLayer& layer) {
     constexpr const char* key = "phase_function";
-    if (!section.is_list(key)) {
-        layer.components = {source.phase_function(section.text(key))};
-        return;
-    }
-    constexpr const char* form = "one phase function, or a list of three, of red, green and blue";
-    const std::vector<std::string> texts = section.texts(key, form);
-    require(texts.size() == 3, caller, section.full_name(key), form, texts.size());
-    for (const std::string& text : texts) layer.channels.push_back(source.phase_function(text));
-    layer.components = {layer.channels[1]};
+    if (section.is_list(key)) layer.channels = source.phase_functions(section, key, 3);
+    layer.components = {layer.channels.empty() ? source.phase_function(section, key)
+                                               : layer.channels[1]};
 }
 
-/// `key` must be `otherwise` unless these are droplets.
-Mie droplets_of(const PhaseFunction& phase_function, const char* key, const char* otherwise) {
+/// The `argument` must be `otherwise` unless these are droplets.
+Mie droplets_of(const PhaseFunction& phase_function, const std::string& argument,
+                const char* otherwise) {
     const auto& terms = phase_function.terms();
     const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
-    require(droplets != nullptr && terms.size() == 1, caller, key,
+    require(droplets != nullptr && terms.size() == 1, caller, argument,
             std::string(otherwise) + " unless the phase function is of droplets (mie) alone",
             "\"phase_function\"");
     return *droplets;
@@ -81,8 +63,8 @@ Mie droplets_of(const PhaseFunction& phase_function, const char* key, const char
 
 /// The albedos of droplets for red, green and blue: at the wavelengths of their own phase functions,
 /// or, of one phase function, at 0.65, 0.55 and 0.45 um.
-std::array<double, 3> albedos_of_droplets(const SceneLayer& layer) {
-    constexpr const char* name = "layer.albedo";
+std::array<double, 3> albedos_of_droplets(const Section& section, const SceneLayer& layer) {
+    const std::string name = section.at("albedo");
     std::array<double, 3> albedo{};
     constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
     for (std::size_t c = 0; c < 3; ++c) {
@@ -98,8 +80,8 @@ std::array<double, 3> albedos_of_droplets(const SceneLayer& layer) {
 }
 
 /// Extinction efficiencies over green's.
-std::array<double, 3> extinction_of_droplets(const SceneLayer& layer) {
-    constexpr const char* name = "layer.extinction";
+std::array<double, 3> extinction_of_droplets(const Section& section, const SceneLayer& layer) {
+    const std::string name = section.at("extinction");
     require(!layer.channels.empty(), caller, name, "absent unless phase_function is a list",
             "\"phase_function\"");
     const Mie green = droplets_of(layer.channels[1], name, "absent");
@@ -119,31 +101,26 @@ std::array<double, 3> extinction_of_droplets(const SceneLayer& layer) {
 }  // namespace
 
 SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) {
-    std::vector<std::string> known{"albedo", "density", "opposition"};
-    if (of_rings)
-        known.push_back("components");
-    else
-        known.insert(known.end(), {"phase_function", "extinction", "optical_depth"});
-    const Section section = section_of(root, "layer", known);
+    const Section section = root.section("layer");
     SceneLayer layer;
     if (of_rings) {
-        layer.components = read_components(section, source);
+        for (const char* key : {"phase_function", "extinction", "optical_depth"})
+            require_absent(section, key, "where there are [rings], whose profile has it");
+        layer.components = source.phase_functions(section, "components", 2);
     } else {
+        require_absent(section, "components", "where there are no [rings]");
         read_phase_function(section, source, layer);
         layer.optical_depth = read_depth(section, source);
         if (section.has("extinction")) {
-            require(section.is("extinction", "phase_function"), caller, "layer.extinction",
-                    "\"phase_function\" or absent", "another value");
-            layer.extinction = extinction_of_droplets(layer);
+            section.choice("extinction", {"phase_function"});
+            layer.extinction = extinction_of_droplets(section, layer);
         }
     }
     if (!of_rings && section.is("albedo", "phase_function"))
-        layer.albedo = albedos_of_droplets(layer);
-    else if (section.has("albedo"))
-        layer.albedo = read_three(section, "albedo", 1, "in [0, 1]");
-    else
-        require(of_rings, caller, "layer.albedo", "present", "nothing");
-    read_optional(layer.density, section, "density", 0, 1 - 1e-9, "in [0, 1)");
+        layer.albedo = albedos_of_droplets(section, layer);
+    else if (section.has("albedo") || !of_rings)
+        layer.albedo = read_three(section, "albedo");
+    layer.density = section.number("density");
     if (section.has("opposition")) layer.opposition = read_opposition(section);
     return layer;
 }

@@ -40,7 +40,9 @@ LobeCurve lobe_of(const LayerSolution& layer, int incident_node, bool from_above
 
 LobePlot plot_lobes(const LobeFigure& figure) {
     LobePlot plot;
-    plot.title = "What a layer scatters, by optical depth and incident angle";
+    plot.title = figure.title.empty() ? "What a layer scatters, by optical depth and incident angle"
+                                      : figure.title;
+    plot.common_scale = figure.common_scale;
     plot.blocks = {{"scattered once", {}}, {"all orders", {}}};
     for (const double albedo : figure.albedos)
         plot.names.push_back("w = " + short_number(albedo, 4));

@@ -1,6 +1,7 @@
 #include <stratus/scene/scene.h>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/scene/scene_keys.h>
 
 #include "sections.h"
 
@@ -22,29 +23,34 @@ std::string subject_of(const Section& root) {
     std::string subject;
     for (const std::string& name : subjects) {
         if (!root.has(name.c_str())) continue;
-        require(subject.empty(), caller, "scene", allowed, "[" + subject + "] and [" + name + "]");
+        require(subject.empty(), caller, subject.empty() ? "" : root.at(name.c_str()), allowed,
+                "[" + subject + "] and [" + name + "]");
         subject = name;
     }
-    require(!subject.empty(), caller, "scene", allowed, "none");
+    require(!subject.empty(), caller, root.here(), allowed, "none");
     return subject;
 }
 
-Scene read_panel(const toml::table& table, const Source& source) {
-    const Section root(table, caller, "",
-                       {"title", "tolerance", "effects", "columns", "picture", "camera", "sun",
-                        "background", "layer", "rings", "planet", "slab", "panels"});
+bool is_figure(const std::string& subject) { return subject == "lobes" || subject == "lambert"; }
+
+SceneEffects read_effects(const Section& root) {
+    constexpr const char* key = "effects";
+    const std::vector<std::string> names =
+        root.is_list(key) ? root.texts(key, 0, 100) : std::vector<std::string>{root.text(key)};
+    return root.placed(key, [&] { return parse_scene_effects(names); });
+}
+
+Scene read_panel(const Section& root, const Source& source) {
+    const std::string subject = subject_of(root);
+    require(!is_figure(subject), caller, root.at(subject.c_str()), "absent from pictures", "given");
     Scene scene;
-    if (root.has("title")) scene.title = root.text("title");
-    read_optional(scene.tolerance, root, "tolerance", 1e-6, 0.1, "in [1e-6, 0.1]");
-    if (root.has("effects"))
-        scene.effects = parse_scene_effects(
-            root.is_list("effects") ? root.texts("effects", "\"all\" or a list of names")
-                                    : std::vector<std::string>{root.text("effects")});
-    if (root.has("picture")) read_picture(root, scene);
+    scene.title = root.text("title");
+    scene.tolerance = root.number("tolerance");
+    scene.effects = read_effects(root);
+    read_picture(root, scene);
     scene.camera = read_camera(root);
     read_sun(root, scene);
     if (root.has("background")) scene.background = read_background(root, source);
-    const std::string subject = subject_of(root);
     scene.layer = read_layer(root, source, subject == "rings");
     if (subject == "rings") scene.subject = read_rings(root, source);
     if (subject == "planet") scene.subject = read_planet(root, source);
@@ -66,8 +72,8 @@ void merge(toml::table& table, toml::table&& change) {
 }
 
 /// One of a file's panels: the file without its panels and title, with the panel's keys.
-toml::table panel_table(const std::string& text, std::size_t panel) {
-    toml::table table = parse_toml(text, caller);
+toml::table panel_table(const std::string& text, const TomlFile& origin, std::size_t panel) {
+    toml::table table = parse_toml(text, origin);
     toml::array panels = std::move(*table.get_as<toml::array>("panels"));
     table.erase("panels");
     table.erase("title");
@@ -76,26 +82,32 @@ toml::table panel_table(const std::string& text, std::size_t panel) {
 }
 
 /// The pictures of a file: itself, or its panels.
-void read_panels(const Section& root, const toml::table& parsed, const Source& source,
+void read_panels(const Section& root, const TomlFile& origin, const Source& source,
                  SceneFile& file) {
     if (!root.has("panels")) {
-        file.panels.push_back(read_panel(parsed, source));
+        require_absent(root, "columns", "where there are no [[panels]]");
+        file.panels.push_back(read_panel(root, source));
         return;
     }
-    const toml::array* const panels = parsed.get_as<toml::array>("panels");
-    require(panels && panels->is_homogeneous<toml::table>() && panels->size() <= 64, caller,
-            "panels", "1 to 64 tables: [[panels]]", "another value");
-    for (std::size_t k = 0; k < panels->size(); ++k)
-        file.panels.push_back(read_panel(panel_table(file.text, k), source));
+    const toml::array& panels = root.tables("panels");
+    require(panels.size() <= 64, caller, root.at("panels"), "64 tables at most", panels.size());
+    for (std::size_t k = 0; k < panels.size(); ++k) {
+        const Section own(*panels[k].as_table(), origin, scene_keys());
+        for (const char* key : {"columns", "panels"}) require_absent(own, key, "from a panel");
+        const toml::table table = panel_table(file.text, origin, k);
+        file.panels.push_back(read_panel({table, origin, scene_keys()}, source));
+    }
     for (const Scene& scene : file.panels)
         require(scene.width == file.panels[0].width && scene.height == file.panels[0].height,
-                caller, "panels", "pictures of one size", "several sizes");
-    file.columns = static_cast<int>(file.panels.size());
-    if (root.has("columns")) file.columns = root.count("columns", 1, 64);
+                caller, root.at("panels"), "pictures of one size", "several sizes");
+    file.columns =
+        root.has("columns") ? root.count("columns") : static_cast<int>(file.panels.size());
 }
 
-Figure read_figure(const toml::table& table, const std::string& subject, const Source& source) {
-    const Section root(table, caller, "", {"title", subject});
+Figure read_figure(const Section& root, const std::string& subject, const Source& source) {
+    for (const Key& key : scene_keys())
+        if (*key.section == '\0' && key.name != subject && key.name != std::string("title"))
+            require_absent(root, key.name, "from a figure");
     if (subject == "lobes") return read_lobes(root, source);
     return read_lambert(root, source);
 }
@@ -104,30 +116,28 @@ Figure read_figure(const toml::table& table, const std::string& subject, const S
 }  // namespace scene_file
 
 SceneFile parse_scene(const std::string& text, const std::string& directory,
-                      std::vector<std::string>* notes) {
+                      std::vector<std::string>* notes, const std::string& name) {
     using namespace scene_file;
-    const toml::table parsed = parse_toml(text, caller);
+    const TomlFile origin{caller, name};
+    const toml::table parsed = parse_toml(text, origin);
     std::vector<std::string> all_notes;  // panels repeat one another's
     const Source source{directory, &all_notes};
-    std::vector<std::string> known{"title",  "tolerance", "effects",    "columns", "picture",
-                                   "camera", "sun",       "background", "layer",   "panels"};
-    known.insert(known.end(), subjects.begin(), subjects.end());
-    const Section root(parsed, caller, "", known);
+    const Section root(parsed, origin, scene_keys());
     SceneFile file;
     file.text = text;
-    if (root.has("title")) file.title = root.text("title");
+    file.title = root.text("title");
     const std::string subject = subject_of(root);
-    if (subject == "lobes" || subject == "lambert")
-        file.figure = read_figure(parsed, subject, source);
+    if (is_figure(subject))
+        file.figure = read_figure(root, subject, source);
     else
-        read_panels(root, parsed, source, file);
+        read_panels(root, origin, source, file);
     for (const std::string& note : all_notes)
         if (notes && std::ranges::find(*notes, note) == notes->end()) notes->push_back(note);
     return file;
 }
 
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes) {
-    return parse_scene(read_text(path), path.parent_path().string(), notes);
+    return parse_scene(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
 }  // namespace stratus

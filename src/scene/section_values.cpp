@@ -5,70 +5,66 @@
 
 #include "sections.h"
 
-#include <utility>
+#include <vector>
 
 namespace stratus::scene_file {
 
 std::shared_ptr<const Image> Source::image(const Section& section, const char* key) const {
     const std::filesystem::path path = directory / section.text(key);
     const std::string ending = path.extension().string();
-    require(ending == ".png" || ending == ".exr", caller, section.full_name(key),
-            "a .png or .exr file", path.string());
-    return std::make_shared<const Image>(ending == ".png" ? read_png(path) : read_exr_image(path));
+    require(ending == ".png" || ending == ".exr", caller, section.at(key), "a .png or .exr file",
+            path.string());
+    return section.placed(key, [&] {
+        return std::make_shared<const Image>(ending == ".png" ? read_png(path)
+                                                              : read_exr_image(path));
+    });
 }
 
-PhaseFunction Source::phase_function(const std::string& text) const {
-    return read_phase_function(text, directory.string(), notes);
+PhaseFunction Source::phase_function(const Section& section, const char* key) const {
+    return section.phase_function(key, directory.string(), notes);
 }
 
-Section section_of(const Section& root, const char* name, std::vector<std::string> known) {
-    const std::string form = std::string("a table: [") + name + "]";
-    return {root.table(name, form.c_str()), caller, name, std::move(known)};
+std::vector<PhaseFunction> Source::phase_functions(const Section& section, const char* key,
+                                                   std::size_t count) const {
+    std::vector<PhaseFunction> functions;
+    for (const std::string& text : section.texts(key, count, count))
+        functions.push_back(section.placed(
+            key, [&] { return read_phase_function(text, directory.string(), notes); }));
+    return functions;
 }
 
 void require_exactly_one(const Section& section, const char* one, const char* other) {
     require(section.has(one) != section.has(other), caller,
-            "exactly one of " + section.full_name(one) + " and " + section.full_name(other),
-            "given", section.has(one) ? "both" : "neither");
+            section.here() + ": exactly one of " + one + " and " + other, "given",
+            section.has(one) ? "both" : "neither");
 }
 
-void read_optional(double& value, const Section& section, const char* key, double min, double max,
-                   const char* allowed) {
-    if (section.has(key)) value = section.number(key, min, max, allowed);
+void require_absent(const Section& section, const char* key, const char* where) {
+    require(!section.has(key), caller, section.at(key), std::string("absent ") + where, "given");
 }
 
 Vector3 read_vector(const Section& section, const char* key) {
-    const std::vector<double> v =
-        section.numbers(key, -max_length, max_length, "in [-1e12, 1e12], three of them");
-    require(v.size() == 3, caller, section.full_name(key), "a list of three numbers", v.size());
+    const std::vector<double> v = section.numbers(key, 3, 3);
     return {v[0], v[1], v[2]};
 }
 
-double read_angle(const Section& section, const char* key, double min, double max,
-                  const char* allowed) {
-    return radians(section.number(key, min, max, allowed));
-}
+double read_angle(const Section& section, const char* key) { return radians(section.number(key)); }
 
-std::array<double, 3> read_three(const Section& section, const char* key, double max,
-                                 const char* allowed) {
-    if (!section.is_list(key)) {
-        const double grey = section.number(key, 0, max, allowed);
+std::array<double, 3> read_three(const Section& section, const char* key) {
+    if (!section.is_list(key) && section.has(key)) {
+        const double grey = section.number(key);
         return {grey, grey, grey};
     }
-    const std::vector<double> v = section.numbers(key, 0, max, allowed);
-    require(v.size() == 3, caller, section.full_name(key), "a number, or a list of three",
-            v.size());
+    const std::vector<double> v = section.numbers(key, 3, 3);
     return {v[0], v[1], v[2]};
 }
 
-Rgb read_colour(const Section& section, const char* key, double max, const char* allowed) {
-    const std::array<double, 3> c = read_three(section, key, max, allowed);
+Rgb read_colour(const Section& section, const char* key) {
+    const std::array<double, 3> c = read_three(section, key);
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
-unsigned read_seed(const Section& section) {
-    return static_cast<unsigned>(section.count("seed", 0, 1000000000));
-}
+unsigned read_seed(const Section& section) { return static_cast<unsigned>(section.count("seed")); }
 
 Texture read_image(const Section& section, const Source& source) {
     Texture texture;

@@ -6,6 +6,7 @@
 #include "toml_section.h"
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -14,7 +15,6 @@
 namespace stratus::scene_file {
 
 constexpr const char* caller = "scene";
-constexpr double max_length = 1e12;
 
 /// Where the files that a scene names are found, and where notes on them go.
 struct Source {
@@ -22,27 +22,25 @@ struct Source {
     std::vector<std::string>* notes;
 
     std::shared_ptr<const Image> image(const Section& section, const char* key) const;
-    PhaseFunction phase_function(const std::string& text) const;
+    PhaseFunction phase_function(const Section& section, const char* key) const;
+    /// A list of `count`.
+    std::vector<PhaseFunction> phase_functions(const Section& section, const char* key,
+                                               std::size_t count) const;
 };
 
 // ---- Values
 
-/// The table `name` within the root of the file.
-Section section_of(const Section& root, const char* name, std::vector<std::string> known);
-
 void require_exactly_one(const Section& section, const char* one, const char* other);
 
-/// Replaces `value` when the key is present.
-void read_optional(double& value, const Section& section, const char* key, double min, double max,
-                   const char* allowed);
+/// Refuses keys that belong to other subjects: "absent `where`".
+void require_absent(const Section& section, const char* key, const char* where);
+
 Vector3 read_vector(const Section& section, const char* key);
 /// In degrees; returns radians.
-double read_angle(const Section& section, const char* key, double min, double max,
-                  const char* allowed);
-/// One number, or one each for red, green and blue; in [0, max].
-std::array<double, 3> read_three(const Section& section, const char* key, double max,
-                                 const char* allowed);
-Rgb read_colour(const Section& section, const char* key, double max, const char* allowed);
+double read_angle(const Section& section, const char* key);
+/// One number, or one each for red, green and blue.
+std::array<double, 3> read_three(const Section& section, const char* key);
+Rgb read_colour(const Section& section, const char* key);
 unsigned read_seed(const Section& section);
 Texture read_image(const Section& section, const Source& source);
 

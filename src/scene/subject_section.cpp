@@ -1,7 +1,6 @@
 // [rings], [planet] and [slab].
 #include <stratus/io/csv.h>
 #include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
 
 #include "sections.h"
 
@@ -12,7 +11,7 @@
 namespace stratus::scene_file {
 namespace {
 
-/// `unit`: the planet's radius in the file's unit of length.
+/// `unit`: the planet's radius in the file's unit of length. Refusals name the file's line.
 RingProfile read_profile(const std::filesystem::path& path, double unit) {
     const CsvTable csv = read_csv(path.string());
     struct Column {
@@ -21,26 +20,29 @@ RingProfile read_profile(const std::filesystem::path& path, double unit) {
         double max;
         const char* allowed;
     };
-    const Column columns[] = {{"radius", &RingProfile::radius, max_length, "in [0, 1e12]"},
+    const Column columns[] = {{"radius", &RingProfile::radius, 1e12, "in [0, 1e12]"},
                               {"optical_depth", &RingProfile::optical_depth, 1e4, "in [0, 1e4]"},
                               {"w1", &RingProfile::w1, 1, "in [0, 1]"},
                               {"w2", &RingProfile::w2, 1, "in [0, 1]"}};
     RingProfile profile;
     for (std::size_t r = 0; r < csv.rows.size(); ++r) {
-        const std::string line = csv.name + ", line " + std::to_string(csv.lines[r]) + ": ";
+        const std::string line = csv.name + ", line " + std::to_string(csv.lines[r]);
+        auto check = [&](bool holds, const char* name, const char* allowed, double value) {
+            require(holds, line.c_str(), name, allowed, value);
+        };
         for (const Column& column : columns) {
             const double value = csv.rows[r][static_cast<std::size_t>(csv.column(column.name))];
-            require(value >= 0 && value <= column.max, caller, line + column.name, column.allowed,
-                    value);
+            check(value >= 0 && value <= column.max, column.name, column.allowed, value);
             (profile.*column.values).push_back(value);
         }
-        require(profile.w1[r] + profile.w2[r] <= 1, caller, line + "w1 + w2", "in [0, 1]",
-                profile.w1[r] + profile.w2[r]);
+        const double both = profile.w1[r] + profile.w2[r];
+        check(both <= 1, "w1 + w2", "in [0, 1]", both);
+        const double radius = profile.radius[r];
         profile.radius[r] /= unit;
-        require(r == 0 || profile.radius[r] > profile.radius[r - 1], caller, line + "radius",
-                "above the one before", unit * profile.radius[r]);
+        check(r == 0 || profile.radius[r] > profile.radius[r - 1], "radius", "above the one before",
+              radius);
     }
-    require(csv.rows.size() >= 2, caller, csv.name, "a profile of at least 2 rows",
+    require(csv.rows.size() >= 2, csv.name.c_str(), "the profile", "of at least 2 rows",
             csv.rows.size());
     return profile;
 }
@@ -65,39 +67,37 @@ RingProfile trimmed(const RingProfile& whole, double inner, double outer) {
 }  // namespace
 
 Rings read_rings(const Section& root, const Source& source) {
-    const Section section = section_of(
-        root, "rings", {"profile", "planet_radius", "inner", "outer", "surface", "flattening"});
+    const Section section = root.section("rings");
     Rings rings;
-    double unit = 1;
-    read_optional(unit, section, "planet_radius", 1e-9, max_length, "in [1e-9, 1e12]");
-    const RingProfile whole = read_profile(source.directory / section.text("profile"), unit);
+    const double unit = section.number("planet_radius");
+    const std::filesystem::path path = source.directory / section.text("profile");
+    const RingProfile whole = section.placed("profile", [&] { return read_profile(path, unit); });
     double inner = whole.inner(), outer = whole.outer();
-    read_optional(inner, section, "inner", inner, outer, "within the profile");
-    read_optional(outer, section, "outer", inner, outer, "within the profile and above inner");
-    require(inner >= 1, caller, "rings.inner", "at least the planet's radius, 1", inner);
-    require(inner < outer, caller, "rings.outer", "above inner", outer);
+    if (section.has("inner")) inner = section.number("inner", inner, outer, "within the profile");
+    if (section.has("outer"))
+        outer = section.number("outer", inner, outer, "within the profile and above inner");
+    require(inner >= 1, caller, section.at("inner"), "at least the planet's radius, 1", inner);
+    require(inner < outer, caller, section.at("outer"), "above inner", outer);
     rings.profile = trimmed(whole, inner, outer);
     rings.surface = read_surface(section, source);
-    read_optional(rings.flattening, section, "flattening", 0, 0.9, "in [0, 0.9]");
+    rings.flattening = section.number("flattening");
     return rings;
 }
 
 Planet read_planet(const Section& root, const Source& source) {
-    return {read_surface(section_of(root, "planet", {"surface"}), source)};
+    return {read_surface(root.section("planet"), source)};
 }
 
 Slab read_slab(const Section& root, const Source& source, const Camera& camera) {
-    const Section section = section_of(root, "slab", {"surface", "height", "size", "image_size"});
+    const Section section = root.section("slab");
     Slab slab;
     if (section.has("surface")) slab.surface = read_surface(section, source);
-    read_optional(slab.height, section, "height", 0, 1e6, "in [0, 1e6]");
-    double size = infinity;
-    read_optional(size, section, "size", 1e-6, infinity, "in [1e-6, inf]");
-    slab.half_size = size / 2;
-    read_optional(slab.image_size, section, "image_size", 1e-6, 1e6, "in [1e-6, 1e6]");
+    slab.height = section.number("height");
+    slab.half_size = section.number("size") / 2;
+    slab.image_size = section.number("image_size");
     if (slab.surface)
-        require(camera.position.z > 0, caller, "camera.position", "above a slab with ground",
-                camera.position.z);
+        require(camera.position.z > 0, caller, root.section("camera").at("position"),
+                "above a slab with ground", camera.position.z);
     return slab;
 }
 

@@ -231,7 +231,7 @@ TEST(Recipe, RefusesDiscretisationsOutOfRange) {
         for (const char* value : row.values)
             expect_recipe_refusal(
                 recipe_with(std::string("[discretisation]\n") + row.key + " = " + value + "\n"),
-                {"recipe: discretisation.", row.key, "in [", "got"});
+                {"recipe: line 6: discretisation.", row.key, "in [", "got"});
     expect_recipe_refusal(
         recipe_with("[discretisation]\nazimuth_scale = 'logarithmic'\n"),
         {"recipe", "discretisation.azimuth_scale", "\"square_root\"", "logarithmic"});
@@ -264,6 +264,28 @@ TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
               recipe.phase_function.text());
 }
 
+TEST(ReadRecipe, NamesFileAndLineOfABadKey) {
+    const test::TemporaryFolder folder;
+    const std::string name = (folder / "rings.toml").string();
+    const auto refuse = [&](const std::string& text, const std::string& start) {
+        test::set_content(folder / "rings.toml", text);
+        expect_refusal<std::invalid_argument>([&] { read_recipe(name); },
+                                              {("recipe: " + name + start).c_str()});
+    };
+    refuse(recipe_with("tolerence = 1\n"), ", line 5: unknown key 'tolerence'");
+    refuse(recipe_but("tolerance", "tolerance = 1"), ", line 2: tolerance must be");
+    refuse(recipe_but("tolerance", "tolerance = "), ", line 2: ");
+    refuse(recipe_but("tolerance", ""), ": tolerance must be present");
+    refuse(recipe_but("phase_function", "phase_function = 'henyey_greenstein:g=1'"),
+           ", line 1: phase_function: henyey_greenstein: g must be");
+    refuse(recipe_with("[discretisation]\nmixture_samples = 3\n"),
+           ", line 6: discretisation.mixture_samples must be absent");
+    test::set_content(folder / "curve.csv", "phase_angle_deg,value\n0,3\n90,-1\n180,2\n");
+    refuse(recipe_but("phase_function", "phase_function = 'tabulated:file=curve.csv'"),
+           ", line 1: phase_function: tabulated: value (" + (folder / "curve.csv").string() +
+               ", line 3) must be");
+}
+
 TEST(ReadRecipe, RefusesMissingFilesAndFolders) {
     const test::TemporaryFolder folder;
     for (const std::filesystem::path& path : {folder / "missing.toml", folder.path()})
@@ -289,16 +311,17 @@ TEST(Recipe, ReadsTheLowerBoundary) {
 TEST(Recipe, RefusesTransmissionOverGround) {
     expect_recipe_refusal(
         recipe_with("sides = ['reflection', 'transmission']\n[below]\nlambert_albedo = 0.3"),
-        {"recipe: sides", "[\"reflection\"]", "[below]", "nothing pass", "got transmission"});
+        {"recipe: line 5: sides", "[\"reflection\"]", "[below]", "nothing pass",
+         "got transmission"});
 }
 
 TEST(Recipe, RefusesGroundOutOfRange) {
     expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1.1"),
-                          {"recipe: below.lambert_albedo", "[0, 1]", "1.1"});
+                          {"recipe: line 6: below.lambert_albedo", "[0, 1]", "1.1"});
     expect_recipe_refusal(recipe_with("[below]\nlambert = 1"),
-                          {"recipe: unknown key 'below.lambert'", "did you mean 'below."});
+                          {"recipe: line 6: unknown key 'below.lambert'", "did you mean 'below."});
     expect_recipe_refusal(recipe_with("[below]\nlambert_albedo = 1\nalbedo = 1"),
-                          {"recipe: below", "lambert_albedo alone", "both"});
+                          {"recipe: line 5: below", "lambert_albedo alone", "both"});
 }
 
 TEST(Recipe, MayMixTwoPhaseFunctions) {
@@ -320,19 +343,20 @@ TEST(Recipe, MayMixTwoPhaseFunctions) {
 TEST(Recipe, RefusesMixturesOutOfRange) {
     const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
     expect_recipe_refusal(recipe_with(second + "{ min = -0.1, max = 1 }\n"),
-                          {"recipe: mixture.min", "[0, 1]", "-0.1"});
+                          {"recipe: line 6: mixture.min", "[0, 1]", "-0.1"});
     expect_recipe_refusal(recipe_with(second + "{ min = 0, max = 1.1 }\n"),
-                          {"recipe: mixture.max", "[0, 1]", "1.1"});
+                          {"recipe: line 6: mixture.max", "[0, 1]", "1.1"});
     expect_recipe_refusal(recipe_with(second + "{ min = 0.5, max = 0.5 }\n"),
-                          {"recipe: mixture.max", "above min", "sum", "0.5"});
+                          {"recipe: line 6: mixture.max", "above min", "sum", "0.5"});
     expect_recipe_refusal(recipe_with("second_phase_function = 'mie'\n"), {"mie"});
 }
 
 TEST(Recipe, RefusesAMixtureOfOnePhaseFunction) {
     expect_recipe_refusal(recipe_with("mixture = { min = 0, max = 1 }\n"),
-                          {"recipe: mixture", "no second_phase_function", "given"});
-    expect_recipe_refusal(recipe_with("[discretisation]\nmixture_samples = 5\n"),
-                          {"recipe: discretisation.mixture_samples", "no second_phase_function"});
+                          {"recipe: line 5: mixture", "no second_phase_function", "given"});
+    expect_recipe_refusal(
+        recipe_with("[discretisation]\nmixture_samples = 5\n"),
+        {"recipe: line 6: discretisation.mixture_samples", "no second_phase_function"});
 }
 
 void expect_same_choices(const Recipe& a, const Recipe& b) {

@@ -67,18 +67,18 @@ TEST(StackFile, FindsPhaseFunctionsBesideIt) {
 }
 
 TEST(StackFile, RefusesNoLayers) {
-    expect_stack_refusal("", {"stack: layers", "[[layers]]", "none"});
-    expect_stack_refusal("layers = 3", {"stack: layers", "[[layers]]", "another value"});
-    expect_stack_refusal("layers = [3]", {"stack: layers", "[[layers]]", "another value"});
-    expect_stack_refusal("[layers]\nalbedo = 1", {"stack: layers", "[[layers]]"});
+    expect_stack_refusal("", {"stack: layers", "[[layers]]", "got nothing"});
+    expect_stack_refusal("layers = 3", {"stack: line 1: layers", "[[layers]]", "another value"});
+    expect_stack_refusal("layers = [3]", {"stack: line 1: layers", "[[layers]]", "another value"});
+    expect_stack_refusal("[layers]\nalbedo = 1", {"stack: line 1: layers", "[[layers]]"});
 }
 
 TEST(StackFile, RefusesUnknownKeysWithTheNearestKnown) {
-    expect_stack_refusal("layer = 3", {"unknown key 'layer' in line 1", "'layers'"});
-    expect_stack_refusal(air + "opticaldepth = 1", {"unknown key 'layer 1.opticaldepth' in line 5",
-                                                    "'layer 1.optical_depth'"});
+    expect_stack_refusal("layer = 3", {"line 1: unknown key 'layer'", "'layers'"});
+    expect_stack_refusal(air + "opticaldepth = 1",
+                         {"line 5: unknown key 'layer 1.opticaldepth'", "'layer 1.optical_depth'"});
     expect_stack_refusal(air + "[below]\nlambert_albdo = 0.3",
-                         {"unknown key 'below.lambert_albdo' in line 6", "'below.lambert_albedo'"});
+                         {"line 6: unknown key 'below.lambert_albdo'", "'below.lambert_albedo'"});
 }
 
 TEST(StackFile, RefusesValuesOutOfRange) {

@@ -290,7 +290,7 @@ refuse_recipe '/^tolerance/s/=/:/' "line 2"
 refuse_recipe '/^albedo =/s/0.6/1.2/' albedo.max "[0, 1]" "got 1.2"
 refuse_recipe '/^albedo =/s/0.5/-0.5/' albedo.min "[0, 1]" "got -0.5"
 refuse_recipe '/^albedo =/s/0.6/0.25/' albedo.min "at most max" "got 0.5"
-refuse_recipe '/^albedo =/s/=.*/= 0.5/' albedo "min = ..., max = ..."
+refuse_recipe '/^albedo =/s/=.*/= 0.5/' albedo "{ min, max }"
 refuse_recipe '/^optical_depth =/s/0.5/-1/' optical_depth.min "[1e-6, 1e9] or inf" "got -1"
 refuse_recipe '/^optical_depth =/s/2.0/nan/' optical_depth.max "[1e-6, 1e9] or inf" "got nan"
 refuse_recipe '/^sides/d; /^optical_depth =/s/=.*/= { min = inf, max = inf }/' 'sides must be ["reflection"]' \

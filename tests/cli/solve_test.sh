@@ -188,14 +188,14 @@ refuse_stack() { # refuse_stack LINES FRAGMENT...
     expect_refused 2 "$@" -- solve --layers stack.toml
 }
 refuse_stack "$air
-depth = 1" "unknown key 'layer 1.depth' in line 5" "did you mean"
+depth = 1" "line 5: unknown key 'layer 1.depth'" "did you mean"
 refuse_stack "${air/1.0/1.5}" "layer 1.albedo" "[0, 1]" "got 1.5"
 refuse_stack "${air/0.25/inf}
 $air" "layer 1.optical_depth" finite "got inf"
 refuse_stack "$air
 [below]
 lambert_albedo = 2" below.lambert_albedo "[0, 1]" "got 2"
-refuse_stack "" layers "got none"
+refuse_stack "" layers "got nothing"
 for option in --phase=rayleigh --albedo=1 --optical-depth=1 --scheme=classic; do
     expect_refused 2 "${option%=*}" --layers -- solve --layers air.toml "$option"
 done

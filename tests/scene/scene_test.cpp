@@ -135,7 +135,7 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"albedo", "albedo = 1.5", "layer.albedo", "[0, 1]", "got 1.5"},
         {"albedo", "albedo = 'phase_function'", "layer.albedo", "droplets",
          "got \"phase_function\""},
-        {"albedo", "albedo = [0.5, 0.5]", "layer.albedo", "list of three", "got 2"},
+        {"albedo", "albedo = [0.5, 0.5]", "layer.albedo", "three numbers", "got 2"},
         {"optical_depth", "optical_depth = -1.0", "layer.optical_depth", "[0, inf]", "got -1"},
         {"optical_depth", "optical_depth = { clouds = true, most = 1e5 }", "most", "[0, 1e4]"},
         {"optical_depth", "optical_depth = { most = 1.0 }", "layer.optical_depth", "neither"},
@@ -210,7 +210,7 @@ TEST(SceneFile, TakesTheExtinctionOfDropletsForThreeColours) {
     expect_scene_refusal(with("['mie:radius=8um', 'mie:radius=8um', 'mie:radius=7um']"),
                          {"layer.extinction", "same sizes", "radius=7um"});
     expect_scene_refusal(cloud_but("density", "extinction = 1.0"),
-                         {"layer.extinction", "\"phase_function\" or absent"});
+                         {"layer.extinction", "\"phase_function\""});
 }
 
 TEST(SceneFile, PanelsOverrideKeysOfTheScene) {
@@ -240,7 +240,7 @@ TEST(SceneFile, PanelsOverrideKeysOfTheScene) {
 std::string line_of(const std::string& text, const std::string& start) {
     const std::size_t begin = text.find("\n" + start);
     if (begin == std::string::npos) throw std::logic_error("no line " + start);
-    return "in line " +
+    return "line " +
            std::to_string(std::count(text.begin(),
                                      text.begin() + static_cast<std::ptrdiff_t>(begin) + 1, '\n') +
                           1);
@@ -382,14 +382,14 @@ TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
     ASSERT_TRUE(file.figure.has_value());
     EXPECT_TRUE(file.panels.empty());
     EXPECT_DOUBLE_EQ(std::get<LobeFigure>(*file.figure).incident[1], radians(144));
-    expect_scene_refusal(text + "[camera]\n", {"unknown key 'camera'"});
+    expect_scene_refusal(text + "[camera]\n", {"line 6: camera", "absent from a figure"});
     expect_scene_refusal(
         "[lobes]\nphase_function = 'isotropic'\nincident_deg = [90.0]\noptical_depths = [2.0]\n"
         "albedos = [1.0]\n",
         {"lobes.incident_deg", "not along the layer", "90"});
     expect_scene_refusal(
         "[lambert]\nphase_function = 'isotropic'\nalbedo = 1.0\noptical_depth = 1.0\nmu_in = []\n",
-        {"lambert.mu_in", "1 to 8", "got 0"});
+        {"lambert.mu_in", "1 to 8", "an empty list"});
 }
 
 }  // namespace

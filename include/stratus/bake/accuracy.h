@@ -66,7 +66,7 @@ struct VerifyOptions {
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
-    WorkLog log;  // pieces: the points of a layer each
+    WorkLog log;  // pieces: the points of a ladder of depths each
 };
 
 struct Verification {
@@ -99,8 +99,8 @@ struct PointRange {
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
 };
 
-/// Points that share one solved layer: more where layers take long.
-int points_of_layer(const PointRange& range);
+/// About as many points as share one solved ladder of depths.
+int points_of_ladder(const PointRange& range);
 
 /// Nodes of the solutions that tables of so many are verified with: half as many again.
 int reference_nodes(int nodes);

@@ -55,13 +55,13 @@ struct Recipe {
     std::string text;  // the file as it was
 };
 
-/// Reads a recipe from TOML text; files it names are looked for below `directory`. Notes for the
-/// user go to `notes`.
+/// Reads a recipe from TOML text, whose keys are recipe_keys() (keys.h); files it names are looked
+/// for below `directory`. Notes for the user go to `notes`. `name`: of its file, in refusals.
 ///
-/// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
-/// with the nearest known.
+/// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
+///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
 Recipe parse_recipe(const std::string& text, const std::string& directory = "",
-                    std::vector<std::string>* notes = nullptr);
+                    std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);

@@ -25,12 +25,12 @@ struct Stack {
 };
 
 /// Reads a stack from TOML text; files it names are looked for below `directory`. Notes for the
-/// user go to `notes`.
+/// user go to `notes`. `name`: of its file, in refusals.
 ///
-/// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
-///          with the nearest known.
+/// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
+///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
 Stack parse_stack(const std::string& text, const std::string& directory = "",
-                  std::vector<std::string>* notes = nullptr);
+                  std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);

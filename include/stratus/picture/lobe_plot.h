@@ -19,7 +19,7 @@ struct LobePanel {
     std::vector<LobeCurve> curves;  // as many as names
 };
 
-/// Columns under one heading; each row has its own scale, shown by a circle.
+/// Columns under one heading.
 struct LobeBlock {
     std::string title;
     std::vector<std::vector<LobePanel>> rows;
@@ -30,6 +30,8 @@ struct LobePlot {
     std::vector<std::string> names;       // of curves
     std::vector<std::string> row_titles;  // as many as rows
     std::vector<LobeBlock> blocks;        // side by side
+    /// Of all rows of a block; else each row has its own. A circle shows it.
+    bool common_scale = false;
 };
 
 /// Draws to `svg` itself; callers who need it whole or not at all wrap it.

@@ -6,6 +6,7 @@
 #include <stratus/picture/lobe_plot.h>
 #include <stratus/runtime/phase_function.h>
 
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -13,29 +14,20 @@ namespace stratus {
 
 /// Figure 8 of [Blinn82]: polar plots of the light that a layer scatters. Incident angles are
 /// from the upper normal; beyond 90 degrees the layer is lit from below.
-///
-///     [lobes]
-///     phase_function = "isotropic"
-///     incident_deg = [36.0, 72.0, 108.0, 144.0]
-///     optical_depths = [1000.0, 2.0, 0.5, 0.1]
-///     albedos = [0.5, 0.9, 1.0]
 struct LobeFigure {
     PhaseFunction phase_function;
     std::vector<double> incident;  // radians
     std::vector<double> optical_depths, albedos;
+    bool common_scale = false;  // of all depths, on which thin layers are dim; else each its own
+    std::string title{};        // empty: one that says what is shown
 };
 
 /// R of a deep cloud against the cosine of emission, beside Lambert's law. [Blinn82] 5.3
-///
-///     [lambert]
-///     phase_function = "henyey_greenstein:g=0.75"
-///     albedo = 1.0
-///     optical_depth = inf
-///     mu_in = [1.0, 0.8, 0.5, 0.2]
 struct LambertFigure {
     PhaseFunction phase_function;
     double albedo = 1, optical_depth = 0;
     std::vector<double> mu_in;
+    std::string title{};  // empty: one that says what is shown
 };
 
 using Figure = std::variant<LobeFigure, LambertFigure>;

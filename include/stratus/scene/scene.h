@@ -1,39 +1,21 @@
 // Scenes: the TOML file that says what is seen, from where, and in what light.
 //
-//     title = "A cloud-covered planet"
-//     tolerance = 2e-3                  # relative, of the tables; 2e-3
-//     effects = ["-multiple"]           # names of effects; "all"; all but those after a minus
-//
-//     [picture]                         # 1024 x 768 pixels, 2 x 2 samples each; radiance shown
-//     width = 1024                      # white in a PNG
-//     height = 768
-//     samples = 2
-//     white = 1.0
-//
 //     [camera]
-//     look_at = [0.0, 0.0, 0.0]         # the origin
-//     position = [5.0, 0.0, 1.0]        # or distance, elevation_deg, azimuth_deg from look_at
-//     field_of_view_deg = 30.0          # of the picture's width; or orthographic_width
+//     distance = 10.0
+//     orthographic_width = 2.2
 //
 //     [sun]
-//     direction = [1.0, 1.0, 0.0]       # towards it; or elevation_deg and azimuth_deg; or
-//                                       # phase_angle_deg, from the camera to its right
-//     angular_diameter_deg = 0.0
-//
-//     [background]
-//     colour = [0.0, 0.0, 0.0]          # or image, all around: longitude and latitude
+//     phase_angle_deg = 30.0
 //
 //     [layer]
-//     phase_function = "isotropic"      # or three, of red, green and blue
-//     albedo = 0.99                     # or [red, green, blue]; "phase_function": of droplets (mie)
-//     extinction = "phase_function"     # of three of the same droplets: the depth is green's
-//     optical_depth = 8.0               # or inf, or { clouds = ... }, { image = ... }
-//     density = 0.1                     # effects.h; 0
-//     opposition = { law = "hapke", amplitude = 1.0, width = 0.05 }   # or blinn's, from density
+//     phase_function = "isotropic"
+//     albedo = 0.99
+//     optical_depth = 8.0
 //
-// and one of [rings], [planet], [slab] (below), or one of the figures [lobes], [lambert]
-// (figure.h). [[panels]] are pictures side by side in `columns`, each the scene with some of its
-// keys changed.
+//     [planet]
+//     surface = 0.3
+//
+// docs/scenes.md and `stratus render --keys` have every key (scene_keys.h).
 //
 // Radiance is relative to that of a white Lambert surface which faces the sun: I = mu0 R.
 // Lengths are in equatorial radii of the planet, or in any unit over a slab; angles in degrees.
@@ -112,18 +94,7 @@ struct RingProfile {
     Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
 };
 
-/// A planet and its rings in its equatorial plane.
-///
-///     [rings]
-///     profile = "saturn.csv"            # radius, optical_depth, w1, w2
-///     planet_radius = 60268.0           # in the profile's unit; 1
-///     inner = 1.2                       # cut the profile, in planet radii
-///     outer = 2.3
-///     surface = [0.8, 0.7, 0.5]         # of the planet, Lambert's law; as of [planet]; black
-///     flattening = 0.1                  # of its poles; 0
-///
-/// Their [layer] has components = ["lambert_sphere", "henyey_greenstein:g=0.5"], the phase
-/// functions of w1 and w2, and may have an albedo, which multiplies both.
+/// A planet, flattened at its poles, and its rings in its equatorial plane.
 struct Rings {
     RingProfile profile;
     Texture surface;
@@ -131,22 +102,11 @@ struct Rings {
 };
 
 /// A planet with a Lambert surface, and the layer directly on it.
-///
-///     [planet]
-///     surface = 0.3                     # or [r, g, b]; or { image = "earth.png" }; or
-///                                       # { pattern = "squares", scale = 12, colour, other, seed }
-///                                       # with squares, continents, bands; black
 struct Planet {
     Texture surface;
 };
 
 /// A plane layer in z = 0, over ground or free.
-///
-///     [slab]
-///     surface = 0.3                     # of the ground, as of [planet]; without it: no ground
-///     height = 0.5                      # of the layer over the ground; 0
-///     size = 10.0                       # length of a side, centred on the origin; inf
-///     image_size = 1.0                  # of images
 struct Slab {
     std::optional<Texture> surface;
     double height = 0;
@@ -179,12 +139,12 @@ struct SceneFile {
 };
 
 /// Reads a scene from TOML text; paths in it are relative to `directory`. Notes for the user are
-/// appended to `notes`.
+/// appended to `notes`. `name`: of its file, in refusals.
 ///
-/// Errors   std::invalid_argument naming the key, the allowed range and the value met; unknown keys
-///          with the nearest known; std::runtime_error for files that cannot be read.
+/// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
+///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
 SceneFile parse_scene(const std::string& text, const std::string& directory = "",
-                      std::vector<std::string>* notes = nullptr);
+                      std::vector<std::string>* notes = nullptr, const std::string& name = "");
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);

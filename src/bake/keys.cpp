@@ -1,0 +1,111 @@
+#include <stratus/bake/keys.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+std::string full_name(const Key& key) {
+    return *key.section == '\0' ? key.name : std::string(key.section) + "." + key.name;
+}
+
+std::string key_columns(Keys keys) {
+    using Line = std::array<std::string, 6>;
+    std::vector<Line> lines{{"key", "form", "unit", "range", "default", "meaning"}};
+    for (const Key& key : keys)
+        lines.push_back(
+            {full_name(key), key.form, key.unit, key.range, key.default_value, key.meaning});
+    std::array<std::size_t, 6> widths{};
+    for (const Line& line : lines)
+        for (std::size_t c = 0; c < line.size(); ++c)
+            widths[c] = std::max(widths[c], line[c].size());
+    std::string text;
+    for (const Line& line : lines) {
+        for (std::size_t c = 0; c + 1 < line.size(); ++c)
+            text += line[c] + std::string(widths[c] + 2 - line[c].size(), ' ');
+        text += line.back() + "\n";
+    }
+    return text;
+}
+
+Keys recipe_keys() {
+    constexpr const char* depth = "[1e-6, 1e9] or inf";
+    static constexpr Key keys[] = {
+        {"", "title", "string", "-", "-", "\"\"", "kept with the table"},
+        {"", "phase_function", "string", "-", "a phase function", "(required)", "section 2"},
+        {"", "second_phase_function", "string", "-", "a phase function", "(none)",
+         "adds an axis: f phi1 + (1 - f) phi2, f = w1 / (w1 + w2)"},
+        {"", "mixture", "table { min, max }", "-", "-", "(all of [0, 1])",
+         "range of f, with a second phase function"},
+        {"mixture", "min", "number", "-", "[0, 1]", "(required)", "smallest f"},
+        {"mixture", "max", "number", "-", "[0, 1]", "(required)", "largest f, above min"},
+        {"", "tolerance", "number", "-", "[1e-6, 0.1]", "(required)", "relative error of R and T"},
+        {"", "optical_depth", "table { min, max }", "-", "-", "(required)", "range of tau"},
+        {"optical_depth", "min", "number", "-", depth, "(required)", "smallest tau"},
+        {"optical_depth", "max", "number", "-", depth, "(required)", "largest tau"},
+        {"", "albedo", "table { min, max } or \"phase_function\"", "-", "-", "(required)",
+         "range of w; \"phase_function\": that of the droplets (mie) alone"},
+        {"albedo", "min", "number", "-", "[0, 1]", "(required)", "smallest w"},
+        {"albedo", "max", "number", "-", "[0, 1]", "(required)", "largest w"},
+        {"", "sides", "list of strings", "-", "\"reflection\", \"transmission\" or both",
+         "(both where anything passes)", "which sides of the layer the table has"},
+        {"", "orders", "\"all\" or a whole number", "-", "[2, 100]", "\"all\"",
+         "n: the Neumann series stops at order n"},
+        {"", "below", "table", "-", "-", "(nothing)",
+         "what the layer lies on; the table is then that of both, reflection alone"},
+        {"below", "lambert_albedo", "number", "-", "[0, 1]", "(or phase_function and albedo)",
+         "of a Lambert surface"},
+        {"below", "phase_function", "string", "-", "a phase function", "(or lambert_albedo)",
+         "of a semi-infinite layer"},
+        {"below", "albedo", "number", "-", "[0, 1]", "(or lambert_albedo)",
+         "of a semi-infinite layer"},
+        {"", "discretisation", "table", "-", "-", "(by measurement)", "overrides any choice"},
+        {"discretisation", "nodes", "whole number", "-", "[1, 512]", "(by measurement)",
+         "Gauss nodes of the solver"},
+        {"discretisation", "modes", "whole number", "-", "[1, 1024]", "(by measurement)",
+         "azimuthal modes"},
+        {"discretisation", "mu_samples", "whole number", "-", "[4, 512]", "(by measurement)",
+         "of mu_in and mu_out alike"},
+        {"discretisation", "azimuth_samples", "whole number", "-", "[1, 1024]", "(by measurement)",
+         "over 0 to 180 degrees, ends included"},
+        {"discretisation", "azimuth_scale", "string", "-", "\"linear\" or \"square_root\"",
+         "(the cheaper; linear with azimuth_samples)", "what azimuths are even in"},
+        {"discretisation", "optical_depth_samples_per_octave", "whole number", "-", "[1, 64]",
+         "(by measurement)", "octaves are factors of 2"},
+        {"discretisation", "deepest_optical_depth", "number", "-", "[1e-3, 1e9]",
+         "(by measurement)", "last finite sample where optical_depth.max is inf"},
+        {"discretisation", "albedo_samples", "whole number", "-", "[1, 512]", "(by measurement)",
+         "of w"},
+        {"discretisation", "albedo_scale", "string", "-",
+         "\"square_root_of_complement\" or \"fourth_root_of_complement\"",
+         "(the cheaper; the former with albedo_samples)", "what albedos are even in, of 1 - w"},
+        {"discretisation", "mixture_samples", "whole number", "-", "[2, 64]", "(by measurement)",
+         "of f, with a second phase function"},
+        {"discretisation", "scheme", "string", "-", "\"harmonic\" or \"classic\"", "\"harmonic\"",
+         "the solver"},
+    };
+    return keys;
+}
+
+Keys stack_keys() {
+    static constexpr Key keys[] = {
+        {"", "layers", "tables [[layers]]", "-", "-", "(required)", "the layers, top first"},
+        {"layers", "phase_function", "string", "-", "a phase function", "(required)",
+         "docs/tables.md"},
+        {"layers", "albedo", "number", "-", "[0, 1]", "(required)", "single scattering"},
+        {"layers", "optical_depth", "number", "-", "[0, inf]", "(required)",
+         "finite where anything lies below"},
+        {"", "below", "table", "-", "-", "(nothing)", "what the lowest layer lies on"},
+        {"below", "lambert_albedo", "number", "-", "[0, 1]", "(or phase_function and albedo)",
+         "of a Lambert surface"},
+        {"below", "phase_function", "string", "-", "a phase function", "(or lambert_albedo)",
+         "of a semi-infinite layer"},
+        {"below", "albedo", "number", "-", "[0, 1]", "(or lambert_albedo)",
+         "of a semi-infinite layer"},
+    };
+    return keys;
+}
+
+}  // namespace stratus

@@ -1,0 +1,86 @@
+// Files of dotted keys, for tests to change: what every row of keys.h must keep.
+#pragma once
+
+#include <stratus/bake/keys.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus::test {
+
+/// Full names and values, a line each.
+class KeyedFile {
+  public:
+    using Lines = std::vector<std::pair<std::string, std::string>>;
+
+    KeyedFile(const Lines& lines) : lines_(lines) {}
+
+    bool has(const std::string& name) const {
+        for (const auto& line : lines_)
+            if (line.first == name || line.first.starts_with(name + ".")) return true;
+        return false;
+    }
+
+    /// With the key's value, in the last line; a table is replaced by a value and the reverse.
+    KeyedFile with(const std::string& name, const std::string& value) const {
+        KeyedFile file(*this);
+        std::erase_if(file.lines_, [&](const auto& line) {
+            return line.first == name || line.first.starts_with(name + ".") ||
+                   name.starts_with(line.first + ".");
+        });
+        file.lines_.emplace_back(name, value);
+        return file;
+    }
+
+    std::string text() const {
+        std::string text;
+        for (const auto& [name, value] : lines_) text += name + " = " + value + "\n";
+        return text;
+    }
+    std::string last_line() const { return "line " + std::to_string(lines_.size()); }
+
+  private:
+    Lines lines_;
+};
+
+/// The refusal of a file; empty if it is taken.
+inline std::string refusal_of(const std::function<void(const std::string&)>& parse,
+                              const KeyedFile& file) {
+    try {
+        parse(file.text());
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "";
+}
+
+/// Every key of the table is read and every default allowed. A key that is not read would take a
+/// date, which no key may be. `name_of` is the full name of a key in these files, each of which must
+/// be taken as it is.
+inline void expect_keys_are_read(Keys keys, const std::string& caller,
+                                 const std::vector<KeyedFile>& files,
+                                 const std::function<void(const std::string&)>& parse,
+                                 const std::function<std::string(const Key&)>& name_of) {
+    for (const KeyedFile& file : files) EXPECT_EQ(refusal_of(parse, file), "") << file.text();
+    for (const Key& key : keys) {
+        const std::string name = name_of(key);
+        bool read = false;
+        for (const KeyedFile& file : files) {
+            if (!file.has(name)) continue;
+            const KeyedFile dated = file.with(name, "1979-05-27");
+            const std::string start = caller + ": " + dated.last_line() + ": " + name + " must be ";
+            if (!refusal_of(parse, dated).starts_with(start)) continue;
+            read = true;
+            if (*key.default_value == '(') continue;
+            EXPECT_EQ(refusal_of(parse, file.with(name, key.default_value)), "") << name;
+        }
+        EXPECT_TRUE(read) << name << " is in no file here, or not read";
+    }
+}
+
+}  // namespace stratus::test

@@ -1,0 +1,86 @@
+#include <stratus/bake/keys.h>
+
+#include <stratus/bake/recipe.h>
+#include <stratus/bake/stack_file.h>
+
+#include "keyed_file.h"
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <stdexcept>
+#include <string>
+
+namespace stratus {
+namespace {
+
+TEST(RecipeKeys, AreAllRead) {
+    const test::KeyedFile layer({{"title", "'Rings'"},
+                                 {"phase_function", "'isotropic'"},
+                                 {"second_phase_function", "'rayleigh'"},
+                                 {"mixture.min", "0.25"},
+                                 {"mixture.max", "0.5"},
+                                 {"tolerance", "1e-3"},
+                                 {"optical_depth.min", "0.5"},
+                                 {"optical_depth.max", "inf"},
+                                 {"albedo.min", "0.5"},
+                                 {"albedo.max", "1.0"},
+                                 {"sides", "['reflection', 'transmission']"},
+                                 {"orders", "3"},
+                                 {"discretisation.nodes", "8"},
+                                 {"discretisation.modes", "8"},
+                                 {"discretisation.mu_samples", "8"},
+                                 {"discretisation.azimuth_samples", "8"},
+                                 {"discretisation.azimuth_scale", "'linear'"},
+                                 {"discretisation.optical_depth_samples_per_octave", "2"},
+                                 {"discretisation.deepest_optical_depth", "8"},
+                                 {"discretisation.albedo_samples", "8"},
+                                 {"discretisation.albedo_scale", "'square_root_of_complement'"},
+                                 {"discretisation.mixture_samples", "8"},
+                                 {"discretisation.scheme", "'harmonic'"}});
+    const test::KeyedFile ground({{"phase_function", "'isotropic'"},
+                                  {"tolerance", "1e-3"},
+                                  {"optical_depth.min", "0.5"},
+                                  {"optical_depth.max", "inf"},
+                                  {"albedo.min", "0.5"},
+                                  {"albedo.max", "1.0"},
+                                  {"below.lambert_albedo", "0.3"}});
+    const test::KeyedFile deep = ground.with("below", "{}")
+                                     .with("below.phase_function", "'rayleigh'")
+                                     .with("below.albedo", "0.5");
+    test::expect_keys_are_read(
+        recipe_keys(), "recipe", {layer, ground, deep},
+        [](const std::string& text) { parse_recipe(text); }, full_name);
+}
+
+TEST(StackKeys, OfLayersAreAllRead) {
+    const test::KeyedFile::Lines layer{
+        {"phase_function", "'isotropic'"}, {"albedo", "0.5"}, {"optical_depth", "1"}};
+    for (const Key& key : stack_keys()) {
+        if (key.section != std::string("layers")) continue;
+        const std::string dated = test::KeyedFile(layer).with(key.name, "1979-05-27").text();
+        expect_refusal<std::invalid_argument>(
+            [&] { parse_stack("[[layers]]\n" + dated); },
+            {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
+    }
+}
+
+TEST(Keys, StandOnceInTheirTable) {
+    for (const Keys keys : {recipe_keys(), stack_keys()}) {
+        std::set<std::string> names;
+        for (const Key& key : keys) EXPECT_TRUE(names.insert(full_name(key)).second) << key.name;
+    }
+}
+
+TEST(KeyColumns, AreSeparatedByTwoBlanks) {
+    const Key keys[] = {{"", "long_name", "number", "-", "[0, 1]", "1", "first"},
+                        {"camera", "x", "table", "-", "-", "(none)", "second one"}};
+    EXPECT_EQ(key_columns(keys),
+              "key        form    unit  range   default  meaning\n"
+              "long_name  number  -     [0, 1]  1        first\n"
+              "camera.x   table   -     -       (none)   second one\n");
+}
+
+}  // namespace
+}  // namespace stratus

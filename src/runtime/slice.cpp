@@ -83,6 +83,7 @@ struct SliceOf<channels>::BoundSide {
     SideKernel<channels> kernel{};  // null functions: nothing comes this way
     std::vector<float> sample;
     PhaseCurve phase;
+    OppositionTable opposition;
 };
 
 template <int channels>
@@ -124,9 +125,11 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
-            reflection_->phase = plain ? curve
-                                       : PhaseCurve::with_opposition_and_boundary(
-                                             phase_function, effects.opposition, boundary);
+            const Opposition opposition = seen_opposition(effects.opposition, effects.density);
+            reflection_->phase =
+                plain ? curve : PhaseCurve::reflected(phase_function, opposition, boundary);
+            reflection_->opposition = OppositionTable(opposition);
+            view.opposition = reflection_->opposition.view();
             reflection_->form = reflection_->phase.form();
             for (int c = 0; c < channels; ++c) {
                 view.surface_albedo[c] =
@@ -434,7 +437,8 @@ template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = path_.sample_count();
     for (const BoundSide* side : {reflection_.get(), transmission_.get()})
-        numbers += side->sample.size() + side->phase.sample_count();
+        numbers +=
+            side->sample.size() + side->phase.sample_count() + side->opposition.sample_count();
     for (const std::vector<float>& curve : background_) numbers += curve.size();
     return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
 }

@@ -42,8 +42,7 @@ void set_closed_forms(const TableView& table, Side which, const TexturedKernels&
                       TexturedMemory& side) {
     const bool over_layer = which == Side::reflection && table.has_lower_boundary() &&
                             table.lower_boundary->kind == LowerBoundary::Kind::layer;
-    side.phase = over_layer ? PhaseCurve::with_opposition_and_boundary(*table.phase_function, {},
-                                                                       table.lower_boundary)
+    side.phase = over_layer ? PhaseCurve::reflected(*table.phase_function, {}, table.lower_boundary)
                             : *table.phase_curve;
     if (which == Side::reflection && table.has_lower_boundary()) {
         const auto albedo = static_cast<float>(table.lower_boundary->albedo);

@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "opposition_values.h"
 #include "path_law.h"
 
 #include <utility>
@@ -110,14 +111,32 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
     const ReflectedPath<F> directions(path);
     const PhaseValues<F> phase = phase_values<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    [[maybe_unused]] const PhaseAngle<F> angle(path);
+    [[maybe_unused]] const F eta = path_eta(directions);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto depth = channel_value<F>(side.optical_depth, c);
+        constexpr bool opposed = form == PhaseForm::with_opposition_and_boundary;
         BothWays<F> both;
+        [[maybe_unused]] Attenuation<F> quarter;  // at a quarter of the depth along both
         if constexpr (orders == Orders::none) {
-            both.sum = attenuation(directions.depth_of_both(depth));
+            const F along_both = directions.depth_of_both(depth);
+            if constexpr (opposed) {
+                Attenuation<F> of[2];
+                attenuate({along_both, along_both * 0.25f}, of);
+                both.sum = of[0];
+                quarter = of[1];
+            } else {
+                both.sum = attenuation(along_both);
+            }
         } else {
-            Attenuation<F> of[2];
-            attenuate({directions.depth_in(depth), directions.depth_out(depth)}, of);
+            const F in = directions.depth_in(depth), out = directions.depth_out(depth);
+            Attenuation<F> of[opposed ? 3 : 2];
+            if constexpr (opposed) {
+                attenuate({in, out, (in + out) * 0.25f}, of);
+                quarter = of[2];
+            } else {
+                attenuate({in, out}, of);
+            }
             both = both_ways(of[0], of[1]);
         }
         F single(0.0f);
@@ -125,8 +144,12 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
                 channel_value<F>(side.surface_albedo, c),
                 channel_value<F>(side.boundary_quarter_albedo, c)};
-            single = single_reflected<form, true>(
-                directions, phase, both.sum, channel_value<F>(side.quarter_albedo, c), boundary);
+            PhaseValues<F> seen = phase;
+            if constexpr (opposed)
+                seen.layer =
+                    seen.layer + seen.layer * opposition_bump(side.opposition, angle, eta, quarter);
+            single = single_reflected<form>(directions, seen, both.sum,
+                                            channel_value<F>(side.quarter_albedo, c), boundary);
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -241,7 +264,8 @@ template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
     constexpr bool impossible =
-        side == Side::transmission && form == PhaseForm::with_opposition_and_boundary;
+        side == Side::transmission &&
+        (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
     if constexpr (nothing || impossible)
         return {nullptr, nullptr, nullptr};
     else

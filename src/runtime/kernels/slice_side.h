@@ -26,6 +26,7 @@ struct SlicePlaces {
 template <int channels>
 struct SliceSide {
     PhaseCurveView phase;
+    OppositionTableView opposition;  // with_opposition_and_boundary
     static constexpr int padded = channels == 1 ? 1 : 4;
     float optical_depth[padded];            // at most 1e30
     float quarter_albedo[padded];           // w / 4

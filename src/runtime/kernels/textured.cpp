@@ -103,8 +103,7 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const TexturedSide& side, F albed
     const BothWays<F> both = both_ways(in, out);
     const PhaseValues<F> phase = phase_values<form>(side.phase, path);
     const BoundaryAlbedos<float> boundary{side.surface_albedo, side.boundary_quarter_albedo};
-    const F single =
-        single_reflected<form, false>(directions, phase, both.sum, albedo * 0.25f, boundary);
+    const F single = single_reflected<form>(directions, phase, both.sum, albedo * 0.25f, boundary);
     if (side.divided)
         return {single, both.shares * ReflectionDeficit<F>(length, deep).scale() *
                             clamped(albedo, side.min_albedo, side.max_albedo)};
@@ -448,8 +447,8 @@ void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size
 
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
-    if constexpr (form == PhaseForm::none ||
-                  (form == PhaseForm::with_opposition_and_boundary && which == Side::transmission))
+    if constexpr (form == PhaseForm::none || form == PhaseForm::with_opposition_and_boundary ||
+                  (form == PhaseForm::with_boundary && which == Side::transmission))
         return {nullptr, nullptr};
     else
         return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};

@@ -35,7 +35,7 @@ struct EvalOptions {
     std::string query;
     std::string output;
     std::vector<std::string> effects;
-    double density = 0;
+    std::string density = "0";
     std::string opposition;
     bool clamp = false;
     ReadOptions reading;
@@ -69,23 +69,42 @@ Effects parse_effects(const std::vector<std::string>& names) {
     return named;
 }
 
-/// `blinn`, whose width is that of the density, or `hapke:width=H` and `,amplitude=A`.
+/// True when `format`, which ends in %n, reads all of `text`.
+template <class... Values>
+bool reads(const std::string& text, const char* format, Values*... values) {
+    int read = -1;
+    std::sscanf(text.c_str(), format, values..., &read);
+    return read >= 0 && static_cast<std::size_t>(read) == text.size();
+}
+
+/// A share of the volume, or `number=N,radius=R` of the particles that fill it.
+double parse_density(const std::string& text) {
+    double density = 0, number = 0, radius = 0;
+    if (reads(text, "number=%lf,radius=%lf%n", &number, &radius))
+        return volume_fraction(number, radius);
+    if (!reads(text, "%lf%n", &density) || !(density >= 0 && density < 1))
+        throw std::invalid_argument("eval: --density must be in [0, 1) or number=N,radius=R, got " +
+                                    text);
+    return density;
+}
+
+/// `blinn`, or `hapke` and what it is given of `width=H` and `amplitude=A`; the rest follows from
+/// the density.
 Opposition parse_opposition(const std::string& text, double density) {
     if (text.empty()) return {};
-    if (text == "blinn") {
-        if (density == 0)
-            throw std::invalid_argument(
-                "eval: --opposition blinn must come with a --density above 0, got 0");
-        return Opposition::blinn(density);
-    }
     double width = 0, amplitude = 1;
-    int read = 0;
-    const bool hapke = std::sscanf(text.c_str(), "hapke:width=%lf%n,amplitude=%lf%n", &width, &read,
-                                   &amplitude, &read) >= 1 &&
-                       static_cast<std::size_t>(read) == text.size();
-    if (!hapke)
+    const bool without_width =
+        text == "blinn" || text == "hapke" || reads(text, "hapke:amplitude=%lf%n", &amplitude);
+    if (without_width && density == 0)
+        throw std::invalid_argument("eval: --opposition " + text +
+                                    " must come with a --density above 0, got 0");
+    if (text == "blinn") return Opposition::blinn();
+    if (without_width) return Opposition::hapke(amplitude);
+    if (!reads(text, "hapke:width=%lf%n", &width) &&
+        !reads(text, "hapke:width=%lf,amplitude=%lf%n", &width, &amplitude))
         throw std::invalid_argument(
-            "eval: --opposition must be blinn or hapke:width=H or hapke:width=H,amplitude=A, got " +
+            "eval: --opposition must be blinn or hapke or hapke:width=H,amplitude=A or one of "
+            "these two, got " +
             text);
     return Opposition::hapke(amplitude, width);
 }
@@ -351,8 +370,8 @@ TableView without_unasked_samples(TableView table, const Effects& effects) {
 
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
-    asked.density = options.density;
-    asked.opposition = parse_opposition(options.opposition, options.density);
+    asked.density = parse_density(options.density);
+    asked.opposition = parse_opposition(options.opposition, asked.density);
     check_effects(asked);
     if (!options.output.empty()) {
         require_different_files("eval", options.table, options.output);
@@ -367,7 +386,7 @@ void run_eval(const EvalOptions& options) {
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers = answers_of(
         view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
-    if (effects.multiple) warn_of_clamped(points, answers, view, options.density);
+    if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
     write_answer(options.output, [&](std::ostream& out) {
         write_header(out, query, effects);
@@ -400,14 +419,14 @@ void add_eval(CLI::App& app) {
         ->allow_extra_args(false);  // or it would take TABLE too
     command
         ->add_option("--density", options->density,
-                     "Share of the volume that particles fill, [0, 1): every order sees the depth "
+                     "Share of the volume that particles fill, [0, 1), or number=N,radius=R of "
+                     "the particles, N per cubed unit of R: every order sees the depth "
                      "tau / (1 - density)")
-        ->capture_default_str()
-        ->check(number("in [0, 1)", [](double value) { return value >= 0 && value < 1; }));
+        ->capture_default_str();
     command->add_option(
         "--opposition", options->opposition,
-        "How single scattering brightens towards the light: blinn, as wide as the density makes "
-        "it, or hapke:width=0.05 or hapke:width=0.05,amplitude=0.8. Default: not at all");
+        "How single scattering brightens towards the light: blinn or hapke, as wide as the density "
+        "makes it, or hapke:width=0.05,amplitude=0.8 or one of these two. Default: not at all");
     command->add_flag("--clamp", options->clamp,
                       "Look up layers outside the table at the nearest one inside it, with a "
                       "warning, instead of refusing them");

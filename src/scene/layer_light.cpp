@@ -23,7 +23,8 @@ Rgb3 each_channel(const std::array<double, 3>& albedo, const Function& value_of)
 
 Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
-    return on ? scene.layer.opposition : Opposition{};
+    if (!on) return {};
+    return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
 }
 
 }  // namespace
@@ -69,6 +70,7 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
 
 void LayerLight::bind(const TableView* table, bool multiple) {
     const std::optional<Matter> matter = uniform_matter(scene_);
+    if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const double depth = seen_depth(scene_, matter->optical_depth);
     const Medium<3> medium{{depth, depth, depth},
@@ -112,10 +114,10 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
         double phase = components[0](cosine);
         if (components.size() > 1)
             phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
-        single = reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                                 opposition_factor(opposition_, cosine, depth, geometry.mu_in,
-                                                   geometry.mu_out)
-                           : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
+        single = reflected
+                     ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                           opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
+                     : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     }
     Stencil mixture{0, {1, 0, 0, 0}};
     if (tables_ && !tables_->mixture.values.empty())

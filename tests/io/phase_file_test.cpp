@@ -62,8 +62,8 @@ TEST_F(PhaseFile, MayBeFollowedByOptionsOfATable) {
     ASSERT_EQ(notes.size(), 2u);  // how it is continued; values are scaled
     EXPECT_TRUE(read("tabulated:file=a,b.csv,geometric_albedo=0.1").albedo().has_value());
     const char* const moments = "moments:file=m,tail=hg";
-    write("m,tail=hg", "l,chi\n0,1\n1,0.5\n");
-    EXPECT_EQ(read(moments).text(), "moments:chi=1 0.5");
+    write("m,tail=hg", "l,chi\n0,1\n1,0.25\n");
+    EXPECT_EQ(read(moments).text(), "moments:chi=1 0.25");
 }
 
 TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {

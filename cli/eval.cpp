@@ -12,12 +12,12 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "opposition_option.h"
 #include "query.h"
 #include "table_option.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -67,46 +67,6 @@ Effects parse_effects(const std::vector<std::string>& names) {
     if (!named.single && !named.multiple) named.single = named.multiple = true;
     if (!named.reflection && !named.transmission) named.reflection = named.transmission = true;
     return named;
-}
-
-/// True when `format`, which ends in %n, reads all of `text`.
-template <class... Values>
-bool reads(const std::string& text, const char* format, Values*... values) {
-    int read = -1;
-    std::sscanf(text.c_str(), format, values..., &read);
-    return read >= 0 && static_cast<std::size_t>(read) == text.size();
-}
-
-/// A share of the volume, or `number=N,radius=R` of the particles that fill it.
-double parse_density(const std::string& text) {
-    double density = 0, number = 0, radius = 0;
-    if (reads(text, "number=%lf,radius=%lf%n", &number, &radius))
-        return volume_fraction(number, radius);
-    if (!reads(text, "%lf%n", &density) || !(density >= 0 && density < 1))
-        throw std::invalid_argument("eval: --density must be in [0, 1) or number=N,radius=R, got " +
-                                    text);
-    return density;
-}
-
-/// `blinn`, or `hapke` and what it is given of `width=H` and `amplitude=A`; the rest follows from
-/// the density.
-Opposition parse_opposition(const std::string& text, double density) {
-    if (text.empty()) return {};
-    double width = 0, amplitude = 1;
-    const bool without_width =
-        text == "blinn" || text == "hapke" || reads(text, "hapke:amplitude=%lf%n", &amplitude);
-    if (without_width && density == 0)
-        throw std::invalid_argument("eval: --opposition " + text +
-                                    " must come with a --density above 0, got 0");
-    if (text == "blinn") return Opposition::blinn();
-    if (without_width) return Opposition::hapke(amplitude);
-    if (!reads(text, "hapke:width=%lf%n", &width) &&
-        !reads(text, "hapke:width=%lf,amplitude=%lf%n", &width, &amplitude))
-        throw std::invalid_argument(
-            "eval: --opposition must be blinn or hapke or hapke:width=H,amplitude=A or one of "
-            "these two, got " +
-            text);
-    return Opposition::hapke(amplitude, width);
 }
 
 /// Leaves out the sides that the table does not hold, and says so; refuses when nothing is left.
@@ -191,6 +151,14 @@ bool is_outside(const AxisView& axis, double value) {
     if (axis.count == 0) return value != infinity;
     if (axis.ends_at_infinity) return value < axis.lowest;
     return value < axis.lowest || value > axis.highest;
+}
+
+/// The same, to the rounding of degrees; nothing depends on azimuth where 0 alone is sampled.
+bool is_azimuth_outside(const AxisView& axis, double radians) {
+    constexpr double rounding = 1e-9;
+    if (axis.count == 1 && axis.lowest == 0) return false;
+    const double value = std::abs(std::remainder(radians, 2 * pi));
+    return value < axis.lowest - rounding || value > axis.highest + rounding;
 }
 
 /// True where a layer lies between the table's samples.
@@ -308,18 +276,20 @@ std::vector<Answer> answers_of(const TableView& table, const std::vector<QueryPo
 /// Says once how many rows lie outside the table, where the orders n >= 2 come from its edge.
 void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<Answer>& answers,
                      const TableView& table, double density) {
-    long rows_in[5] = {};
+    long rows_in[6] = {};
     for (std::size_t r = 0; r < points.size(); ++r) {
         const QueryPoint& at = points[r];
         rows_in[0] += is_outside(table.mu_in, at.geometry.mu_in);
         rows_in[1] += is_outside(table.mu_out, at.geometry.mu_out);
+        rows_in[5] += is_azimuth_outside(table.azimuth, at.geometry.azimuth);
         if (!answers[r].clamped) continue;
         rows_in[2] += is_outside(table.optical_depth,
                                  effective_optical_depth(at.layer.optical_depth, density));
         rows_in[3] += is_outside(table.albedo, at.layer.albedo);
         rows_in[4] += table.has_mixture() && is_outside(table.mixture, at.layer.mixture);
     }
-    constexpr const char* names[] = {"mu_in", "mu_out", "optical_depth", "albedo", "mixture"};
+    constexpr const char* names[] = {"mu_in",  "mu_out",  "optical_depth",
+                                     "albedo", "mixture", "azimuth_deg"};
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)
@@ -370,8 +340,8 @@ TableView without_unasked_samples(TableView table, const Effects& effects) {
 
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
-    asked.density = parse_density(options.density);
-    asked.opposition = parse_opposition(options.opposition, asked.density);
+    asked.density = parse_density("eval", options.density);
+    asked.opposition = parse_opposition("eval", options.opposition, asked.density);
     check_effects(asked);
     if (!options.output.empty()) {
         require_different_files("eval", options.table, options.output);
@@ -417,16 +387,7 @@ void add_eval(CLI::App& app) {
                          ", comma between. Default: all that the table holds")
         ->delimiter(',')
         ->allow_extra_args(false);  // or it would take TABLE too
-    command
-        ->add_option("--density", options->density,
-                     "Share of the volume that particles fill, [0, 1), or number=N,radius=R of "
-                     "the particles, N per cubed unit of R: every order sees the depth "
-                     "tau / (1 - density)")
-        ->capture_default_str();
-    command->add_option(
-        "--opposition", options->opposition,
-        "How single scattering brightens towards the light: blinn or hapke, as wide as the density "
-        "makes it, or hapke:width=0.05,amplitude=0.8 or one of these two. Default: not at all");
+    add_density_and_opposition(*command, options->density, options->opposition);
     command->add_flag("--clamp", options->clamp,
                       "Look up layers outside the table at the nearest one inside it, with a "
                       "warning, instead of refusing them");

@@ -75,12 +75,8 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
 
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
-CsvTable read_rows(const std::string& path, const std::vector<std::string>& required,
-                   const std::vector<std::string>& optional, bool signed_mu_out) {
-    CsvTable query = is_stream(path) ? read_csv(std::cin, "standard input") : read_csv(path);
-    check_columns(query, required, optional);
-    check_values(query, signed_mu_out);
-    return query;
+CsvTable read_rows(const std::string& path, const std::vector<CsvWords>& words) {
+    return is_stream(path) ? read_csv(std::cin, "standard input", words) : read_csv(path, words);
 }
 
 std::string reason() { return errno != 0 ? std::strerror(errno) : "write error"; }
@@ -89,12 +85,18 @@ std::string reason() { return errno != 0 ? std::strerror(errno) : "write error";
 
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional) {
-    return read_rows(path, required, optional, false);
+    CsvTable query = read_rows(path, {});
+    check_columns(query, required, optional);
+    check_values(query, false);
+    return query;
 }
 
 CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
                            const std::vector<std::string>& optional) {
-    return read_rows(path, required, optional, true);
+    CsvTable rows = read_rows(path, {{"side", side_names}});
+    check_columns(rows, required, optional);
+    check_values(rows, !rows.has_column("side"));
+    return rows;
 }
 
 void write_answer(const std::filesystem::path& path,

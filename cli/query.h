@@ -23,7 +23,11 @@ namespace stratus {
 CsvTable read_query(const std::string& path, const std::vector<std::string>& required,
                     const std::vector<std::string>& optional = {});
 
-/// The same for observations, whose mu_out is negative on the unlit side.
+/// Words of the column side of observations.
+inline const std::vector<std::string> side_names{"lit", "unlit", "beam"};
+
+/// The same for observations: their column side holds the places of `side_names`; without it mu_out
+/// is negative on the unlit side.
 CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
                            const std::vector<std::string>& optional);
 

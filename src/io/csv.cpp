@@ -57,16 +57,28 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
 
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
 std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTable& table,
-                             int line) {
+                             const std::vector<CsvWords>& words, int line) {
     if (fields.size() != table.columns.size())
         refuse(table.name, line,
                "a row must have " + std::to_string(table.columns.size()) + " values, got " +
                    std::to_string(fields.size()));
     std::vector<double> row(fields.size());
-    for (std::size_t c = 0; c < fields.size(); ++c)
-        if (fields[c].empty() || read_number(fields[c], row[c]) != fields[c].size())
+    for (std::size_t c = 0; c < fields.size(); ++c) {
+        const std::string& column = table.columns[c];
+        const auto of = std::find_if(words.begin(), words.end(),
+                                     [&](const CsvWords& known) { return known.column == column; });
+        if (of != words.end()) {
+            const auto word = std::find(of->words.begin(), of->words.end(), fields[c]);
+            if (word == of->words.end())
+                refuse(table.name, line,
+                       "column '" + column + "' must be one of " + joined(of->words) + ", got '" +
+                           fields[c] + "'");
+            row[c] = static_cast<double>(word - of->words.begin());
+        } else if (fields[c].empty() || read_number(fields[c], row[c]) != fields[c].size()) {
             refuse(table.name, line,
-                   "column '" + table.columns[c] + "' must be a number, got '" + fields[c] + "'");
+                   "column '" + column + "' must be a number, got '" + fields[c] + "'");
+        }
+    }
     return row;
 }
 
@@ -83,7 +95,8 @@ int CsvTable::column(const std::string& wanted) const {
                                 "' must be there, got " + joined(columns));
 }
 
-CsvTable read_csv(std::istream& stream, const std::string& name) {
+CsvTable read_csv(std::istream& stream, const std::string& name,
+                  const std::vector<CsvWords>& words) {
     CsvTable table;
     table.name = name;
     std::string text;
@@ -96,7 +109,7 @@ CsvTable read_csv(std::istream& stream, const std::string& name) {
         if (table.columns.empty()) {
             table.columns = read_header(fields, name, line);
         } else {
-            table.rows.push_back(read_row(fields, table, line));
+            table.rows.push_back(read_row(fields, table, words, line));
             table.lines.push_back(line);
         }
     }
@@ -107,10 +120,10 @@ CsvTable read_csv(std::istream& stream, const std::string& name) {
     return table;
 }
 
-CsvTable read_csv(const std::string& path) {
+CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
     std::ifstream stream(path);
     if (!stream) throw std::runtime_error("read_csv: cannot open " + path);
-    return read_csv(stream, path);
+    return read_csv(stream, path, words);
 }
 
 }  // namespace stratus

@@ -164,10 +164,8 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     : SliceOf(table.mixed_phase_function(),
               table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
               table.lower_boundary, medium, effects) {
-    require(table.mu_in.count == table.mu_out.count && table.mu_in.lowest == table.mu_out.lowest &&
-                table.mu_in.highest == table.mu_out.highest,
-            caller, "mu_out of the table", "the same axis as mu_in", "another");
     if (effects.multiple) {
+        has_all_directions_ = table.has_all_directions();
         const auto take = [&](Side which, bool asked, bool held, BoundSide& side) {
             if (!asked || !held) return;
             check_coverage(table, which, outside);
@@ -231,17 +229,19 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         // What lookups know in closed form: the kernel itself, of no samples.
         side.sample.assign(no_samples * channels + 1, 0.0f);
         side.view.sample = side.sample.data();
-        side.view.last_mu = 1;
+        side.view.symmetric = true;
         side.view.azimuths = 2;
         set_kernels();
     }
     RefinedSamples refined = refine(table, blends, closed_form);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
+    side.view.symmetric = refined.symmetric;
+    side.view.columns = refined.columns;
     side.view.azimuths = refined.azimuths;
-    side.view.last_mu = refined.last_mu;
-    side.view.mu_first = refined.mu_first;
-    side.view.mu_step_inverse = refined.mu_step_inverse;
+    side.view.mu_in = refined.mu_in;
+    side.view.mu_out = refined.mu_out;
+    side.view.azimuth = refined.azimuth;
 }
 
 template <int channels>

@@ -4,6 +4,9 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
 
+#include "planet_shine.h"
+#include "ring_shine.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -12,19 +15,20 @@ namespace {
 
 Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, double{value.b}}; }
 
-/// `value_of(c)` for each channel, evaluated once where neighbours have the same albedo.
-template <class Function>
-Rgb3 each_channel(const std::array<double, 3>& albedo, const Function& value_of) {
-    Rgb3 value;
-    for (std::size_t c = 0; c < 3; ++c)
-        value[c] = c > 0 && albedo[c] == albedo[c - 1] ? value[c - 1] : value_of(c);
-    return value;
-}
-
 Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
+}
+
+/// True where light that the layer transmits diffusely falls on what lies behind it.
+bool lights_what_is_behind(const Scene& scene) {
+    if (!scene.effects.background || !scene.effects.transmission) return false;
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+        return !planet->surface.is_black();
+    if (const Slab* const slab = std::get_if<Slab>(&scene.subject); slab && slab->surface)
+        return true;
+    return scene.background.pattern == Texture::Pattern::plain && !scene.background.is_black();
 }
 
 }  // namespace
@@ -38,12 +42,18 @@ void LookupRange::add(const Matter& matter, const Geometry& geometry, Side side)
     (side == Side::reflection ? reflection : transmission) = true;
 }
 
-LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
+LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int threads)
     : scene_(scene), tables_(tables), opposition_(opposition_of(scene)) {
     const bool needed = needed_recipe(scene).has_value();
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
+    for (const Table& table : tables_ ? tables_->tables : std::vector<Table>{})
+        require(!lights_what_is_behind(scene) || table.transmission_multiple.empty() ||
+                    !table.diffuse_transmittance.empty(),
+                "LayerLight", "table",
+                "one of all mu_in, whose fluxes light what lies behind the layer",
+                "one without diffuse_transmittance");
     if (!scene.layer.channels.empty()) {
         channel_scenes_ = channel_scenes(scene);
         for (std::size_t c = 0; c < channel_scenes_.size(); ++c)
@@ -61,6 +71,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables)
     std::optional<TableView> table;
     if (tables_) table = tables_->tables[0].view();
     bind(table ? &*table : nullptr, needed);
+    shine(threads);
 }
 
 LayerLight::LayerLight(const Scene& scene, const TableView& table)
@@ -68,12 +79,31 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
     bind(&table, scene.effects.multiple);
 }
 
+void LayerLight::shine(int threads) {
+    const Rings* const rings = std::get_if<Rings>(&scene_.subject);
+    if (!rings) return;
+    if (scene_.effects.ringshine) {
+        Scene scattering = scene_;
+        scattering.effects.opposition = false;
+        scattering.effects.ringshine = scattering.effects.planetshine = false;
+        const LayerLight light(scattering, tables_);
+        ring_shine_ = std::make_shared<const RingShine>(scattering, *rings, light, threads);
+    }
+    if (scene_.effects.planetshine && !rings->surface.is_black())
+        planet_shine_ =
+            std::make_shared<const PlanetShine>(scene_, *rings, *this, tables_, threads);
+}
+
+Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
+    return ring_shine_ ? ring_shine_->irradiance(point) : Rgb3{};
+}
+
 void LayerLight::bind(const TableView* table, bool multiple) {
     const std::optional<Matter> matter = uniform_matter(scene_);
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
-    const double depth = seen_depth(scene_, matter->optical_depth);
-    const Medium<3> medium{{depth, depth, depth},
+    const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
+    const Medium<3> medium{{depth(0), depth(1), depth(2)},
                            {matter->albedo[0], matter->albedo[1], matter->albedo[2]}};
     Effects effects;
     effects.single = scene_.effects.single;
@@ -86,6 +116,24 @@ void LayerLight::bind(const TableView* table, bool multiple) {
         slice_.emplace(*table, medium, effects);
     else
         slice_.emplace(scene_.layer.components[0], medium, effects);
+}
+
+double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
+    return seen_depth(scene_, matter.optical_depth) * scene_.layer.extinction[c];
+}
+
+template <class Function>
+Rgb3 LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 value{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const LayerLight& own = channels_.empty() ? *this : channels_[c];
+        const bool as_before = channels_.empty() && c > 0 &&
+                               matter.albedo[c] == matter.albedo[c - 1] &&
+                               extinction[c] == extinction[c - 1];
+        value[c] = as_before ? value[c - 1] : of(own, matter.albedo[c], seen_depth_of(matter, c));
+    }
+    return value;
 }
 
 template <class Function>
@@ -105,32 +153,39 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
 Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
                                 Side side) const noexcept {
     const bool reflected = side == Side::reflection;
-    const double depth = seen_depth(scene_, matter.optical_depth);
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                     : cos_scattering_angle_transmitted(geometry);
     const auto& components = scene_.layer.components;
-    double single = 0;  // of albedo 1
+    double phase = 0;
     if (scene_.effects.single) {
-        double phase = components[0](cosine);
+        phase = components[0](cosine);
         if (components.size() > 1)
             phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
-        single = reflected
-                     ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                           opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
-                     : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     }
+    const auto single_of = [&](double depth) {  // of albedo 1
+        return reflected
+                   ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                         opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
+                   : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
+    };
+    double single_depth = 0, single = 0;  // of the last channel
     Stencil mixture{0, {1, 0, 0, 0}};
     if (tables_ && !tables_->mixture.values.empty())
         mixture = tables_->mixture.view().stencil(matter.mixture);
-    return each_channel(matter.albedo, [&](std::size_t c) {
-        double value = matter.albedo[c] * single;
+    return each_channel(matter, [&](const LayerLight&, double albedo, double depth) {
+        if (depth == 0) return 0.0;
+        if (scene_.effects.single && depth != single_depth) {
+            single_depth = depth;
+            single = single_of(depth);
+        }
+        double value = albedo * single;
         for (int k = 0; tables_ && k < stencil_size; ++k) {
             const double share = double{mixture.weight[k]};
             if (share == 0) continue;
             const TexturedTable& table =
                 tables_->textured[static_cast<std::size_t>(mixture.first + k)];
-            value += share * (reflected ? table.reflection(matter.albedo[c], depth, geometry)
-                                        : table.transmission(matter.albedo[c], depth, geometry))
+            value += share * (reflected ? table.reflection(albedo, depth, geometry)
+                                        : table.transmission(albedo, depth, geometry))
                                  .multiple;
         }
         return value;
@@ -154,10 +209,10 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
                              : slice_->transmission(mu_in, mu_out, azimuth));
 }
 
-double LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    return matter.optical_depth == 0
-               ? 1
-               : direct_transmittance(seen_depth(scene_, matter.optical_depth), mu);
+Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
+    return each_channel(matter, [&](const LayerLight&, double, double depth) {
+        return direct_transmittance(depth, mu);
+    });
 }
 
 double LayerLight::flux(const Table& table, const std::vector<float>& flux, double albedo,
@@ -199,6 +254,7 @@ double LayerLight::flux(const Table& table, const std::vector<float>& flux, doub
 }
 
 double LayerLight::transmittance(double albedo, double optical_depth, double mu) const noexcept {
+    if (optical_depth == 0) return 1;
     const double beam = direct_transmittance(optical_depth, mu);
     if (!tables_ || !scene_.effects.transmission) return beam;
     const Table& table = tables_->tables[0];
@@ -208,7 +264,7 @@ double LayerLight::transmittance(double albedo, double optical_depth, double mu)
 }
 
 double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
-    if (!tables_) return 0;
+    if (!tables_ || optical_depth == 0) return 0;
     const Table& table = tables_->tables[0];
     return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
 }
@@ -238,52 +294,51 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
+double LayerLight::plane_albedo(double albedo, double optical_depth, double mu) const noexcept {
+    if (!tables_ || !scene_.effects.reflection || optical_depth == 0) return 0;
+    const Table& table = tables_->tables[0];
+    if (table.plane_albedo.empty()) return 0;
+    const Stencil stencil = table.mu_in.view().stencil(mu);
+    return flux(table, table.plane_albedo, albedo, optical_depth, &stencil);
+}
+
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
-    if (!channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
-            return light.background(channel_matter(matter, c), mu);
-        });
-    const double direct = beam(matter, mu), depth = seen_depth(scene_, matter.optical_depth);
-    const bool scatters = background_scatters_ && depth > 0 && depth < infinity;
-    return each_channel(matter.albedo, [&](std::size_t c) {
-        return scatters ? std::min(1.0, direct + diffuse_transmittance(matter, matter.albedo[c],
-                                                                       depth, mu))
-                        : direct;
+    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
+        const double direct = direct_transmittance(depth, mu);
+        return light.background_scatters_ && depth > 0 && depth < infinity
+                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, albedo, depth, mu))
+                   : direct;
     });
 }
 
-Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,
-                        const Rgb& ground_albedo) const noexcept {
+Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
     if (!scene_.effects.background) return {};
-    if (!channels_.empty())
-        return of_channels([&](const LayerLight& light, std::size_t c) {
-            return light.ground(channel_matter(lit, c), mu_in, channel_matter(seen, c), mu_out,
-                                ground_albedo);
+    const Rgb3 transmitted =
+        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
+            return light.transmittance(albedo, depth, mu_in);
         });
-    const double lit_depth = seen_depth(scene_, lit.optical_depth),
-                 seen_through = seen_depth(scene_, seen.optical_depth);
-    struct Channel {
-        double transmittance, spherical_albedo;  // on the way in and out; of the layer
-    };
-    std::array<Channel, 3> channel;
-    for (std::size_t c = 0; c < 3; ++c) {
-        if (c > 0 && lit.albedo[c] == lit.albedo[c - 1]) {
-            channel[c] = channel[c - 1];
-            continue;
-        }
-        auto transmitted = [&](double depth, double mu) {
-            return depth == 0 ? 1 : transmittance(lit.albedo[c], depth, mu);
-        };
-        channel[c] = {transmitted(lit_depth, mu_in) * transmitted(seen_through, mu_out),
-                      lit_depth == 0 ? 0 : spherical_albedo(lit.albedo[c], lit_depth)};
-    }
-    const double albedo[] = {double{ground_albedo.r}, double{ground_albedo.g},
+    const Rgb3 returned =
+        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
+            return light.spherical_albedo(albedo, depth);
+        });
+    const double ground[] = {double{ground_albedo.r}, double{ground_albedo.g},
                              double{ground_albedo.b}};
-    Rgb3 value;
+    Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] =
-            albedo[c] * channel[c].transmittance / (1 - albedo[c] * channel[c].spherical_albedo);
+        value[c] = ground[c] * transmitted[c] / (1 - ground[c] * returned[c]);
     return value;
+}
+
+Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
+    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
+        return light.transmittance(albedo, depth, mu);
+    });
+}
+
+Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
+    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
+        return light.plane_albedo(albedo, depth, mu);
+    });
 }
 
 }  // namespace stratus

@@ -1,8 +1,10 @@
 // [layer].
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 
 #include "sections.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
@@ -12,16 +14,26 @@
 namespace stratus::scene_file {
 namespace {
 
-DepthMap read_depth(const Section& layer, const Source& source) {
+/// One depth, or red's, green's and blue's: the largest, and `extinction` of each over it.
+double read_depths(const Section& section, const char* key, SceneLayer& layer) {
+    if (!section.is_list(key)) return section.number(key);
+    layer.extinction = read_three(section, key);
+    const double largest = *std::ranges::max_element(layer.extinction);
+    require(largest < infinity, caller, section.at(key), "finite where there are three", largest);
+    for (double& each : layer.extinction) each = largest > 0 ? each / largest : 1;
+    return largest;
+}
+
+DepthMap read_depth(const Section& section_of_layer, const Source& source, SceneLayer& layer) {
     constexpr const char* key = "optical_depth";
     DepthMap map;
-    if (!layer.is_table(key)) {
-        map.max = layer.number(key);
+    if (!section_of_layer.is_table(key)) {
+        map.max = read_depths(section_of_layer, key, layer);
         return map;
     }
-    const Section section = layer.section(key);
+    const Section section = section_of_layer.section(key);
     require_exactly_one(section, "image", "clouds");
-    map.max = section.number("most");
+    map.max = read_depths(section, "most", layer);
     if (section.has("image")) {
         map.pattern = DepthMap::Pattern::image;
         map.image = source.image(section, "image");
@@ -129,9 +141,12 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
     } else {
         require_absent(section, "components", "where there are no [rings]");
         read_phase_function(section, source, layer);
-        layer.optical_depth = read_depth(section, source);
+        layer.optical_depth = read_depth(section, source, layer);
         if (section.has("extinction")) {
             section.choice("extinction", {"phase_function"});
+            const bool three = layer.extinction != std::array<double, 3>{1, 1, 1};
+            require(!three, caller, section.at("extinction"), "absent beside three optical depths",
+                    "given");
             layer.extinction = extinction_of_droplets(section, layer);
         }
     }

@@ -24,16 +24,19 @@ Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
 
 Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const double distance = distance_to_globe(view.ray, 0);
-    if (distance < 0) return background_along(view.scene, view.ray.direction);
+    if (distance < 0)
+        return background_along(view.scene, view.ray.direction) +
+               sun_along(view.scene, view.ray.direction);
     const Vector3 normal = normalised(view.ray.at(distance));
     if (dot(normal, view.to_sun) <= 0) return {};
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
     const SurfacePoint point = sphere_point(normal);
     const SceneLayer& layer = view.scene.layer;
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
-    return geometry.mu_in * (view.light.reflection(matter, geometry) +
-                             view.light.ground(matter, geometry.mu_in, matter, geometry.mu_out,
-                                               planet.surface.at(point)));
+    return irradiance(view, geometry.mu_in) *
+           (view.light.reflection(matter, geometry) +
+            view.light.total_transmittance(matter, geometry.mu_out) *
+                view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
 }  // namespace stratus

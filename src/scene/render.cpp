@@ -3,6 +3,7 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/angle.h>
 
+#include "ring_footprint.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -14,6 +15,11 @@ namespace {
 
 constexpr int min_suns = 9;  // directions to the sun's disk in each pixel
 
+Rgb3 radiance_seen(const View& view) {
+    return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
+                      view.scene.subject);
+}
+
 Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
              const std::vector<Vector3>& suns, int x, int y) {
     Rgb3 sum{};
@@ -24,9 +30,11 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& ray
         const int i = k % n, j = k / n;
         const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
         const Ray ray = rays.through(x + across, y + down);
+        const double cell = 1.0 / n, left = x + i * cell, top = y + j * cell;
+        const Cell around{rays, left, top, left + cell, top + cell};
         for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
              s += static_cast<std::size_t>(count))
-            sum = sum + radiance_along(scene, light, ray, suns[s]);
+            sum = sum + radiance_seen({scene, light, ray, suns[s], &around});
     }
     const double share = 1.0 / std::max(count, static_cast<int>(suns.size()));
     return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
@@ -38,6 +46,15 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& ray
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
     const Rgb colour = scene.background.at(sphere_point(direction));
     return {double{colour.r}, double{colour.g}, double{colour.b}};
+}
+
+Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
+    if (!scene.sun_visible ||
+        length(direction - scene.to_sun) > 2 * std::sin(scene.sun_diameter / 4))
+        return {};
+    const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
+    return 1 / (4 * quarter * quarter) *
+           Rgb3{scene.sun_colour[0], scene.sun_colour[1], scene.sun_colour[2]};
 }
 
 std::vector<Vector3> sun_directions(const Scene& scene) {
@@ -62,9 +79,7 @@ std::vector<Vector3> sun_directions(const Scene& scene) {
 
 Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
                     const Vector3& to_sun) {
-    const View view{scene, light, ray, to_sun};
-    return std::visit([&](const auto& subject) { return radiance_of(subject, view); },
-                      scene.subject);
+    return radiance_seen({scene, light, ray, to_sun});
 }
 
 Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
@@ -81,7 +96,8 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     parallel_for(
         tiles, options.threads,
         [&](int t) {
-            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y)
+            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y) {
+                if (y % options.row_step != options.row_step / 2) continue;
                 for (int x = 0; x < scene.width; ++x) {
                     const Rgb value = radiance(scene, light, rays, suns, x, y);
                     float* const pixel = image.pixel(x, y);
@@ -89,6 +105,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
                     pixel[1] = value.g;
                     pixel[2] = value.b;
                 }
+            }
         },
         [&](int done) {
             if (options.progress) options.progress(static_cast<double>(done) / tiles, "rendering");

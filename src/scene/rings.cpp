@@ -1,8 +1,11 @@
 #include <stratus/runtime/constants.h>
 
+#include "planet_shine.h"
+#include "ring_footprint.h"
 #include "subjects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace stratus {
@@ -17,39 +20,52 @@ Crossing ring_crossing(const Ray& ray) noexcept {
     const double distance = -ray.origin.z / ray.direction.z;
     if (!(distance > 0) || std::isinf(distance)) return {};
     const Vector3 point = ray.at(distance);
-    return {distance, std::hypot(point.x, point.y)};
+    return {distance, std::sqrt(point.x * point.x + point.y * point.y)};
 }
 
-bool is_ring(const Rings& rings, double radius) noexcept {
-    return radius >= rings.profile.inner() && radius <= rings.profile.outer();
+bool meets_rings(const Rings& rings, const RingFootprint& footprint) noexcept {
+    return footprint.end() >= rings.profile.inner() && footprint.begin() <= rings.profile.outer();
 }
 
-/// Lambert's law for the sunlight that the rings transmit directly; what they scatter onto the
-/// planet is neglected.
-Rgb3 planet_light(const Rings& rings, const View& view, double distance) noexcept {
-    const Vector3 point = view.ray.at(distance);
-    const Vector3 normal = globe_normal(point, rings.flattening);
-    double mu_in = dot(normal, view.to_sun);
-    if (mu_in <= 0) return {};
-    if (view.scene.effects.shadows) {
-        const Crossing crossing = ring_crossing({point, view.to_sun});
-        if (is_ring(rings, crossing.radius))
-            mu_in *= view.light.beam(rings.profile.at(crossing.radius, view.scene.layer.albedo),
-                                     std::max(std::abs(view.to_sun.z), 1e-6));
-    }
-    const Rgb albedo = rings.surface.at(sphere_point(normal));
-    return {mu_in * double{albedo.r}, mu_in * double{albedo.g}, mu_in * double{albedo.b}};
+/// Of the view's cell: `radius_along(ray)` of its middle and its sides.
+template <class RadiusAlong>
+RingFootprint footprint_of(const View& view, const RadiusAlong& radius_along) noexcept {
+    const double radius = radius_along(view.ray);
+    if (!view.cell || std::isinf(radius)) return RingFootprint(radius);
+    std::array<double, 4> radii;
+    std::ranges::transform(view.cell->sides(), radii.begin(), radius_along);
+    return {radius, radii};
 }
 
-Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
-                double distance) noexcept {
-    const Vector3 point = view.ray.at(distance);
-    if (view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0)
-        return {};
-    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
+/// Share of the sunlight that the rings let pass to a point of the globe, which the view's cell is
+/// around if it has one.
+Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noexcept {
+    const auto radius_over = [&](const Vector3& at) {
+        return ring_crossing({at, view.to_sun}).radius;
+    };
+    const RingFootprint footprint =
+        view.cell
+            ? footprint_of(view,
+                           [&](const Ray& ray) {
+                               const double distance = distance_to_globe(ray, rings.flattening);
+                               return distance > 0 ? radius_over(ray.at(distance)) : infinity;
+                           })
+            : RingFootprint(radius_over(point));
+    if (!meets_rings(rings, footprint)) return {1, 1, 1};
+    const double mu = std::max(std::abs(view.to_sun.z), 1e-6);
+    Rgb3 share{};
+    footprint.visit(rings.profile, view.scene.layer.albedo, seen_depth(view.scene, 1) / mu,
+                    [&](const Matter& matter, double, double part) {
+                        share = share + part * view.light.beam(matter, mu);
+                    });
+    return share;
+}
+
+/// Sunlight that the rings' matter scatters where it is not in the planet's shadow.
+Rgb3 ring_light(const Matter& matter, const View& view, const Geometry& geometry) noexcept {
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
-                                 : view.light.transmission(matter, geometry));
+    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
+                                                   : view.light.transmission(matter, geometry));
 }
 
 }  // namespace
@@ -57,10 +73,14 @@ Rgb3 ring_light(const Rings& rings, const Matter& matter, const View& view,
 Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
     if (!(at_radius >= inner() && at_radius <= outer())) return {};
     const auto above = std::lower_bound(radius.begin() + 1, radius.end() - 1, at_radius);
-    const auto k = static_cast<std::size_t>(above - radius.begin());
-    const double share = (at_radius - radius[k - 1]) / (radius[k] - radius[k - 1]);
+    return after(static_cast<std::size_t>(above - radius.begin()) - 1, at_radius, tint);
+}
+
+Matter RingProfile::after(std::size_t row, double at_radius,
+                          const std::array<double, 3>& tint) const noexcept {
+    const double share = (at_radius - radius[row]) / (radius[row + 1] - radius[row]);
     auto linear = [&](const std::vector<double>& rows) {
-        return rows[k - 1] + share * (rows[k] - rows[k - 1]);
+        return rows[row] + share * (rows[row + 1] - rows[row]);
     };
     const double first = linear(w1), both = first + linear(w2);
     return {linear(optical_depth),
@@ -68,21 +88,51 @@ Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) cons
             both > 0 ? first / both : 1};
 }
 
+Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noexcept {
+    const Vector3 normal = globe_normal(point, rings.flattening);
+    const double mu_in = dot(normal, view.to_sun);
+    Rgb3 share = view.light.ringshine(point);
+    if (mu_in > 0)
+        share = share + mu_in * (view.scene.effects.shadows ? ring_shadow(rings, view, point)
+                                                            : Rgb3{1, 1, 1});
+    const Rgb albedo = rings.surface.at(sphere_point(normal));
+    return irradiance(view, 1) * share * Rgb3{double{albedo.r}, double{albedo.g}, double{albedo.b}};
+}
+
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const double to_planet = distance_to_globe(view.ray, rings.flattening);
     const Crossing crossing = ring_crossing(view.ray);
-    auto behind = [&] {
-        return to_planet > 0 ? planet_light(rings, view, to_planet)
-                             : background_along(view.scene, view.ray.direction);
-    };
-    if (!is_ring(rings, crossing.radius) || (to_planet > 0 && to_planet < crossing.distance))
+    auto planet = [&] { return globe_light(rings, view, view.ray.at(to_planet)); };
+    auto background = [&] { return background_along(view.scene, view.ray.direction); };
+    auto sun = [&] { return sun_along(view.scene, view.ray.direction); };
+    auto behind = [&] { return to_planet > 0 ? planet() : background() + sun(); };
+    if (std::isinf(crossing.distance) || (to_planet > 0 && to_planet < crossing.distance))
         return behind();
-    const Matter matter = rings.profile.at(crossing.radius, view.scene.layer.albedo);
-    const Rgb3 light = ring_light(rings, matter, view, crossing.distance);
+    const RingFootprint footprint =
+        footprint_of(view, [](const Ray& ray) { return ring_crossing(ray).radius; });
+    if (!meets_rings(rings, footprint)) return behind();
+    const Vector3 point = view.ray.at(crossing.distance);
+    const bool dark =
+        view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0;
+    const PlanetShine* const shine = view.light.planetshine();
+    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
+    const double mu = geometry.mu_out;
+    Rgb3 light{}, beam{}, background_share{};  // what the rings send, and let pass
+    footprint.visit(rings.profile, view.scene.layer.albedo,
+                    seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
+                    [&](const Matter& matter, double radius, double part) {
+                        if (!dark) light = light + part * ring_light(matter, view, geometry);
+                        if (shine && matter.optical_depth > 0)
+                            light = light + part * shine->light(rings, view, point, radius, matter);
+                        if (!view.scene.effects.background) return;
+                        beam = beam + part * view.light.beam(matter, mu);
+                        if (to_planet <= 0)
+                            background_share =
+                                background_share + part * view.light.background(matter, mu);
+                    });
     if (!view.scene.effects.background) return light;
-    const double mu = std::max(std::abs(view.ray.direction.z), 1e-6);
-    return to_planet > 0 ? light + view.light.beam(matter, mu) * behind()
-                         : light + view.light.background(matter, mu) * behind();
+    return to_planet > 0 ? light + beam * planet()
+                         : light + background_share * background() + beam * sun();
 }
 
 }  // namespace stratus

@@ -21,7 +21,9 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
         {"opposition", &SceneEffects::opposition},
         {"density", &SceneEffects::density},
         {"shadows", &SceneEffects::shadows},
-        {"sun_size", &SceneEffects::sun_size}};
+        {"sun_size", &SceneEffects::sun_size},
+        {"ringshine", &SceneEffects::ringshine},
+        {"planetshine", &SceneEffects::planetshine}};
     return effects;
 }
 
@@ -38,17 +40,19 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
             set_all(on);
             continue;
         }
-        const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
-                                        [&](const auto& effect) { return effect.first == name; });
-        if (found == scene_effects().end()) {
-            std::vector<std::string> known{"all"};
-            for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
-            throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
-                                        nearest_name(name, known) + "'?");
-        }
-        effects.*found->second = on;
+        effects.*scene_effect(name) = on;
     }
     return effects;
+}
+
+bool SceneEffects::*scene_effect(const std::string& name) {
+    const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
+                                    [&](const auto& effect) { return effect.first == name; });
+    if (found != scene_effects().end()) return found->second;
+    std::vector<std::string> known{"all"};
+    for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
+    throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
+                                nearest_name(name, known) + "'?");
 }
 
 std::vector<std::string> scene_effect_names(const SceneEffects& effects) {
@@ -70,6 +74,17 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
         layer.extinction.fill(1);
     }
     return scenes;
+}
+
+bool needs_all_incidence(const Scene& scene) noexcept {
+    const SceneEffects& on = scene.effects;
+    if (const Rings* const rings = std::get_if<Rings>(&scene.subject))
+        if (on.planetshine && !rings->surface.is_black()) return true;
+    if (!on.background) return false;
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
+        return !planet->surface.is_black();
+    const Slab* const slab = std::get_if<Slab>(&scene.subject);
+    return (slab && slab->surface) || (on.transmission && !scene.background.is_black());
 }
 
 double seen_depth(const Scene& scene, double optical_depth) noexcept {

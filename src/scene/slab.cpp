@@ -1,3 +1,5 @@
+#include <stratus/runtime/constants.h>
+
 #include "subjects.h"
 
 #include <algorithm>
@@ -8,6 +10,8 @@ namespace {
 
 /// Beyond it, an integer no longer counts the cells of patterns: the horizon.
 constexpr double max_distance = 1e13;
+
+constexpr double min_cosine = 1e-6;  // of a sun that lights the ground
 
 bool is_on(const Slab& slab, const Vector3& point) noexcept {
     return std::abs(point.x) <= slab.half_size && std::abs(point.y) <= slab.half_size;
@@ -20,39 +24,77 @@ Matter matter_at(const Slab& slab, const SceneLayer& layer, const Vector3& point
             1};
 }
 
-/// Radiance of the ground, which is lit and seen through the layer; the ray comes from above.
-Rgb3 ground_light(const Slab& slab, const View& view, const Matter& seen,
-                  const Vector3& crossing) noexcept {
-    const double mu_in = view.to_sun.z, mu_out = -view.ray.direction.z;
-    const Vector3 point = crossing + (slab.height / mu_out) * view.ray.direction;
+/// Radiance of the ground at one of its points.
+Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noexcept {
+    const double mu_in = view.to_sun.z;
+    if (!slab.surface || mu_in <= min_cosine) return {};
     const Matter lit =
         matter_at(slab, view.scene.layer, point + (slab.height / mu_in) * view.to_sun);
     const Rgb albedo = slab.surface->at(plane_point(point.x, point.y, slab.image_size));
-    return mu_in * view.light.ground(lit, mu_in, seen, mu_out, albedo);
+    return irradiance(view, mu_in) * view.light.ground(lit, mu_in, albedo);
+}
+
+/// What the layer scatters towards the eye of the sun's light.
+Rgb3 scattered(const View& view, const Matter& matter, const Geometry& geometry,
+               bool lit) noexcept {
+    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
+                                                   : view.light.transmission(matter, geometry));
+}
+
+/// The ray crosses the layer and goes on to the background. Over ground it comes from below, and the
+/// layer reflects down what the ground sends up: A t(mu_in) / (1 - A s) times the plane albedo, the
+/// sum over all orders of light between the two. Of ground and layers that vary, the ground straight
+/// below stands for all.
+Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) noexcept {
+    const Vector3& direction = view.ray.direction;
+    const Matter matter = matter_at(slab, view.scene.layer, crossing);
+    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
+    Rgb3 light{};
+    if (!slab.surface || view.to_sun.z > 0)
+        light = scattered(view, matter, geometry, (view.to_sun.z > 0) == (direction.z < 0));
+    if (!view.scene.effects.background) return light;
+    if (slab.surface)
+        light = light + view.light.plane_albedo(matter, geometry.mu_out) *
+                            ground_light(slab, view, crossing - Vector3{0, 0, slab.height});
+    return light +
+           view.light.background(matter, geometry.mu_out) *
+               background_along(view.scene, direction) +
+           view.light.beam(matter, geometry.mu_out) * sun_along(view.scene, direction);
+}
+
+/// The ray crosses the layer from above and ends on the ground.
+Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossing) noexcept {
+    const Vector3& direction = view.ray.direction;
+    if (view.to_sun.z <= 0) return {};
+    const Matter matter = matter_at(slab, view.scene.layer, crossing);
+    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
+    const Vector3 point = crossing + (slab.height / geometry.mu_out) * direction;
+    return scattered(view, matter, geometry, true) +
+           view.light.total_transmittance(matter, geometry.mu_out) *
+               ground_light(slab, view, point);
+}
+
+/// Distance along a ray to a level plane; infinity beyond the horizon.
+double distance_to_plane(const Ray& ray, double z) noexcept {
+    const double distance = (z - ray.origin.z) / ray.direction.z;
+    return distance > 0 && distance <= max_distance ? distance : infinity;
 }
 
 }  // namespace
 
 Rgb3 radiance_of(const Slab& slab, const View& view) noexcept {
-    const double distance = -view.ray.origin.z / view.ray.direction.z;
-    auto background = [&] { return background_along(view.scene, view.ray.direction); };
-    if (!(distance > 0) || distance > max_distance) return background();
-    const Vector3 crossing = view.ray.at(distance);
-    const bool from_above = view.ray.direction.z < 0;
-    if (!slab.surface && !is_on(slab, crossing)) return background();
-    const Matter matter = matter_at(slab, view.scene.layer, crossing);
-    const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
-    Rgb3 light{};
-    if (!slab.surface || view.to_sun.z > 0) {
-        const bool lit = (view.to_sun.z > 0) == from_above;
-        light = geometry.mu_in * (lit ? view.light.reflection(matter, geometry)
-                                      : view.light.transmission(matter, geometry));
+    const double to_layer = distance_to_plane(view.ray, 0),
+                 to_ground = distance_to_plane(view.ray, -slab.height);
+    if (!std::isinf(to_layer)) {
+        const Vector3 crossing = view.ray.at(to_layer);
+        if (slab.surface && view.ray.direction.z < 0)
+            return light_over_ground(slab, view, crossing);
+        if (slab.surface || is_on(slab, crossing)) return sky_light(slab, view, crossing);
+    } else if (slab.surface && !std::isinf(to_ground)) {
+        return ground_light(slab, view, view.ray.at(to_ground));
     }
-    if (!slab.surface)
-        return view.scene.effects.background
-                   ? light + view.light.background(matter, geometry.mu_out) * background()
-                   : light;
-    return view.to_sun.z > 1e-6 ? light + ground_light(slab, view, matter, crossing) : light;
+    return background_along(view.scene, view.ray.direction) +
+           sun_along(view.scene, view.ray.direction);
 }
 
 }  // namespace stratus

@@ -96,8 +96,8 @@ Slab read_slab(const Section& root, const Source& source, const Camera& camera) 
     slab.half_size = section.number("size") / 2;
     slab.image_size = section.number("image_size");
     if (slab.surface)
-        require(camera.position.z > 0, caller, root.section("camera").at("position"),
-                "above a slab with ground", camera.position.z);
+        require(camera.position.z > -slab.height, caller, root.section("camera").at("position"),
+                "above the ground, z = -slab.height", camera.position.z);
     return slab;
 }
 

@@ -5,6 +5,7 @@ source "$(dirname "$0")/expect.sh"
 
 "$make_fixture" mixed mixed.h5 || exit 1
 "$make_fixture" full full.h5 || exit 1
+"$make_fixture" endless endless.h5 || exit 1
 
 # observe W1 W2 DEPTH [RADIUS]: rows of a ring's brightness from the table, sigma 1 % of it, both sides
 observe() {
@@ -24,7 +25,9 @@ observe() {
         printf "%s,-%s,%s,%.17g,%.17g%s\n", $1, $2, $3, $1 * $8, $1 * $8 / 100, radius }' "$logs/seen.csv"
 }
 columns=mu_in,mu_out,azimuth_deg,brightness,sigma
-answer=w1,w1_sigma,w2,w2_sigma,optical_depth,optical_depth_sigma,chi_square,degrees_of_freedom,remarks
+covariances=covariance_w1_w2,covariance_w1_optical_depth,covariance_w2_optical_depth
+judged=chi_square,degrees_of_freedom,probability,remarks
+answer=w1,w1_sigma,w2,w2_sigma,optical_depth,optical_depth_sigma,$covariances,$judged
 near() { echo "(f[\"$1\"] - $2) ^ 2 < 1e-6"; }  # within 0.001
 
 # --- answers
@@ -34,6 +37,7 @@ expect_ok fit one.csv --table mixed.h5
 expect_silent "$err"
 expect_header $answer
 expect_rows 1 "$(near w1 0.5) && $(near w2 0.25) && $(near optical_depth 1.2) && f[\"chi_square\"] < 0.01"
+expect_rows 1 'f["probability"] > 0.999 && f["covariance_w1_w2"] ^ 2 < (f["w1_sigma"] * f["w2_sigma"]) ^ 2'
 expect_rows 1 'f["degrees_of_freedom"] == 33 && f["w1_sigma"] > 0 && f["w1_sigma"] < 0.05 && f["remarks"] == "\"\""'
 cp "$out" answer.csv
 expect_ok fit - --table mixed.h5 -o out.csv <one.csv
@@ -60,8 +64,60 @@ expect_same "$out" answers.csv
 expect_ok fit deep.csv --table mixed.h5
 expect_says "$out" '"optical_depth not determined by these geometries (above '
 
+# parameters that are held: not varied, no variance, one degree of freedom more
+expect_ok fit one.csv --table mixed.h5 --fix w2=0.25
+expect_header $answer
+expect_rows 1 "$(near w1 0.5) && $(near optical_depth 1.2) && f[\"w2\"] == 0.25 && f[\"w2_sigma\"] == 0"
+expect_rows 1 'f["degrees_of_freedom"] == 34 && f["covariance_w1_w2"] == 0 && f["covariance_w1_optical_depth"] != 0'
+expect_ok fit one.csv --table mixed.h5 --fix w1=0.5,tau=1.2
+expect_rows 1 "$(near w2 0.25) && f[\"optical_depth\"] == 1.2 && f[\"degrees_of_freedom\"] == 35"
+expect_ok fit one.csv --table mixed.h5 --fix w2=0.35  # contradicts the rows
+expect_says "$out" '"refused: chi_square ' 'for 34 degrees of freedom (probability '
+
+# a table of one phase function has w and tau alone
+echo mu_in,mu_out,azimuth_deg,optical_depth,albedo >query.csv
+printf '%s,1.5,0.9\n' 0.5,0.8,60 0.3,0.2,180 0.9,0.5,0 >>query.csv
+"$stratus" eval full.h5 --query query.csv --density 0.1 --opposition hapke:width=0.05 --effects reflection >seen.csv || fail "eval"
+{ echo $columns; awk -F, 'NR > 1 { printf "%s,%s,%s,%.17g,0.001\n", $1, $2, $3, $1 * $6 }' seen.csv; } >w.csv
+expect_ok fit w.csv --table full.h5 --density 0.1 --opposition hapke:width=0.05
+expect_header w,w_sigma,optical_depth,optical_depth_sigma,covariance_w_optical_depth,$judged
+expect_rows 1 "$(near w 0.9) && $(near optical_depth 1.5) && f[\"degrees_of_freedom\"] == 1"
+
+# without a table: light scattered once, (w/4) (1 - exp(-tau (1/mu + 1/mu0))) / (mu + mu0) of isotropic particles
+awk 'BEGIN {
+    print "side,mu_in,mu_out,azimuth_deg,brightness,sigma"
+    w = 0.8; tau = 0.6
+    for (mu = 0.2; mu < 1; mu += 0.2) {
+        printf "lit,0.5,%g,90,%.17g,0.001\n", mu, 0.5 * w / 4 * (1 - exp(-tau * (1 / mu + 2))) / (mu + 0.5)
+        printf "beam,1,%g,0,%.17g,0.001\n", mu, exp(-tau / mu) } }' >once.csv
+expect_ok fit once.csv --single --phase isotropic
+expect_header w,w_sigma,optical_depth,optical_depth_sigma,covariance_w_optical_depth,$judged
+expect_rows 1 "$(near w 0.8) && $(near optical_depth 0.6) && f[\"degrees_of_freedom\"] == 6"
+expect_ok fit once.csv --single --phase henyey_greenstein:g=0.3 --second-phase lambert_sphere --fix w2=0 --free g1
+expect_header "w1,w1_sigma,w2,w2_sigma,optical_depth,optical_depth_sigma,g1,g1_sigma,covariance_w1_w2,$(
+    )covariance_w1_optical_depth,covariance_w1_g1,covariance_w2_optical_depth,covariance_w2_g1,$(
+    )covariance_optical_depth_g1,$judged"
+expect_rows 1 "$(near w1 0.8) && $(near optical_depth 0.6) && $(near g1 0)"
+"$stratus" solve --phase henyey_greenstein:g=0.4 --albedo 0.9 --optical-depth 0.6 --query - >seen.csv <<END || fail "solve"
+mu_in,mu_out,azimuth_deg
+0.5,0.3,20
+0.5,0.8,160
+0.2,0.4,90
+END
+{ echo $columns; awk -F, 'NR > 1 { printf "%s,%s,%s,%.17g,0.001\n", $1, $2, $3, $1 * $4 }' seen.csv; } >all.csv
+expect_ok fit all.csv --phase henyey_greenstein:g=0.4
+expect_rows 1 "$(near w 0.9) && $(near optical_depth 0.6)"
+
+# occultations alone need nothing else: tau = -mu ln I, its standard deviation mu sigma / I
+printf 'side,mu_out,brightness,sigma\nbeam,0.5,0.3,0.01\n' >star.csv
+expect_ok fit star.csv
+expect_header optical_depth,optical_depth_sigma,$judged
+expect_rows 1 "$(near optical_depth 0.6019864) && $(near optical_depth_sigma 0.0166667)"
+expect_ok fit star.csv --density 0.5
+expect_rows 1 "$(near optical_depth 0.3009932) && $(near optical_depth_sigma 0.0083333)"
+
 expect_ok fit --help
-expect_says "$out" "I/F = mu_in R" "mu_out < 0"
+expect_says "$out" "I/F = mu_in R" "mu_out < 0" "exp(-tau / mu_out)" "--single" "probability"
 
 # --- refusals
 
@@ -81,9 +137,9 @@ refuse_row 0.5,0.5,0,0.1,-0.01 sigma "(0, inf)" "got -0.01"
 refuse_row 0.5,0.5,0,dark,0.01 brightness "got 'dark'"
 refuse_row 0.5,0.5,0,0.1 "5 values" "got 4"
 sed -n 1,3p one.csv >bad.csv
-expect_refused 2 bad.csv "at least three" "got 2" -- fit bad.csv --table mixed.h5
+expect_refused 2 bad.csv "at least 3" "free parameter" "got 2" -- fit bad.csv --table mixed.h5
 { cat bins.csv; echo 0.5,0.5,0,0.1,0.01,3; } >bad.csv
-expect_refused 2 bad.csv "at least three" "got 1 of 3" -- fit bad.csv --table mixed.h5
+expect_refused 2 bad.csv "at least 3" "got 1 of 3" -- fit bad.csv --table mixed.h5
 echo $columns >bad.csv
 expect_refused 2 bad.csv "no observations" -- fit bad.csv --table mixed.h5
 cut -d , -f 1-4 one.csv >bad.csv
@@ -91,9 +147,28 @@ expect_refused 2 bad.csv sigma -- fit bad.csv --table mixed.h5
 sed '1s/sigma/error/' one.csv >bad.csv
 expect_refused 2 bad.csv sigma -- fit bad.csv --table mixed.h5
 sed '1s/$/,side/; 2,$s/$/,1/' one.csv >bad.csv
-expect_refused 2 bad.csv "got side" -- fit bad.csv --table mixed.h5
-expect_refused 2 --table "mixture axis" "full.h5" -- fit one.csv --table full.h5
-expect_refused 2 --table required -- fit one.csv
+expect_refused 2 bad.csv "line 2" "lit, unlit, beam" "got '1'" -- fit bad.csv --table mixed.h5
+expect_refused 2 "--table or --phase" neither -- fit one.csv
+expect_refused 2 --table --phase both -- fit one.csv --table mixed.h5 --phase isotropic
+expect_refused 2 --table --single both -- fit one.csv --table mixed.h5 --single
+expect_refused 2 --single --phase alone -- fit star.csv --single
+expect_refused 2 --second-phase --phase alone -- fit star.csv --second-phase isotropic
+expect_refused 2 isotopic isotropic -- fit one.csv --phase isotopic
+expect_refused 2 --fix "w1, w2, tau, g1, g2" "got w3=1" -- fit one.csv --table mixed.h5 --fix w3=1
+expect_refused 2 --fix "w, tau, g" "got w2=1" -- fit one.csv --table full.h5 --fix w2=1
+expect_refused 2 --fix NAME=VALUE "got w1" -- fit one.csv --table mixed.h5 --fix w1
+expect_refused 2 --fix NAME=VALUE "got w1=much" -- fit one.csv --table mixed.h5 --fix w1=much
+expect_refused 2 --fix "w1 once" "got w1=0.3" -- fit one.csv --table mixed.h5 --fix w1=0.2,w1=0.3
+expect_refused 2 "w1 held" "[0, 1]" "got 2" -- fit one.csv --table mixed.h5 --fix w1=2
+expect_refused 2 --free --fix "got g1" -- fit one.csv --phase henyey_greenstein:g=0.1 --second-phase isotropic --fix g1=0 --free g1
+expect_refused 2 g2 Henyey-Greenstein "got free" -- fit one.csv --table mixed.h5 --free g2
+expect_refused 2 --density "[0, 1)" "got 1" -- fit one.csv --table mixed.h5 --density 1
+expect_refused 2 one.csv "line 3" side "table holds" "got unlit" -- fit one.csv --table endless.h5
+expect_refused 2 --opposition "fit: " "got lommel" -- fit one.csv --table mixed.h5 --opposition lommel
+sed '2s/^beam,0.5/beam,-0.5/' star.csv >bad.csv
+expect_refused 2 "line 2" mu_out "(0, 1]" "got -0.5" -- fit bad.csv
+printf 'side,mu_out,brightness,sigma\nlit,0.5,0.3,0.01\n' >bad.csv
+expect_refused 2 bad.csv mu_in -- fit bad.csv --phase isotropic
 expect_refused 1 absent.csv -- fit absent.csv --table mixed.h5
 expect_refused 1 absent.h5 -- fit one.csv --table absent.h5
 expect_refused 2 one.csv another -- fit one.csv --table mixed.h5 -o ./one.csv

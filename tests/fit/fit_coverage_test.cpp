@@ -1,12 +1,19 @@
+// Standard deviations are what they say: of 200 fits to noisy light of known rings as many lie
+// within two of them as should, whatever is fitted by whichever model.
 #include "observed_rings.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <string>
 
 namespace stratus {
 namespace {
 
+using test::Circumstances;
 using test::Ring;
 
 constexpr int rings = 20, noises_per_ring = 10;
@@ -15,48 +22,152 @@ constexpr int rings = 20, noises_per_ring = 10;
 /// limits in one run of a thousand (binomial).
 constexpr int min_within = 181, max_within = 199;
 
-double chi_square_of(const Ring& ring, const std::vector<Observation>& observed) {
-    const double albedo = ring.w1 + ring.w2;
-    const TableView mixed = test::ring_table().view().at_mixture(ring.w1 / albedo);
-    double sum = 0;
-    for (const Observation& view : observed)
-        sum += std::pow(
-            (brightness(mixed, albedo, ring.optical_depth, view) - view.brightness) / view.sigma,
-            2);
-    return sum;
+/// What is fitted, and by what.
+struct Mode {
+    std::string name;
+    std::function<std::unique_ptr<LayerModel>()> model;
+    std::vector<Observation> views;
+    Circumstances circumstances{};
+    std::vector<FitParameter> held{};
+    bool one_kind = false;
+    bool g2_free = false;
+};
+
+void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
+
+std::vector<Observation> joined_views(std::vector<Observation> first,
+                                      const std::vector<Observation>& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
 }
 
-TEST(Fit, StandardDeviationsHaveNominalCoverage) {
-    std::mt19937 random(1982);
+std::unique_ptr<LayerModel> ring_table_model() { return table_model(test::ring_table().view()); }
+
+std::unique_ptr<LayerModel> one_kind_table_model() {
+    static const Table table = [] {
+        Recipe recipe = test::ring_recipe();
+        recipe.mixture.reset();
+        return solve_table(recipe);
+    }();
+    return table_model(table.view());
+}
+
+const PhaseFunction spheres = PhaseFunction::lambert_sphere();
+const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.4);  // where fits of g2 begin
+
+/// Few nodes: the solver's error is far below 1 % of noise, and the fits are many.
+std::unique_ptr<LayerModel> solver_of_few_nodes() {
+    SolverOptions options;
+    options.nodes = 8;
+    options.modes = 8;
+    return solver_model(spheres, lobe, options);
+}
+
+std::vector<Mode> modes() {
+    const std::vector<Observation> both = test::views(true), lit = test::views(false);
+    const std::vector<Observation> occulted = joined_views(lit, test::occultations());
+    std::vector<Observation> few;
+    for (const double mu_out : {0.35, 0.8})
+        for (const double azimuth : {0.2, 1.4, 3.0})
+            for (const Light light : {Light::reflected, Light::transmitted})
+                few.push_back({{0.4, mu_out, azimuth}, light, 0, 0});
+    Circumstances dense;
+    dense.density = 0.1;
+    dense.opposition = Opposition::hapke(0.8, 0.05);
+    Circumstances once;
+    once.single_alone = true;
+    const auto single = [] { return single_scattering_model(spheres, lobe); };
+    return {
+        {"Table", ring_table_model, both},
+        {"TableWithW2Held", ring_table_model, both, {}, {fit_w2}},
+        {"TableWithDepthHeld", ring_table_model, lit, {}, {fit_optical_depth}},
+        {"TableOfOneKind", one_kind_table_model, both, {}, {}, true},
+        {"LitSideAndOccultations", ring_table_model, occulted},
+        {"DenseWithOpposition", ring_table_model, both, dense},
+        {"SingleScattering", single, both, once, {}, false, true},
+        {"SingleScatteringOfDenseLayers", single, occulted, {true, 0.1, dense.opposition}},
+        {"Solver", solver_of_few_nodes, few, {}, {fit_w1}, false, true},
+        {"Occultations", beam_model, test::occultations()},
+    };
+}
+
+Ring random_ring(const Mode& mode, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
-    int w1 = 0, w2 = 0, depth = 0;
-    double chi_square = 0;
+    const double albedo = 0.4 + 0.55 * uniform(random);
+    const double share = mode.one_kind ? 1 : 0.15 + 0.7 * uniform(random);
+    const double depth = 0.1 * std::pow(20, uniform(random));
+    const double g2 = mode.g2_free                      ? 0.3 + 0.4 * uniform(random)
+                      : mode.circumstances.single_alone ? 0.4
+                                                        : 0.5;
+    return {albedo * share, albedo * (1 - share), depth, g2};
+}
+
+FitOptions options_of(const Mode& mode, const Ring& ring) {
+    FitOptions options;
+    options.density = mode.circumstances.density;
+    options.opposition = mode.circumstances.opposition;
+    options.free_g2 = mode.g2_free;
+    for (const FitParameter p : mode.held) {
+        if (p == fit_optical_depth) options.optical_depth = ring.optical_depth;
+        if (p == fit_w1) options.w1 = ring.w1;
+        if (p == fit_w2) options.w2 = ring.w2;
+    }
+    return options;
+}
+
+class FitCoverage : public testing::TestWithParam<Mode> {};
+
+TEST_P(FitCoverage, IsNominal) {
+    const Mode& mode = GetParam();
+    const std::unique_ptr<LayerModel> model = mode.model();
+    std::mt19937 random(1982);
+    std::array<int, fit_parameters> within{};
+    std::array<bool, fit_parameters> free{};
+    double chi_square = 0, degrees = 0;
+    int refused = 0, improbable = 0;
     for (int r = 0; r < rings; ++r) {
-        const double albedo = 0.4 + 0.55 * uniform(random), share = 0.15 + 0.7 * uniform(random);
-        const Ring ring{albedo * share, albedo * (1 - share), 0.1 * std::pow(20, uniform(random))};
-        std::vector<Observation> views = test::views(true);
-        test::solve_views(ring, views);
+        const Ring ring = random_ring(mode, random);
+        std::vector<Observation> views = mode.views;
+        test::solve_views(ring, views, mode.circumstances);
+        const FitOptions options = options_of(mode, ring);
+        free = free_parameters(*model, options);
+        const double truth[] = {ring.optical_depth, ring.w1, ring.w2, 0, ring.g2};
         for (int n = 0; n < noises_per_ring; ++n) {
             const std::vector<Observation> observed = test::with_noise(views, random);
-            const Fit fit = fit_layer(test::ring_table().view(), observed);
-            const auto is_within = [](const Estimate& found, double truth) {
-                return std::abs(found.value - truth) <= 2 * found.sigma;
-            };
-            w1 += is_within(fit.w1, ring.w1);
-            w2 += is_within(fit.w2, ring.w2);
-            depth += is_within(fit.optical_depth, ring.optical_depth);
-            chi_square += fit.chi_square / fit.degrees_of_freedom;
-            EXPECT_LE(fit.chi_square, chi_square_of(ring, observed));  // not a local minimum
-            EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
+            const Fit fit = fit_layer(*model, observed, options);
+            for (std::size_t p = 0; p < fit_parameters; ++p)
+                within[p] +=
+                    std::abs(fit.estimate[p].value - truth[p]) <= 2 * fit.estimate[p].sigma;
+            chi_square += fit.chi_square;
+            degrees += fit.degrees_of_freedom;
+            improbable += fit.probability < 0.1;
+            refused += !fit.remarks.empty();
+
+            // not a local minimum
+            const std::vector<double> of_truth =
+                model->brightness({truth[0], truth[1], truth[2], truth[3], truth[4]}, observed,
+                                  options.density, options.opposition);
+            double chi_square_of_truth = 0;
+            for (std::size_t i = 0; i < observed.size(); ++i)
+                chi_square_of_truth +=
+                    std::pow((of_truth[i] - observed[i].brightness) / observed[i].sigma, 2);
+            EXPECT_LE(fit.chi_square, chi_square_of_truth * (1 + 1e-9));
         }
     }
-    for (const int count : {w1, w2, depth}) {
-        EXPECT_GE(count, min_within);
-        EXPECT_LE(count, max_within);
+    for (std::size_t p = 0; p < fit_parameters; ++p) {
+        if (!free[p]) continue;
+        RecordProperty(fit_parameter_names(*model)[p], within[p]);
+        EXPECT_GE(within[p], min_within) << fit_parameter_names(*model)[p];
+        EXPECT_LE(within[p], max_within) << fit_parameter_names(*model)[p];
     }
-    // of 9000 degrees of freedom, to five standard deviations
-    EXPECT_NEAR(chi_square / (rings * noises_per_ring), 1, 5 * std::sqrt(2.0 / 9000));
+    // to five standard deviations
+    EXPECT_NEAR(chi_square / degrees, 1, 5 * std::sqrt(2 / degrees));
+    EXPECT_NEAR(improbable, 20, 5 * std::sqrt(200 * 0.1 * 0.9));
+    EXPECT_LE(refused, 2);  // a probability below 1e-3
 }
+
+INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()),
+                         [](const auto& mode) { return mode.param.name; });
 
 }  // namespace
 }  // namespace stratus

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/slice.h>
 
 #include "observed_rings.h"
 #include "refusal.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace stratus {
@@ -39,9 +41,10 @@ TEST(Fit, RecoversTheLayerWithoutNoise) {
     for (const Ring& ring : {Ring{0.5, 0.3, 0.7}, Ring{0.1, 0.4, 0.1}, Ring{0.8, 0.15, 1.8}}) {
         const Fit fit = fit_of(ring, test::views(true));
         constexpr double table_error = 2e-3;  // usually a tenth of it
-        EXPECT_NEAR(fit.w1.value, ring.w1, table_error);
-        EXPECT_NEAR(fit.w2.value, ring.w2, table_error);
-        EXPECT_NEAR(fit.optical_depth.value, ring.optical_depth, table_error * ring.optical_depth);
+        EXPECT_NEAR(fit.w1().value, ring.w1, table_error);
+        EXPECT_NEAR(fit.w2().value, ring.w2, table_error);
+        EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth,
+                    table_error * ring.optical_depth);
         EXPECT_LT(fit.chi_square, 1);
         EXPECT_EQ(fit.degrees_of_freedom, 45);
         EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
@@ -61,15 +64,16 @@ TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
             const double azimuth = pi * uniform(random);
             views.push_back(
                 {{mu_in, mu_out, azimuth},
-                 n % 2 == 1 && uniform(random) < 0.5 ? Side::transmission : Side::reflection,
+                 n % 2 == 1 && uniform(random) < 0.5 ? Light::transmitted : Light::reflected,
                  0,
                  0});
         }
         const Fit fit = fit_of(ring, views);
         EXPECT_LT(fit.chi_square, 0.5) << n;  // the true layer's is the error of the table
-        const bool found = std::abs(fit.w1.value - ring.w1) < 0.02 &&
-                           std::abs(fit.w2.value - ring.w2) < 0.02 &&
-                           std::abs(std::log(fit.optical_depth.value / ring.optical_depth)) < 0.05;
+        const bool found =
+            std::abs(fit.w1().value - ring.w1) < 0.02 &&
+            std::abs(fit.w2().value - ring.w2) < 0.02 &&
+            std::abs(std::log(fit.optical_depth().value / ring.optical_depth)) < 0.05;
         EXPECT_TRUE(found || !fit.remarks.empty()) << n;
         others += remark(fit, "w1 = ").ends_with("fits as well") ? 1 : 0;
     }
@@ -83,8 +87,9 @@ TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
     for (int n = 0; n < 4; ++n) four_times.insert(four_times.end(), once.begin(), once.end());
     const Fit a = fit_layer(ring_table().view(), once);
     const Fit b = fit_layer(ring_table().view(), four_times);
-    EXPECT_NEAR(b.w1.sigma, a.w1.sigma / 2, 1e-3 * a.w1.sigma);
-    EXPECT_NEAR(b.optical_depth.sigma, a.optical_depth.sigma / 2, 1e-3 * a.optical_depth.sigma);
+    EXPECT_NEAR(b.w1().sigma, a.w1().sigma / 2, 1e-3 * a.w1().sigma);
+    EXPECT_NEAR(b.optical_depth().sigma, a.optical_depth().sigma / 2,
+                1e-3 * a.optical_depth().sigma);
 }
 
 TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
@@ -96,8 +101,8 @@ TEST(Fit, RemarksThatTheLitSideOfADeepLayerLeavesItsDepthOpen) {
     const double limit = std::stod(text.substr(text.find("above ") + 6));
     EXPECT_GT(limit, 1);  // the light that depth 1 transmits would be missing
     EXPECT_LT(limit, ring.optical_depth);
-    EXPECT_NEAR(fit.w1.value, ring.w1, 2 * fit.w1.sigma);  // still determined
-    EXPECT_LT(fit.w1.sigma, 0.02);
+    EXPECT_NEAR(fit.w1().value, ring.w1, 2 * fit.w1().sigma);  // still determined
+    EXPECT_LT(fit.w1().sigma, 0.02);
     EXPECT_EQ(remark(fit_of({0.5, 0.2, 6}, test::views(true)), "optical_depth"), "");
 }
 
@@ -105,7 +110,7 @@ TEST(Fit, RemarksThatOneScatteringAngleDoesNotSeparateTwoAlbedos) {
     std::vector<Observation> views;
     for (const double mu : {0.2, 0.35, 0.5}) {
         const double cos_azimuth = (0.25 + mu * mu) / (1 - mu * mu);
-        views.push_back({{mu, mu, std::acos(cos_azimuth)}, Side::reflection, 0, 0});
+        views.push_back({{mu, mu, std::acos(cos_azimuth)}, Light::reflected, 0, 0});
         ASSERT_NEAR(cos_scattering_angle_reflected(views.back().geometry), 0.25, 1e-12);
     }
     const Fit fit = fit_of({0.3, 0.3, 0.1}, views);
@@ -116,27 +121,184 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
     std::vector<Observation> views;
     for (const double azimuth : {0.1, 1.5, 3.0})
         for (const double mu_out : {0.8, 0.9, 1.0})
-            views.push_back({{0.9, mu_out, azimuth}, Side::reflection, 0, 0});
+            views.push_back({{0.9, mu_out, azimuth}, Light::reflected, 0, 0});
     const Fit fit = fit_of({0.3, 0.3, 0.06}, views);
     EXPECT_NE(remark(fit, "optical_depth not determined by these geometries"), "");
 }
 
-TEST(Fit, RemarksOnTheEdgeOfTheTable) {
+TEST(Fit, RemarksOnTheEdgeOfARange) {
     std::vector<Observation> views = seen({0.6, 0.4, 1}, test::views(true));
     for (Observation& view : views)
-        view.brightness *= view.side == Side::transmission ? 1 : 1.1;  // brighter than any layer
+        view.brightness *= view.light == Light::transmitted ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
-    EXPECT_NE(remark(fit, "w1 + w2 at the edge of the table (1)"), "");
+    EXPECT_NE(remark(fit, "w1 + w2 at the edge of its range (1)"), "");
     EXPECT_GT(fit.chi_square, fit.degrees_of_freedom);
     const Fit pure = fit_of({0.7, 0, 1}, test::views(true));
-    EXPECT_NEAR(pure.w2.value, 0, 1e-3);
+    EXPECT_NEAR(pure.w2().value, 0, 1e-3);
+}
+
+TEST(Fit, OccultationsAloneDetermineTheDepth) {
+    constexpr double mu = 0.4, seen = 0.3, sigma = 0.01;
+    const std::vector<Observation> star{{{1, mu, 0}, Light::beam, seen, sigma}};
+    for (const double density : {0.0, 0.2}) {
+        FitOptions options;
+        options.density = density;
+        const Fit fit = fit_layer(*beam_model(), star, options);
+        const double expected = -mu * std::log(seen) * (1 - density);
+        EXPECT_NEAR(fit.optical_depth().value, expected, 1e-6 * expected);
+        const double expected_sigma = mu * sigma / seen * (1 - density);
+        EXPECT_NEAR(fit.optical_depth().sigma, expected_sigma, 1e-3 * expected_sigma);
+        EXPECT_EQ(fit.degrees_of_freedom, 0);
+        EXPECT_EQ(fit.probability, 1);
+        EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
+    }
+}
+
+TEST(Fit, OccultationsGiveTheDepthThatTheLitSideLeavesOpen) {
+    const Ring ring{0.5, 0.2, 6};
+    std::vector<Observation> views = test::views(false);
+    const std::vector<Observation> beams = test::occultations();
+    views.insert(views.end(), beams.begin(), beams.end());
+    const Fit fit = fit_of(ring, views);
+    EXPECT_EQ(remark(fit, "optical_depth"), "");
+    EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth, 2e-3);
+    EXPECT_LT(fit.optical_depth().sigma, 0.005);  // 1 % at mu = 0.25 is 0.0025
+}
+
+FitOptions holding(std::optional<double> depth, std::optional<double> w1,
+                   std::optional<double> w2) {
+    FitOptions options;
+    options.optical_depth = depth;
+    options.w1 = w1;
+    options.w2 = w2;
+    return options;
+}
+
+TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
+    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const Fit all = fit_layer(ring_table().view(), views);
+    struct Held {
+        FitOptions options;
+        int parameter;
+    };
+    for (const auto& [options, h] :
+         {Held{holding(all.optical_depth().value, {}, {}), fit_optical_depth},
+          Held{holding({}, all.w1().value, {}), fit_w1},
+          Held{holding({}, {}, all.w2().value), fit_w2}}) {
+        const auto held = static_cast<std::size_t>(h);
+        const Fit fit = fit_layer(ring_table().view(), views, options);
+        EXPECT_EQ(fit.degrees_of_freedom, all.degrees_of_freedom + 1);
+        EXPECT_EQ(fit.estimate[held].value, all.estimate[held].value);
+        for (std::size_t p = 0; p < 3; ++p) {
+            EXPECT_NEAR(fit.estimate[p].value, all.estimate[p].value, 1e-5);
+            for (std::size_t q = 0; q < 3; ++q) {
+                // the covariance of a normal distribution, given one of its variates
+                const double expected = all.covariance[p][q] - all.covariance[p][held] *
+                                                                   all.covariance[held][q] /
+                                                                   all.covariance[held][held];
+                const double scale = all.estimate[p].sigma * all.estimate[q].sigma;
+                EXPECT_NEAR(fit.covariance[p][q], expected, 1e-3 * scale);
+            }
+        }
+    }
+}
+
+TEST(Fit, HoldsAllParametersAndJudgesThem) {
+    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const Fit right = fit_layer(ring_table().view(), views, holding(0.7, 0.5, 0.3));
+    EXPECT_EQ(right.degrees_of_freedom, 48);
+    EXPECT_LT(right.chi_square, 1);
+    EXPECT_TRUE(right.remarks.empty());
+    const Fit wrong = fit_layer(ring_table().view(), views, holding(0.8, 0.5, 0.3));
+    EXPECT_LT(wrong.probability, 1e-6);
+    EXPECT_NE(remark(wrong, "refused: chi_square "), "");
+}
+
+TEST(Fit, RemarksThatChiSquareRefusesTheModel) {
+    // Two stars, one through twice the depth of the other.
+    const auto fit_to = [](double other) {
+        const std::vector<Observation> stars{
+            {{1, 0.5, 0}, Light::beam, std::exp(-1 / 0.5), 0.01},
+            {{1, 0.5, 0}, Light::beam, std::exp(-1 / 0.5) + other, 0.01}};
+        return fit_layer(*beam_model(), stars);
+    };
+    const Fit refused = fit_to(0.01 * std::sqrt(2.0 * 70));  // chi-square 70 for their mean
+    EXPECT_NEAR(refused.chi_square, 70, 1e-3);
+    EXPECT_EQ(remark(refused, "refused"),
+              "refused: chi_square 70 for 1 degree of freedom (probability 5.9e-17)");
+    EXPECT_TRUE(fit_to(0.01 * std::sqrt(2.0 * 10)).remarks.empty());   // probability 1.6e-3
+    EXPECT_FALSE(fit_to(0.01 * std::sqrt(2.0 * 11)).remarks.empty());  // probability 0.9e-3
+}
+
+TEST(Fit, FindsAsymmetriesBySingleScattering) {
+    const auto model = single_scattering_model(PhaseFunction::lambert_sphere(),
+                                               PhaseFunction::henyey_greenstein(0.1));
+    FitOptions options;
+    options.free_g2 = true;
+    for (const Ring& ring : {Ring{0.3, 0.4, 0.5, 0.6}, Ring{0.6, 0.2, 0.2, -0.5}}) {
+        std::vector<Observation> views = test::views(true);
+        test::solve_views(ring, views, {true});
+        const Fit fit = fit_layer(*model, views, options);
+        EXPECT_NEAR(fit.g2().value, ring.g2, 1e-5);
+        EXPECT_NEAR(fit.w1().value, ring.w1, 1e-5);
+        EXPECT_NEAR(fit.w2().value, ring.w2, 1e-5);
+        EXPECT_NEAR(fit.optical_depth().value, ring.optical_depth, 1e-5);
+    }
+}
+
+TEST(Fit, FindsAsymmetriesByTheSolver) {
+    SolverOptions few_nodes;
+    few_nodes.nodes = 12;
+    const auto model =
+        solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, few_nodes);
+    const double g = 0.35, w = 0.9, depth = 0.8;
+    std::vector<Observation> views = test::views(true);
+    const std::vector<double> bright = model->brightness({depth, w, 0, g, 0}, views);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        views[i].brightness = bright[i];
+        views[i].sigma = 0.01 * bright[i];
+    }
+    FitOptions options;
+    options.free_g1 = true;
+    const Fit fit = fit_layer(*model, views, options);
+    EXPECT_NEAR(fit.g1().value, g, 1e-4);
+    EXPECT_NEAR(fit.w1().value, w, 1e-4);
+    EXPECT_NEAR(fit.optical_depth().value, depth, 1e-4);
+    EXPECT_EQ(fit.w2().value, 0);
+}
+
+// Slices, which pictures are made of, take density and opposition on another way.
+TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
+    const Ring ring{0.5, 0.3, 0.7};
+    Effects effects;
+    effects.density = 0.15;
+    effects.opposition = Opposition::hapke(0.7, 0.1);
+    const TableView mixed = ring_table().view().at_mixture(ring.w1 / (ring.w1 + ring.w2));
+    const Slice slice = bind(mixed, ring.optical_depth, ring.w1 + ring.w2, effects);
+    std::vector<Observation> views = test::views(true);
+    views.push_back({{0.4, 0.45, pi}, Light::reflected, 0, 0});  // 3 degrees of phase angle
+    views.push_back({{0.4, 0.4, 0}, Light::beam, 0, 0});
+    const std::vector<double> brightness =
+        table_model(ring_table().view())
+            ->brightness({ring.optical_depth, ring.w1, ring.w2}, views, effects.density,
+                         effects.opposition);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const auto in = static_cast<float>(views[i].geometry.mu_in),
+                   out = static_cast<float>(views[i].geometry.mu_out),
+                   azimuth = static_cast<float>(views[i].geometry.azimuth);
+        const double expected = views[i].light == Light::beam ? double{slice.direct(out)}
+                                : views[i].light == Light::reflected
+                                    ? in * double{slice.reflection(in, out, azimuth)}
+                                    : in * double{slice.transmission(in, out, azimuth)};
+        EXPECT_NEAR(brightness[i], expected, 2e-3 * expected) << i;  // the table's tolerance
+    }
 }
 
 TEST(Fit, IsReproducibleToTheBit) {
     const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
-    EXPECT_EQ(a.w1.value, b.w1.value);
-    EXPECT_EQ(a.optical_depth.sigma, b.optical_depth.sigma);
+    EXPECT_EQ(a.w1().value, b.w1().value);
+    EXPECT_EQ(a.optical_depth().sigma, b.optical_depth().sigma);
 }
 
 void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& change,
@@ -150,7 +312,8 @@ void expect_fit_refusal(const std::function<void(std::vector<Observation>&)>& ch
 
 TEST(Fit, RefusesObservationsOutOfRange) {
     using Views = std::vector<Observation>;
-    expect_fit_refusal([](Views& v) { v.resize(2); }, {"fit_layer", "observations", "three", "2"});
+    expect_fit_refusal([](Views& v) { v.resize(2); },
+                       {"fit_layer", "observations", "at least 3", "got 2"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_in = 0; }, {"mu_in", "(0, 1]", "got 0"});
     expect_fit_refusal([](Views& v) { v[3].geometry.mu_out = 1.1; }, {"mu_out", "(0, 1]", "1.1"});
     expect_fit_refusal([&](Views& v) { v[3].geometry.azimuth = infinity; }, {"azimuth", "inf"});
@@ -158,19 +321,64 @@ TEST(Fit, RefusesObservationsOutOfRange) {
     expect_fit_refusal([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
 }
 
-TEST(Fit, RefusesTablesWithoutTheSideOrAMixture) {
+TEST(Fit, RefusesTablesWithoutTheSide) {
     std::vector<Observation> views = test::views(true);
     for (Observation& view : views) view.brightness = view.sigma = 0.1;
     Table lit = ring_table();
     lit.transmission_multiple.clear();
     expect_refusal<std::invalid_argument>([&] { fit_layer(lit.view(), views); },
-                                          {"observed side", "holds", "transmission"});
-    Recipe one = test::ring_recipe();
-    one.mixture.reset();
-    one.discretisation.mu_samples = one.discretisation.albedo_samples = 4;
-    const Table plain = solve_table(one);
-    expect_refusal<std::invalid_argument>([&] { fit_layer(plain.view(), views); },
-                                          {"table", "mixture axis", "without"});
+                                          {"observed light", "the model knows", "transmitted"});
+}
+
+void expect_option_refusal(const FitOptions& options, const std::vector<const char*>& fragments) {
+    std::vector<Observation> views = test::views(true);
+    for (Observation& view : views) view.brightness = view.sigma = 0.1;
+    expect_refusal<std::invalid_argument>([&] { fit_layer(ring_table().view(), views, options); },
+                                          fragments);
+}
+
+TEST(Fit, RefusesOptionsOutOfRange) {
+    expect_option_refusal(holding({}, 1.1, {}), {"fit_layer", "w1 held", "[0, 1]", "got 1.1"});
+    expect_option_refusal(holding({}, {}, -0.1), {"w2 held", "[0, 1]", "got -0.1"});
+    expect_option_refusal(holding({}, 0.03, 0.03), {"w1 + w2 held", "[0.1, 1]", "got 0.06"});
+    expect_option_refusal(holding({}, 0.6, 0.6), {"w1 + w2 held", "[0.1, 1]", "got 1.2"});
+    expect_option_refusal(holding(9, {}, {}), {"optical_depth held", ", 8]", "got 9"});
+    expect_option_refusal(holding(-1, {}, {}), {"optical_depth held", "got -1"});
+    FitOptions options;
+    options.density = 1;
+    expect_option_refusal(options, {"density", "[0, 1)", "got 1"});
+    options = {};
+    options.opposition = {Opposition::Law::hapke, -1, 1};
+    expect_option_refusal(options, {"opposition.width", "(0, inf)", "got -1"});
+    options = {};
+    options.free_g2 = true;
+    expect_option_refusal(options, {"g2", "Henyey-Greenstein", "got free"});
+    options.free_g2 = false;
+    options.g1 = 0.5;
+    expect_option_refusal(options, {"g1", "Henyey-Greenstein", "got 0.5"});
+}
+
+TEST(Fit, RefusesWhatOtherModelsDoNotKnow) {
+    std::vector<Observation> views = test::views(true);
+    for (Observation& view : views) view.brightness = view.sigma = 0.1;
+    const auto refuses = [&](const LayerModel& model, const FitOptions& options,
+                             const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>([&] { fit_layer(model, views, options); }, fragments);
+    };
+    refuses(*beam_model(), {}, {"observed light", "reflected"});
+    const auto one = single_scattering_model(PhaseFunction::henyey_greenstein(0.5), std::nullopt);
+    refuses(*one, holding({}, {}, 0.1), {"w2", "one kind", "got 0.1"});
+    FitOptions options;
+    options.free_g2 = true;
+    refuses(*one, options, {"g2", "left out"});
+    options = {};
+    options.g1 = 0.99;
+    refuses(*one, options, {"g held", "[-0.95, 0.95]", "got 0.99"});
+    options.free_g1 = true;
+    refuses(*one, options, {"g must be either held or free"});
+    views.resize(1);
+    refuses(*one, {}, {"observations", "at least 2, one for each free parameter", "got 1"});
+    EXPECT_EQ(fit_layer(*one, views, holding(0.5, {}, {})).degrees_of_freedom, 0);
 }
 
 }  // namespace

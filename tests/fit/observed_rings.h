@@ -5,6 +5,7 @@
 #include <stratus/fit/fit.h>
 #include <stratus/transfer/solve.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -12,6 +13,14 @@ namespace stratus::test {
 
 struct Ring {
     double w1, w2, optical_depth;
+    double g2 = 0.5;  // of the second kind of particles; the first are Lambert spheres
+};
+
+/// What the light of a synthetic ring is made of.
+struct Circumstances {
+    bool single_alone = false;
+    double density = 0;
+    Opposition opposition{};
 };
 
 inline Recipe ring_recipe() {
@@ -42,16 +51,22 @@ inline std::vector<Observation> views(bool both_sides) {
     for (const double mu_in : {0.12, 0.4})
         for (const double mu_out : {0.1, 0.35, 0.8})
             for (const double azimuth : {0.2, 1.4, 2.2, 3.0})
-                for (const Side side : {Side::reflection, Side::transmission})
-                    if (both_sides || side == Side::reflection)
-                        views.push_back({{mu_in, mu_out, azimuth}, side, 0, 0});
+                for (const Light light : {Light::reflected, Light::transmitted})
+                    if (both_sides || light == Light::reflected)
+                        views.push_back({{mu_in, mu_out, azimuth}, light, 0, 0});
     return views;
 }
 
+/// Occultations of two stars.
+inline std::vector<Observation> occultations() {
+    return {{{1, 0.5, 0}, Light::beam, 0, 0}, {{1, 0.25, 0}, Light::beam, 0, 0}};
+}
+
 /// Sets the exact brightness of a ring, and a standard deviation of 1 % of it.
-inline void solve_views(const Ring& ring, std::vector<Observation>& views) {
-    const Recipe recipe = ring_recipe();
+inline void solve_views(const Ring& ring, std::vector<Observation>& views,
+                        const Circumstances& circumstances = {}) {
     const double albedo = ring.w1 + ring.w2;
+    const double depth = ring.optical_depth / (1 - circumstances.density);
     std::vector<double> mu;
     for (const Observation& view : views) {
         mu.push_back(view.geometry.mu_in);
@@ -59,16 +74,29 @@ inline void solve_views(const Ring& ring, std::vector<Observation>& views) {
     }
     SolverOptions solver;
     solver.nodes = 24;
-    const LayerSolution solution = solve_layer(at_mixture(recipe, ring.w1 / albedo).phase_function,
-                                               albedo, ring.optical_depth, mu, solver);
+    const LayerSolution solution =
+        solve_layer(PhaseFunction::mixture(ring.w1 / albedo, PhaseFunction::lambert_sphere(),
+                                           PhaseFunction::henyey_greenstein(ring.g2)),
+                    albedo, depth, mu, solver);
     for (std::size_t i = 0; i < views.size(); ++i) {
+        Observation& view = views[i];
+        const auto& [mu_in, mu_out, azimuth] = view.geometry;
         const int in = static_cast<int>(2 * i), out = in + 1;
-        const double azimuth = views[i].geometry.azimuth;
-        const SolvedValue value = views[i].side == Side::transmission
-                                      ? solution.transmission(in, out, azimuth)
-                                      : solution.reflection(in, out, azimuth);
-        views[i].brightness = views[i].geometry.mu_in * value.total;
-        views[i].sigma = 0.01 * views[i].brightness;
+        if (view.light == Light::beam) {
+            view.brightness = std::exp(-depth / mu_out);
+        } else {
+            const bool lit = view.light == Light::reflected;
+            const SolvedValue value = lit ? solution.reflection(in, out, azimuth)
+                                          : solution.transmission(in, out, azimuth);
+            const double factor =
+                lit ? opposition_factor(circumstances.opposition,
+                                        cos_scattering_angle_reflected(view.geometry), depth, mu_in,
+                                        mu_out)
+                    : 1;
+            view.brightness =
+                mu_in * (factor * value.single + (circumstances.single_alone ? 0 : value.multiple));
+        }
+        view.sigma = 0.01 * view.brightness;
     }
 }
 

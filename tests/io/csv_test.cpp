@@ -90,6 +90,17 @@ TEST(Csv, RefusesAZeroByteWithItsLine) {
                                           {"some.csv", "line 2", "text", "byte 0"});
 }
 
+TEST(Csv, ReadsColumnsOfWordsAsTheirPlaces) {
+    const std::vector<CsvWords> words{{"side", {"lit", "unlit"}}};
+    std::istringstream stream("mu,side\n0.5,unlit\n1, \"lit\"\n");
+    const CsvTable table = read_csv(stream, "some.csv", words);
+    EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0.5, 1}, {1, 0}}));
+    std::istringstream other("mu,side\n0.5,dark\n");
+    expect_refusal<std::invalid_argument>(
+        [&] { read_csv(other, "some.csv", words); },
+        {"some.csv", "line 2", "'side'", "one of lit, unlit", "'dark'"});
+}
+
 TEST(Csv, NamesTheColumnsPresentWhenOneIsMissing) {
     expect_refusal<std::invalid_argument>([] { read("mu_in,mu_out\n").column("azimuth_deg"); },
                                           {"some.csv", "'azimuth_deg'", "mu_in, mu_out"});

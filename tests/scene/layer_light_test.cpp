@@ -50,7 +50,8 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
              varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
             const Matter matter{depth, scene.layer.albedo, 1};
             const Rgb3 layer_light = light.reflection(matter, geometry);
-            const Rgb3 ground_light = light.ground(matter, 0.8, matter, 0.3, ground);
+            const Rgb3 ground_light =
+                light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
             const double albedo[] = {0.2, 0.6, 1.0};
             for (std::size_t c = 0; c < 3; ++c) {
                 const LayerSolution both = solved(scene.layer.components[0], 0.95, depth, geometry,
@@ -81,7 +82,8 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
         const Matter matter{3, scene.layer.albedo, 1};
         const Rgb3 reflected = light.reflection(matter, geometry),
                    transmitted = light.transmission(matter, geometry),
-                   from_ground = light.ground(matter, 0.8, matter, 0.3, ground);
+                   from_ground =
+                       light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
         const double ground_albedo[] = {0.25, 0.5, 1.0};
         for (std::size_t c = 0; c < 3; ++c) {
             const PhaseFunction& own = scene.layer.channels[c];
@@ -93,6 +95,59 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
                 solved(own, albedo, depth, geometry, LowerBoundary::surface(ground_albedo[c]));
             EXPECT_NEAR((reflected[c] + from_ground[c]) / both.reflection(0, 1, 0.4).total, 1,
                         1.5 * tolerance)
+                << c;
+        }
+    }
+}
+
+TEST(Incidence, IsNotTheSunsAloneWherePlanetsShineOrGroundIsSeen) {
+    Scene slab = small_slab(1, 0.9);
+    EXPECT_TRUE(needs_all_incidence(slab)) << "background";
+    slab.background.colour = {0, 0, 0};
+    EXPECT_FALSE(needs_all_incidence(slab));
+    std::get<Slab>(slab.subject).surface = Texture{};
+    EXPECT_TRUE(needs_all_incidence(slab)) << "ground";
+    slab.effects.background = false;
+    EXPECT_FALSE(needs_all_incidence(slab));
+    Scene rings = small_rings(1);
+    EXPECT_FALSE(needs_all_incidence(rings));
+    rings.effects.planetshine = true;
+    EXPECT_TRUE(needs_all_incidence(rings));
+    std::get<Rings>(rings.subject).surface = Texture{};
+    EXPECT_FALSE(needs_all_incidence(rings)) << "a black planet";
+}
+
+TEST(LayerLight, TakesThreeOpticalDepths) {
+    Scene scene = small_planet(0, 4, 0.9);
+    scene.layer.extinction = {0.125, 0.5, 1};
+    scene.layer.albedo = {0.9, 0.9, 0.7};
+    const Rgb ground{0.5f, 0.5f, 0.5f};
+    std::get<Planet>(scene.subject).surface.colour = ground;
+    scene.tolerance = tolerance;
+    const Geometry geometry{0.8, 0.3, 0.4};
+    for (const bool varied : {false, true}) {
+        if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+        const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+        const LayerLight light(scene, tables.get());
+        const Matter matter{4, scene.layer.albedo, 1};
+        const Rgb3 reflected = light.reflection(matter, geometry),
+                   transmitted = light.transmission(matter, geometry),
+                   beam = light.beam(matter, 0.8), albedo = light.plane_albedo(matter, 0.8),
+                   from_ground =
+                       light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double depth = 4 * scene.layer.extinction[c];
+            const auto solve = [&](const LowerBoundary& below) {
+                return solved(scene.layer.components[0], scene.layer.albedo[c], depth, geometry,
+                              below);
+            };
+            const LayerSolution free = solve({}), over_ground = solve(LowerBoundary::surface(0.5));
+            EXPECT_NEAR(reflected[c] / free.reflection(0, 1, 0.4).total, 1, tolerance) << c;
+            EXPECT_NEAR(transmitted[c] / free.transmission(0, 1, 0.4).total, 1, tolerance) << c;
+            EXPECT_NEAR(beam[c], std::exp(-depth / 0.8), 1e-15) << c;
+            EXPECT_NEAR(albedo[c] / free.plane_albedo(0), 1, tolerance) << c;
+            EXPECT_NEAR((reflected[c] + from_ground[c]) / over_ground.reflection(0, 1, 0.4).total,
+                        1, 1.5 * tolerance)
                 << c;
         }
     }
@@ -139,7 +194,7 @@ TEST(LayerLight, IsZeroForAnEmptyLayer) {
     const Matter nothing{0, {1, 1, 1}, 1};
     EXPECT_EQ(light.reflection(nothing, {0.5, 0.5, 0})[0], 0);
     EXPECT_EQ(light.transmission(nothing, {0.5, 0.5, 0})[0], 0);
-    EXPECT_EQ(light.beam(nothing, 0.1), 1);
+    EXPECT_EQ(light.beam(nothing, 0.1)[1], 1);
 }
 
 TEST(LayerLight, AppliesEachEffect) {
@@ -157,7 +212,7 @@ TEST(LayerLight, AppliesEachEffect) {
     EXPECT_NEAR(reflection(), single_reflection(phase, 0.8, 2, 0.5, 0.5), 1e-6);
     scene.effects.density = false;
     EXPECT_NEAR(reflection(), single_reflection(phase, 0.8, 1, 0.5, 0.5), 1e-6);
-    EXPECT_NEAR(LayerLight(scene, nullptr).beam(matter, 0.5), std::exp(-2), 1e-15);
+    EXPECT_NEAR(LayerLight(scene, nullptr).beam(matter, 0.5)[1], std::exp(-2), 1e-15);
     scene.effects.reflection = false;
     EXPECT_EQ(reflection(), 0);
     scene.effects.reflection = true;

@@ -137,6 +137,94 @@ TEST(RenderedSlab, CastsAShadowOnTheGround) {
     EXPECT_NEAR(ground(shift - 1.01), mu, 1e-12);
 }
 
+/// Flux over pi of what is seen along all directions up (or down) from `eye`.
+Rgb3 flux_from(const Scene& scene, const LayerLight& light, const Vector3& eye, double sign) {
+    constexpr int cosines = 40, azimuths = 40;
+    Rgb3 flux{};
+    for (int i = 0; i < cosines; ++i)
+        for (int k = 0; k < azimuths; ++k) {
+            // Uniform in mu^2 with weight mu d mu = d(mu^2) / 2, squeezed towards grazing angles.
+            const double share = (i + 0.5) / cosines, mu = share * share;
+            const Vector3 direction =
+                direction_at(std::asin(sign * mu), 2 * pi * (k + 0.5) / azimuths);
+            flux = flux + 4.0 * mu * share / (cosines * azimuths) *
+                              radiance_along(scene, light, {eye, direction}, scene.to_sun);
+        }
+    return flux;
+}
+
+TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
+    Scene scene = small_slab(2, 0.9);
+    scene.background.colour = {0, 0, 0};
+    scene.sun_colour = {1, 0.5, 2};
+    scene.tolerance = 2e-3;
+    Slab& slab = std::get<Slab>(scene.subject);
+    slab.half_size = infinity;
+    slab.height = 3;
+    slab.surface = Texture{};
+    slab.surface->colour = {1, 0.5f, 0.25f};
+    const double ground[] = {1, 0.5, 0.25};
+    const double mu_in = scene.to_sun.z, beam = mu_in * std::exp(-2 / mu_in);
+    for (const double albedo : {0.9, 1.0}) {
+        scene.layer.albedo = {albedo, albedo, albedo};
+        const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+        const LayerLight light(scene, tables.get());
+        const Rgb3 down = flux_from(scene, light, {0, 0, -1.5}, 1),
+                   up = flux_from(scene, light, {0, 0, -1.5}, -1),
+                   above = flux_from(scene, light, {0, 0, 1}, -1);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double colour = scene.sun_colour[c];
+            EXPECT_NEAR(ground[c] * (down[c] + colour * beam) / up[c], 1, 3e-3)
+                << "the ground reflects what falls on it; albedo " << albedo << ", channel " << c;
+            if (albedo < 1) continue;
+            const double absorbed = (1 / ground[c] - 1) * up[c];
+            EXPECT_NEAR((above[c] + absorbed) / (colour * mu_in), 1, 3e-3)
+                << "what is not absorbed by the ground leaves; channel " << c;
+        }
+    }
+}
+
+TEST(RenderedSlab, ShowsTheSkyFromBeneathAndTheGroundUnveiled) {
+    Scene scene = once(small_slab(0.7, 0.5));
+    scene.effects.single = false;
+    Slab& slab = std::get<Slab>(scene.subject);
+    slab.height = 2;
+    slab.surface = Texture{};
+    slab.surface->colour = {0.5f, 0.5f, 0.5f};
+    const Vector3 eye{0, 0, -1};
+    const double mu_in = scene.to_sun.z;
+    EXPECT_NEAR(along(scene, eye, {std::sqrt(3), 0, 0})[2], std::exp(-0.7 / 0.5), 1e-12);
+    EXPECT_NEAR(along(scene, eye, {1, 0, -2})[2], 0.5 * mu_in * std::exp(-0.7 / mu_in), 1e-12);
+}
+
+TEST(Sun, IsSeenThroughTheLayer) {
+    Scene scene = once(small_slab(2, 0.5));
+    scene.effects.single = false;
+    scene.background.colour = {0, 0, 0};
+    scene.layer.extinction = {0.25, 0.5, 1};
+    scene.sun_colour = {1, 0.5, 0.25};
+    scene.sun_diameter = radians(2);
+    const Vector3 eye{0, 0, -1};
+    const double mu = scene.to_sun.z;
+    EXPECT_EQ(along(scene, eye, eye + scene.to_sun)[0], 0);
+    scene.sun_visible = true;
+    const auto at = [&](double degrees) {
+        const Vector3 beside = normalised(cross(scene.to_sun, {0, 1, 0}));
+        return along(
+            scene, eye,
+            eye + std::cos(radians(degrees)) * scene.to_sun + std::sin(radians(degrees)) * beside);
+    };
+    EXPECT_EQ(at(1.001)[0], 0);
+    EXPECT_GT(at(0.999)[0], 0);
+    // The disk's light on a surface that faces it is the sun's.
+    const double solid_angle = 2 * pi * (1 - std::cos(radians(1)));
+    const Rgb3 disk = at(0);
+    for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(disk[c] * solid_angle / pi,
+                    scene.sun_colour[c] * std::exp(-2 * scene.layer.extinction[c] / mu), 1e-9)
+            << c;
+}
+
 TEST(RenderedRings, AreDarkInThePlanetsShadow) {
     Scene scene = once(small_rings(1));
     scene.to_sun = direction_at(radians(30), 0);

@@ -174,7 +174,15 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
         {"surface", "surface = { pattern = 'dots' }", "slab.surface.pattern", "got dots"},
         {"surface", "surface = { image = 'a.jpg' }", ".png or .exr", "a.jpg"},
         {"height = 2", "height = -1.0", "slab.height", "[0, 1e6]"},
-        {"position", "position = [1.0, 0.0, -1.0]", "camera.position", "above a slab", "-1"},
+        {"position", "position = [1.0, 0.0, -2.0]", "camera.position", "above the ground", "-2"},
+        {"direction", "direction = [0, 0, 1]\ncolour = -1.0", "sun.colour", "[0, 1e6]"},
+        {"direction", "direction = [0, 0, 1]\nvisible = 'yes'", "sun.visible", "true or false"},
+        {"angular_diameter_deg", "visible = true", "sun.visible", "false where"},
+        {"optical_depth", "optical_depth = [1.0, 2.0]", "layer.optical_depth", "three numbers"},
+        {"optical_depth", "optical_depth = [1, 2, -3]", "layer.optical_depth", "[0, inf]", "-3"},
+        {"optical_depth", "optical_depth = [1, 2, inf]", "layer.optical_depth", "finite", "inf"},
+        {"optical_depth", "optical_depth = [1, 2, 3]\nextinction = 'phase_function'",
+         "layer.extinction"},
         {"[slab]", "[planet]\n[slab]", "of one kind", "[planet] and [slab]"},
     };
     for (const auto& one : cases)
@@ -182,6 +190,32 @@ TEST(SceneFile, RefusesValuesOutOfRange) {
     expect_refusal<std::runtime_error>(
         [] { parse_scene(cloud_but("surface", "surface = { image = 'absent.png' }")); },
         {"absent.png"});
+}
+
+TEST(SceneFile, TakesThreeOpticalDepths) {
+    const auto layer_of = [](const std::string& optical_depth) {
+        return parse_scene(cloud_but("optical_depth", optical_depth)).panels[0].layer;
+    };
+    const std::array<double, 3> share{0.25, 0.5, 1};
+    const SceneLayer plain = layer_of("optical_depth = [1.0, 2.0, 4.0]");
+    EXPECT_TRUE(plain.optical_depth.is_plain());
+    EXPECT_EQ(plain.optical_depth.max, 4);
+    EXPECT_EQ(plain.extinction, share);
+    const SceneLayer clouds = layer_of("optical_depth = { clouds = true, most = [1.0, 2.0, 4.0] }");
+    EXPECT_EQ(clouds.optical_depth.max, 4);
+    EXPECT_EQ(clouds.extinction, share);
+    const SceneLayer none = layer_of("optical_depth = [0, 0, 0]");
+    EXPECT_EQ(none.optical_depth.max, 0);
+}
+
+TEST(SceneFile, TakesAColouredSunAndItsDisk) {
+    const Scene scene = parse_scene(cloud_but("direction",
+                                              "direction = [0, 0, 1]\ncolour = [1.0, 0.5, 0.25]\n"
+                                              "visible = true"))
+                            .panels[0];
+    EXPECT_EQ(scene.sun_colour, (std::array<double, 3>{1, 0.5, 0.25}));
+    EXPECT_TRUE(scene.sun_visible);
+    EXPECT_FALSE(parse_scene(cloud).panels[0].sun_visible);
 }
 
 TEST(SceneFile, TakesTheAlbedosOfDropletsForThreeColours) {
@@ -285,6 +319,68 @@ TEST(SceneFile, NamesTheLineOfAnErrorInPanels) {
     expect_line(cloud_but("height", "hight = 32") + panels, "hight");
     expect_line(cloud_but("samples", "samples = 'two'") + panels, "samples");
     expect_line(cloud_but("albedo", "albedos = 0.5") + panels + "layer.density = 0.1\n", "albedos");
+}
+
+/// A file of rings with two panels; the second one's keys are to be replaced.
+class RingsFile : public ::testing::Test {
+  protected:
+    RingsFile() {
+        test::set_content(folder / "good.csv",
+                          "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n2,1,0,0\n");
+        test::set_content(folder / "bent.csv",
+                          "radius,optical_depth,w1,w2\n1.2,1,0,0\n1.1,1,0,0\n");
+        test::set_content(folder / "text.csv", "radius,optical_depth,w1,w2\n1.2,thin,0,0\n");
+    }
+
+    /// Refused with "scene: FILE, line LINE: " and then `text`, in the scene or in a panel.
+    template <class Error = std::invalid_argument>
+    void expect_place(const std::string& line, const std::string& text) {
+        const std::string head =
+            "[camera]\ndistance = 5.0\nfield_of_view_deg = 30.0\n[sun]\nelevation_deg = 20.0\n";
+        const std::string rest =
+            "layer.components = ['isotropic', 'rayleigh']\nrings.profile = 'good.csv'\n";
+        const std::string key = line.substr(0, line.find(' '));
+        std::string alone = rest;
+        if (const std::size_t begin = alone.find(key); begin != std::string::npos)
+            alone.erase(begin, alone.find('\n', begin) + 1 - begin);
+        SCOPED_TRACE(line);
+        expect_file<Error>(line + "\n" + alone + head, 1, text);
+        expect_file<Error>(rest + head + "[[panels]]\ntitle = 'first'\n[[panels]]\n" + line + "\n",
+                           11, text);
+    }
+
+    template <class Error>
+    void expect_file(const std::string& content, int line, const std::string& text) {
+        const std::string name = (folder / "rings.toml").string();
+        test::set_content(name, content);
+        const std::string start = "scene: " + name + ", line " + std::to_string(line) + ": " + text;
+        expect_refusal<Error>([&] { read_scene(name); }, {start.c_str()});
+    }
+
+    test::TemporaryFolder folder;
+};
+
+TEST_F(RingsFile, IsRefusedByFileAndLine) {
+    const std::string at = folder.path().string() + "/";
+    expect_place("rings.inward = 1.0", "unknown key 'rings.inward'; did you mean 'rings.inner'?");
+    expect_place("rings.flattening = 1.0", "rings.flattening must be a number in [0, 0.9], got 1");
+    expect_place("rings.flattening = 'much'", "rings.flattening must be a number in [0, 0.9], got");
+    expect_place("rings.inner = 3.0", "rings.inner must be within the profile, got 3");
+    expect_place("rings.profile = 'bent.csv'", "rings.profile: " + at +
+                                                   "bent.csv, line 3: radius must be above the one "
+                                                   "before, got 1.1");
+    expect_place("rings.profile = 'text.csv'", "rings.profile: read_csv: " + at +
+                                                   "text.csv, line 2: column 'optical_depth' must");
+    expect_place<std::runtime_error>("rings.profile = 'absent.csv'",
+                                     "rings.profile: read_csv: cannot open " + at + "absent.csv");
+    expect_place<std::runtime_error>("rings.surface.image = 'absent.png'", "rings.surface.image: ");
+    expect_place("rings.surface.image = 'grey.jpg'",
+                 "rings.surface.image must be a .png or .exr file, got " + at + "grey.jpg");
+    expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");
+    expect_place("layer.components = ['isotropic']", "layer.components must be a list of two");
+    expect_place("layer.optical_depth = 1.0", "layer.optical_depth must be absent where there are");
+    expect_place("effects = ['-shadow']", "effects: scene: unknown effect 'shadow'");
+    expect_place("background.colour = [1.0, 2.0]", "background.colour must be a number or three");
 }
 
 TEST(SceneCamera, IsPlacedByAnglesAndPlacesTheSunByPhaseAngle) {

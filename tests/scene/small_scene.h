@@ -37,7 +37,7 @@ inline Scene small_slab(double optical_depth, double albedo) {
     return scene;
 }
 
-/// A planet and rings of one depth from 1.5 to 2.5 of its radii.
+/// A planet and rings of one depth from 1.5 to 2.5 of its radii, which do not light one another.
 inline Scene small_rings(double optical_depth) {
     Scene scene = small_planet(0, 0, 1);
     scene.camera.width = 6;
@@ -49,6 +49,7 @@ inline Scene small_rings(double optical_depth) {
     rings.profile = {{1.5, 2.5}, {optical_depth, optical_depth}, {0.5, 0.3}, {0.1, 0.3}};
     rings.surface.colour = {0.5f, 0.25f, 0.75f};
     scene.subject = rings;
+    scene.effects.ringshine = scene.effects.planetshine = false;
     return scene;
 }
 

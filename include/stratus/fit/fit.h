@@ -1,51 +1,92 @@
 // Properties of a layer from its observed brightness: the inversion of [Blinn82] 4.3.
 //
-// The observed quantity is I/F = mu_in R, or mu_in T for the unlit side. The unknowns are the
-// albedos w1 and w2 of two kinds of scattering, w P = w1 P1 + w2 P2, and the optical depth; the
-// model is a table with a mixture axis. Levenberg-Marquardt minimises chi-square within the table's
+// The unknowns are the albedos w1 and w2 of two kinds of particles, w P = w1 P1 + w2 P2 (or w of
+// one), the optical depth and, when asked for, the asymmetries g1 and g2 of Henyey-Greenstein phase
+// functions. Any of them may be held. Levenberg-Marquardt minimises chi-square within the model's
 // range, starting from every local minimum of a scan over the optical depth.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/runtime/table.h>
+#include <stratus/fit/layer_model.h>
 
+#include <array>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace stratus {
 
-struct Observation {
-    Geometry geometry;
-    Side side;
-    double brightness;  // I/F
-    double sigma;       // its standard deviation
+struct FitOptions {
+    // Held at this value; without one they are free. Of particles of one kind w1 is w.
+    std::optional<double> optical_depth, w1, w2;
+
+    // Asymmetries are those of the phase functions, or held at this value, or free when asked.
+    std::optional<double> g1, g2;
+    bool free_g1 = false, free_g2 = false;
+
+    // Known of the layer beforehand. The optical depth is that of the layer, not the effective one.
+    double density = 0;
+    Opposition opposition;
 };
 
-/// A fitted parameter and its standard deviation, from the model linearised at the best fit.
+/// A fitted parameter and its standard deviation, from the model linearised at the best fit; 0 for
+/// one that was held.
 struct Estimate {
-    double value, sigma;
+    double value = 0, sigma = 0;
 };
+
+/// Places of the parameters in a covariance matrix.
+enum FitParameter { fit_optical_depth, fit_w1, fit_w2, fit_g1, fit_g2, fit_parameters };
 
 struct Fit {
-    Estimate w1, w2, optical_depth;
-    double chi_square;
-    int degrees_of_freedom;
+    std::array<Estimate, fit_parameters> estimate;
 
-    /// Caveats: a parameter that the geometries do not determine, one at the edge of the table,
-    /// another layer that fits as well.
+    /// Symmetric; rows of parameters that were held are 0.
+    std::array<std::array<double, fit_parameters>, fit_parameters> covariance{};
+
+    double chi_square = 0;
+    int degrees_of_freedom = 0;  // observations less free parameters
+
+    /// That errors as stated give so large a chi-square or a larger one; 1 without degrees of
+    /// freedom.
+    double probability = 1;
+
+    /// Caveats: a chi-square that refuses the model, a parameter that the geometries do not
+    /// determine, one at the edge of its range, another layer that fits as well.
     std::vector<std::string> remarks;
+
+    const Estimate& optical_depth() const { return estimate[fit_optical_depth]; }
+    const Estimate& w1() const { return estimate[fit_w1]; }
+    const Estimate& w2() const { return estimate[fit_w2]; }
+    const Estimate& g1() const { return estimate[fit_g1]; }
+    const Estimate& g2() const { return estimate[fit_g2]; }
 };
 
-/// I/F of a layer in the geometry of an observation.
-double brightness(const TableView& table, double albedo, double optical_depth,
-                  const Observation& observation) noexcept;
+/// The remark that chi-square refuses the model is made below this probability.
+constexpr double refusing_probability = 1e-3;
 
-/// Fits w1, w2 and the optical depth.
+/// Names of the parameters, in the order of a covariance matrix: optical_depth, then w1, w2, g1, g2
+/// or, of particles of one kind, w and g.
+std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& model);
+
+/// True for parameters that the model has and that are not held.
+std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
+                                                 const FitOptions& options);
+
+/// The number of parameters that are fitted.
+std::size_t free_parameter_count(const LayerModel& model, const FitOptions& options);
+
+/// Fits what is free to at least as many observations.
 ///
-/// Range    at least three observations; optical depths up to the largest finite sample.
-/// Errors   std::invalid_argument for fewer, for an observation out of range or of a side that is
-///          not in the table, and for a table without a mixture axis.
+/// Errors   std::invalid_argument for fewer; for an observation out of range or of light that the
+///          model does not know; for options out of range, and for an asymmetry of a phase function
+///          that is not Henyey-Greenstein.
 /// Threads  safe; the same bits every time.
-Fit fit_layer(const TableView& table, const std::vector<Observation>& observations);
+Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
+              const FitOptions& options = {});
+
+/// The same for a table.
+Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,
+              const FitOptions& options = {});
 
 }  // namespace stratus

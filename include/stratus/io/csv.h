@@ -23,14 +23,21 @@ struct CsvTable {
     bool has_column(const std::string& wanted) const;
 };
 
+/// A column of words rather than numbers; the value of a field is the place of its word.
+struct CsvWords {
+    std::string column;
+    std::vector<std::string> words;
+};
+
 /// Reads a whole file.
 ///
 /// Errors   std::runtime_error when the file cannot be opened; std::invalid_argument, naming file,
-///          line and text, for a row that is too short, too long or not a number, and for a
-///          missing header.
-CsvTable read_csv(const std::string& path);
+///          line and text, for a row that is too short, too long or not a number (or not one of a
+///          column's words), and for a missing header.
+CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words = {});
 
 /// The same from a stream; `name` stands for the file in messages.
-CsvTable read_csv(std::istream& stream, const std::string& name);
+CsvTable read_csv(std::istream& stream, const std::string& name,
+                  const std::vector<CsvWords>& words = {});
 
 }  // namespace stratus

@@ -9,12 +9,23 @@
 #include <stratus/scene/scene.h>
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <vector>
 
 namespace stratus {
 
 using Rgb3 = std::array<double, 3>;
+
+inline Rgb3 operator*(double factor, const Rgb3& light) noexcept {
+    return {factor * light[0], factor * light[1], factor * light[2]};
+}
+inline Rgb3 operator*(const Rgb3& share, const Rgb3& light) noexcept {
+    return {share[0] * light[0], share[1] * light[1], share[2] * light[2]};
+}
+inline Rgb3 operator+(const Rgb3& a, const Rgb3& b) noexcept {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
 
 /// What a picture looks up of its layer: directions, matter and sides.
 struct LookupRange {
@@ -25,12 +36,17 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+class RingShine;
+class PlanetShine;
+
 class LayerLight {
   public:
     /// `tables` is null where none is needed. Both must outlive this.
     ///
+    /// Cost     of rings and a planet that light one another: up to a second.
+    /// Threads  that many; 0: all.
     /// Errors   std::invalid_argument for orders n >= 2 without a table.
-    LayerLight(const Scene& scene, const LayerTables* tables);
+    LayerLight(const Scene& scene, const LayerTables* tables, int threads = 0);
 
     /// A uniform layer with the table's phase function and lower boundary, in a scene without
     /// ground.
@@ -45,33 +61,54 @@ class LayerLight {
     }
 
     /// exp(-tau / mu).
-    double beam(const Matter& matter, double mu) const noexcept;
+    Rgb3 beam(const Matter& matter, double mu) const noexcept;
 
     /// Share of the scene's background that is seen through the layer: the beam, and of a background
     /// of one colour the diffuse transmittance. What patterns and images give scattered is left out.
     Rgb3 background(const Matter& matter, double mu) const noexcept;
 
-    /// What a Lambert surface below the layer adds to R, interreflections included:
-    /// A t(mu_in) t(mu_out) / (1 - A s), t the direct and diffuse transmittance, s the layer's
-    /// spherical albedo. The surface is lit through `lit` and seen through `seen`; exact where both
-    /// are the same.
-    Rgb3 ground(const Matter& lit, double mu_in, const Matter& seen, double mu_out,
-                const Rgb& ground_albedo) const noexcept;
+    // A Lambert surface below the layer, interreflections included. It is lit through `lit`: exact
+    // where the layer is the same all over. Without orders n >= 2 the beam alone is transmitted, and
+    // nothing is reflected back to the ground.
+
+    /// pi I / F0 of the ground over mu_in: A t(mu_in) / (1 - A s), t the direct and diffuse
+    /// transmittance, s the layer's spherical albedo.
+    Rgb3 ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept;
+
+    /// Share of the ground's radiance that is seen from above through the layer: direct and diffuse
+    /// transmittance.
+    Rgb3 total_transmittance(const Matter& matter, double mu) const noexcept;
+
+    /// Share of the ground's radiance that the layer's underside reflects down along `mu`.
+    Rgb3 plane_albedo(const Matter& matter, double mu) const noexcept;
+
+    /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
+    Rgb3 ringshine(const Vector3& point) const noexcept;
+
+    /// Null where a planet does not light its rings.
+    const PlanetShine* planetshine() const noexcept { return planet_shine_.get(); }
 
     /// Records later lookups in `range`, which one thread at a time may do.
     void record(LookupRange* range) noexcept { recorded_ = range; }
 
   private:
+    /// The depth that one channel sees.
+    double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
+    /// `of(light, albedo, seen depth)` of each channel, evaluated once where neighbours are alike.
+    template <class Function>
+    Rgb3 each_channel(const Matter& matter, const Function& of) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
     Rgb3 of_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
+    void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     double transmittance(double albedo, double optical_depth, double mu) const noexcept;
     double spherical_albedo(double albedo, double optical_depth) const noexcept;
+    double plane_albedo(double albedo, double optical_depth, double mu) const noexcept;
     double diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
                                  double mu) const noexcept;
     /// `flux` of a table, over (albedo, optical_depth) or, where `mu` is not null, over
@@ -88,6 +125,8 @@ class LayerLight {
     OppositionTable opposition_table_;                        // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
+    std::shared_ptr<const RingShine> ring_shine_;
+    std::shared_ptr<const PlanetShine> planet_shine_;
     LookupRange* recorded_ = nullptr;
 };
 

@@ -1,7 +1,7 @@
 // Rendering: the radiance of each pixel of a scene.
 //
-// A pixel is the mean over a regular grid of samples in it. The same bits on any number of threads,
-// and for a pixel alone or with all others.
+// A pixel is the mean over a regular grid of samples in it; rings count by area, however narrow a
+// ringlet is. The same bits on any number of threads, and for a pixel alone or with all others.
 #pragma once
 
 #include <stratus/io/image.h>
@@ -30,7 +30,8 @@ Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
 std::vector<Vector3> sun_directions(const Scene& scene);
 
 struct RenderOptions {
-    int threads = 0;  // 0: all
+    int threads = 0;   // 0: all
+    int row_step = 1;  // one row of so many; the others stay black
     std::function<void(double done, const std::string& stage)> progress;
 };
 

@@ -29,6 +29,7 @@
 #include <stratus/scene/texture.h>
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -48,8 +49,10 @@ struct SceneEffects {
     bool background = true;    // what is seen through the layer, ground included
     bool opposition = true;
     bool density = true;
-    bool shadows = true;   // of a planet on its rings, of the rings on it
-    bool sun_size = true;  // a disk, not a point
+    bool shadows = true;      // of a planet on its rings, of the rings on it
+    bool sun_size = true;     // a disk, not a point
+    bool ringshine = true;    // light that rings scatter onto their planet
+    bool planetshine = true;  // light that a planet reflects onto its rings
 };
 
 /// Effects by name, in the order above.
@@ -60,6 +63,11 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
 ///
 /// Errors   std::invalid_argument with the nearest known name.
 SceneEffects parse_scene_effects(const std::vector<std::string>& names);
+
+/// The effect of a name.
+///
+/// Errors   as above.
+bool SceneEffects::*scene_effect(const std::string& name);
 
 /// The inverse: "all", and "-NAME" for each that is off.
 std::vector<std::string> scene_effect_names(const SceneEffects& effects);
@@ -75,7 +83,7 @@ struct Matter {
 struct SceneLayer {
     std::vector<PhaseFunction> components;      // two in rings, which mix them; else one
     std::vector<PhaseFunction> channels;        // red's, green's and blue's own; empty: all alike
-    std::array<double, 3> extinction{1, 1, 1};  // of those, the depth multiplied by it
+    std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
     double density = 0;
@@ -92,6 +100,8 @@ struct RingProfile {
     double outer() const { return radius.back(); }
     /// Albedos are multiplied by `tint`.
     Matter at(double radius, const std::array<double, 3>& tint) const noexcept;
+    /// The same of a radius known to lie between two rows, `row` and the next.
+    Matter after(std::size_t row, double radius, const std::array<double, 3>& tint) const noexcept;
 };
 
 /// A planet, flattened at its poles, and its rings in its equatorial plane.
@@ -109,7 +119,7 @@ struct Planet {
 /// A plane layer in z = 0, over ground or free.
 struct Slab {
     std::optional<Texture> surface;
-    double height = 0;
+    double height = 0;     // of the layer over the ground
     double half_size = 0;  // of a side
     double image_size = 1;
 };
@@ -119,11 +129,14 @@ struct Scene {
     std::string title;
     double tolerance = 2e-3;
     SceneEffects effects;
+    std::vector<bool SceneEffects::*> named;      // asked for by name, or by a key that makes them
     int width = 1024, height = 768, samples = 2;  // pixels; samples squared a pixel
     double white = 1;                             // radiance
     Camera camera;
     Vector3 to_sun{0, 0, 1};
     double sun_diameter = 0;  // radians
+    std::array<double, 3> sun_colour{1, 1, 1};
+    bool sun_visible = false;
     Texture background;
     SceneLayer layer;
     std::variant<Planet, Rings, Slab> subject;
@@ -152,6 +165,11 @@ SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>
 /// A scene for each of red, green and blue where these have their own phase functions, with that
 /// one's, its depth, and grey in its albedo; else the scene itself.
 std::vector<Scene> channel_scenes(const Scene& scene);
+
+/// Whether the layer is looked up at other cosines of incidence than the sun's: planetshine falls on
+/// rings from everywhere, and what is seen through a layer, ground or background, follows from its
+/// fluxes at the cosine of view.
+bool needs_all_incidence(const Scene& scene) noexcept;
 
 /// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;

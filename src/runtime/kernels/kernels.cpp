@@ -12,23 +12,26 @@ namespace {
 
 // ---- orders n >= 2
 
-template <int channels, class F>
-STRATUS_INLINE F mu_place(const SliceSide<channels>& side, F mu) {
-    // Stays below the last sample, so that there is a next one.
-    const float last = static_cast<float>(side.last_mu) * (1 - 1e-6f);
-    return clamped((mu_coordinate(mu) - side.mu_first) * side.mu_step_inverse, 0.0f, last);
+template <class F>
+STRATUS_INLINE F place_of(const SlicePlaces& places, F coordinate) {
+    return clamped((coordinate - places.first) * places.step_inverse, 0.0f, places.last);
 }
 
+/// Places of mu and mu' (slice_side.h).
 template <int channels, class F>
 STRATUS_INLINE auto mu_places(const SliceSide<channels>& side, F mu_in, F mu_out) {
     if constexpr (std::is_same_v<F, ChannelLanes>) {  // all channels share a place
-        const auto [high, low] = mu_places(side, mu_in.v[0], mu_out.v[0]);
-        return SortedPlaces<F, std::int32_t>{{high.sample, F(high.fraction)},
-                                             {low.sample, F(low.fraction)}};
+        const auto [mu, other] = mu_places(side, mu_in.v[0], mu_out.v[0]);
+        return CosinePlaces<F, std::int32_t>{{mu.sample, F(mu.fraction)},
+                                             {other.sample, F(other.fraction)}};
     } else if constexpr (std::is_same_v<F, float>) {
-        return sorted_places(mu_place(side, quantities(mu_in, mu_out)));
+        const QuantityLanes v = mu_coordinate(quantities(mu_in, mu_out));
+        if (side.symmetric) return sorted_places(place_of(side.mu_in, v));
+        return places_of(place_of(side.mu_in, float{v.v[0]}), place_of(side.mu_out, float{v.v[1]}));
     } else {
-        return sorted_places(mu_place(side, mu_in), mu_place(side, mu_out));
+        const F in = place_of(side.mu_in, mu_coordinate(mu_in));
+        const F out = place_of(side.mu_out, mu_coordinate(mu_out));
+        return side.symmetric ? sorted_places(in, out) : places_of(in, out);
     }
 }
 
@@ -38,8 +41,7 @@ STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimut
         const auto at = azimuth_place(side, half_azimuth.v[0]);
         return AxisPlace<F, std::int32_t>{at.sample, F(at.fraction)};
     } else {
-        return axis_place(square_root(half_azimuth) *
-                          (static_cast<float>(side.azimuths - 1) * (1 - 1e-6f)));
+        return axis_place(place_of(side.azimuth, square_root(half_azimuth)));
     }
 }
 
@@ -47,11 +49,15 @@ STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimut
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
-    const auto [high, low] = mu_places(side, path.mu_in, path.mu_out);
+    const auto [mu, other] = mu_places(side, path.mu_in, path.mu_out);
     const int azimuths = orders == Orders::without_azimuth ? 1 : side.azimuths;
     const int column = azimuths * channels;
-    const auto row = (half_of(high.sample * (high.sample + 3)) + low.sample) * column;
-    const auto next = row + (high.sample + 2) * column;
+    auto row = mu.sample * (side.columns * column) + other.sample * column;
+    auto next = row + side.columns * column;
+    if (side.symmetric) {
+        row = (half_of(mu.sample * (mu.sample + 3)) + other.sample) * column;
+        next = row + (mu.sample + 2) * column;
+    }
     constexpr int steps = channel_steps<channels, F>;
     if constexpr (orders == Orders::without_azimuth) {
         for (int c = 0; c < steps; ++c) {
@@ -59,12 +65,12 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
             const F b = sample_at<F>(side.sample + column + c, row);
             const F d = sample_at<F>(side.sample + c, next);
             const F e = sample_at<F>(side.sample + column + c, next);
-            const F near = a + low.fraction * (b - a), far = d + low.fraction * (e - d);
-            value[c] = near + high.fraction * (far - near);
+            const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
+            value[c] = near + mu.fraction * (far - near);
         }
     } else {
         const auto [k, fraction] = azimuth_place(side, path.half_azimuth);
-        const CornerWeights<F> weight = corner_weights(high.fraction, low.fraction);
+        const CornerWeights<F> weight = corner_weights(mu.fraction, other.fraction);
         for (int c = 0; c < steps; ++c) {
             const auto at = row + k * channels, at_next = next + k * channels;
             const float* const sample = side.sample + c;

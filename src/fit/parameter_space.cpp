@@ -1,0 +1,208 @@
+#include "parameter_space.h"
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stratus {
+namespace {
+
+constexpr const char* caller = "fit_layer";
+
+double between(double low, double high, double share) { return low + share * (high - low); }
+
+std::string text_of(const Interval& range) {
+    return std::string("[")
+        .append(joined({short_number(range.low, 6), short_number(range.high, 6)}))
+        .append("]");
+}
+
+/// Values of one albedo that leave the sum and the mixture within the model's range, the other one
+/// being held. `first`: w1 is the free one.
+Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
+    const Interval& sum = ranges.albedo;
+    const Interval share =
+        first ? ranges.mixture : Interval{1 - ranges.mixture.high, 1 - ranges.mixture.low};
+    Interval range{std::max(0.0, sum.low - held), sum.high - held};
+    if (held == 0) return share.high >= 1 ? range : Interval{1, 0};
+    // share = free / (free + held)
+    range.low = std::max(range.low, held * share.low / (1 - share.low));
+    if (share.high < 1) range.high = std::min(range.high, held * share.high / (1 - share.high));
+    return range;
+}
+
+}  // namespace
+
+ParameterSpace::ParameterSpace(const LayerModel& model, const FitOptions& options) {
+    one_kind_ = model.kinds() < 2;
+    const double dilution = 1 - options.density;
+    const Interval depth{model.ranges().optical_depth.low * dilution,
+                         model.ranges().optical_depth.high * dilution};
+    if (options.optical_depth) {
+        held_.optical_depth = *options.optical_depth;
+        require(model.has_depth(effective_optical_depth(held_.optical_depth, options.density)),
+                caller, "optical_depth held",
+                "one that the model knows, such as in " + text_of(depth), held_.optical_depth);
+    } else if (depth.low < depth.high) {
+        add(Coordinate::log_depth, {std::log2(depth.low), std::log2(depth.high)});
+    } else {
+        held_.optical_depth = depth.low;
+    }
+    add_albedos(model, options);
+    add_asymmetry(model, 1, options.g1, options.free_g1);
+    add_asymmetry(model, 2, options.g2, options.free_g2);
+}
+
+void ParameterSpace::add(Coordinate of, Interval range) {
+    if (range.low < range.high) ranges_.push_back({of, range.low, range.high});
+}
+
+void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& options) {
+    const ParameterRanges ranges = model.ranges();
+    const char* const w1 = one_kind_ ? "w held" : "w1 held";
+    require(model.kinds() > 0 || (!options.w1 && !options.w2), caller, "albedos",
+            "left out where beams alone are fitted", "one");
+    require(model.kinds() != 1 || !options.w2, caller, "w2", "left out with particles of one kind",
+            options.w2.value_or(0));
+    const auto check = [&](const char* name, double value) {
+        require(value >= 0 && value <= 1, caller, name, "in [0, 1]", value);
+    };
+    if (options.w1) check(w1, held_.w1 = *options.w1);
+    if (options.w2) check("w2 held", held_.w2 = *options.w2);
+    const bool both_held = options.w1 && (options.w2 || one_kind_);
+    if (both_held) {
+        require(ranges.albedo.contains(held_.albedo()), caller, one_kind_ ? w1 : "w1 + w2 held",
+                "in the model's " + text_of(ranges.albedo), held_.albedo());
+        require(one_kind_ || ranges.mixture.contains(held_.mixture()), caller,
+                "w1 / (w1 + w2) held", "in the model's " + text_of(ranges.mixture),
+                held_.mixture());
+    } else if (options.w1 || options.w2) {
+        const bool first = !options.w1;
+        const double held = first ? held_.w2 : held_.w1;
+        const Interval range = free_albedo(ranges, first, held);
+        require(range.low < range.high, caller, first ? "w2 held" : w1,
+                "one that leaves room for the other: w1 + w2 in " + text_of(ranges.albedo) +
+                    ", w1 / (w1 + w2) in " + text_of(ranges.mixture),
+                held);
+        add(first ? Coordinate::w1 : Coordinate::w2, range);
+    } else {
+        mixes_ = true;
+        albedo_ = ranges.albedo.low;
+        mixture_ = ranges.mixture.low;
+        add(Coordinate::albedo, ranges.albedo);
+        add(Coordinate::mixture, ranges.mixture);
+    }
+}
+
+void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
+                                   const std::optional<double>& held, bool is_free) {
+    double& value = kind == 1 ? held_.g1 : held_.g2;
+    const std::string name = kind == 2 ? "g2" : one_kind_ ? "g" : "g1";
+    const std::optional<double> own = model.asymmetry(kind);
+    value = own.value_or(0);
+    if (!held && !is_free) return;
+    require(own.has_value(), caller, name,
+            "left out unless the phase function is Henyey-Greenstein and not a table's",
+            held ? short_number(*held, 6) : "free");
+    const Interval range = model.ranges().g;
+    if (is_free) {
+        require(!held, caller, name, "either held or free", "both");
+        value = std::clamp(value, range.low, range.high);
+        add(kind == 1 ? Coordinate::g1 : Coordinate::g2, range);
+        return;
+    }
+    require(range.contains(*held), caller, name + " held", "in " + text_of(range), *held);
+    value = *held;
+}
+
+int ParameterSpace::place(Coordinate wanted) const {
+    const auto found = std::ranges::find(ranges_, wanted, &Range::of);
+    return found == ranges_.end() ? -1 : static_cast<int>(found - ranges_.begin());
+}
+
+double ParameterSpace::value(int of, double at) const {
+    const Range& range = ranges_[static_cast<std::size_t>(of)];
+    const double value = between(range.low, range.high, at);
+    return range.of == Coordinate::log_depth ? std::exp2(value) : value;
+}
+
+std::string ParameterSpace::name(int of) const {
+    switch (coordinate(of)) {
+        case Coordinate::log_depth: return "optical_depth";
+        case Coordinate::albedo: return one_kind_ ? "w" : "w1 + w2";
+        case Coordinate::mixture: return "w1 / (w1 + w2)";
+        case Coordinate::w1: return "w1";
+        case Coordinate::w2: return "w2";
+        case Coordinate::g1: return one_kind_ ? "g" : "g1";
+        case Coordinate::g2: return "g2";
+    }
+    return "";
+}
+
+LayerParameters ParameterSpace::layer(const Point& at) const {
+    LayerParameters layer = held_;
+    double albedo = albedo_, mixture = mixture_;
+    for (int p = 0; p < size(); ++p) {
+        const double value = this->value(p, at[p]);
+        switch (coordinate(p)) {
+            case Coordinate::log_depth: layer.optical_depth = value; break;
+            case Coordinate::albedo: albedo = value; break;
+            case Coordinate::mixture: mixture = value; break;
+            case Coordinate::w1: layer.w1 = value; break;
+            case Coordinate::w2: layer.w2 = value; break;
+            case Coordinate::g1: layer.g1 = value; break;
+            case Coordinate::g2: layer.g2 = value; break;
+        }
+    }
+    if (mixes_) {
+        layer.w1 = albedo * mixture;
+        layer.w2 = albedo * (1 - mixture);
+    }
+    return layer;
+}
+
+Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
+    Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(fit_parameters, size());
+    const LayerParameters layer = this->layer(at);
+    for (int p = 0; p < size(); ++p) {
+        const Range& range = ranges_[static_cast<std::size_t>(p)];
+        const double width = range.high - range.low;
+        switch (range.of) {
+            case Coordinate::log_depth:
+                derivatives(fit_optical_depth, p) = std::numbers::ln2 * width;
+                break;
+            case Coordinate::albedo: {
+                const int mixture = place(Coordinate::mixture);
+                const double share = mixture < 0 ? mixture_ : value(mixture, at[mixture]);
+                derivatives(fit_w1, p) = share * width;
+                derivatives(fit_w2, p) = (1 - share) * width;
+                break;
+            }
+            case Coordinate::mixture:
+                derivatives(fit_w1, p) = layer.albedo() * width;
+                derivatives(fit_w2, p) = -layer.albedo() * width;
+                break;
+            case Coordinate::w1: derivatives(fit_w1, p) = width; break;
+            case Coordinate::w2: derivatives(fit_w2, p) = width; break;
+            case Coordinate::g1: derivatives(fit_g1, p) = width; break;
+            case Coordinate::g2: derivatives(fit_g2, p) = width; break;
+        }
+    }
+    return derivatives;
+}
+
+ParameterSpace::Point ParameterSpace::start() const {
+    Point at = Point::Constant(size(), 0.5);
+    for (int p = 0; p < size(); ++p) {
+        const Range& range = ranges_[static_cast<std::size_t>(p)];
+        if (range.of == Coordinate::g1) at[p] = (held_.g1 - range.low) / (range.high - range.low);
+        if (range.of == Coordinate::g2) at[p] = (held_.g2 - range.low) / (range.high - range.low);
+    }
+    return at;
+}
+
+}  // namespace stratus

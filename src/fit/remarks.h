@@ -1,0 +1,15 @@
+// What a fit has to be said of: what its geometries leave open, and what contradicts the model.
+#pragma once
+
+#include "least_squares.h"
+
+#include <vector>
+
+namespace stratus {
+
+/// Adds the remarks of a fit whose estimates, covariance and chi-square are known. `covariance` is
+/// of (ln optical depth, w1, w2, g1, g2); `minima` are sorted, the best first.
+void add_remarks(const Problem& problem, const LayerModel& model,
+                 const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit);
+
+}  // namespace stratus

@@ -1,0 +1,216 @@
+#include "planet_shine.h"
+
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/constants.h>
+
+#include "gauss_legendre.h"
+#include "subjects.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace stratus {
+namespace {
+
+constexpr std::size_t globe_radii = 24;  // from which the globe is seen; linear between
+constexpr std::size_t nodes = 24;        // of chi and psi, on either half of the globe
+
+/// Cells of either half, along chi and psi.
+struct Cells {
+    std::size_t chi, psi;
+};
+constexpr Cells small_cells{12, 12};  // for single scattering
+constexpr Cells large_cells{2, 2};    // for orders n >= 2, which vary slowly
+
+constexpr int azimuth_count = 24;
+
+/// Linear interpolation between radii holds where neither changes by more.
+constexpr double max_step = 0.05, max_intercepted_step = 0.1;
+
+Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
+    return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
+}
+
+std::vector<double> radii_of(const RingProfile& profile) {
+    std::vector<double> radii{profile.inner()};
+    for (std::size_t k = 1; k < profile.radius.size(); ++k) {
+        const double from = profile.radius[k - 1], to = profile.radius[k];
+        const double intercepted =
+            std::abs(std::exp(-profile.optical_depth[k]) - std::exp(-profile.optical_depth[k - 1]));
+        // An edge is narrower than what planetshine varies over.
+        const bool is_edge = to - from < 1e-3;
+        const int parts = static_cast<int>(std::ceil(
+            std::max((to - from) / max_step, is_edge ? 1 : intercepted / max_intercepted_step)));
+        for (int part = 1; part <= parts; ++part)
+            radii.push_back(part == parts ? to : from + (to - from) * part / parts);
+    }
+    return radii;
+}
+
+/// A part of the globe that lights a point of the rings.
+struct Source {
+    Vector3 direction{0, 0, 0};  // towards it, of any length
+    Rgb3 irradiance{};           // of the rings, over the sun's on a surface that faces it
+};
+
+template <Cells cells>
+using Sources = std::array<Source, 2 * cells.chi * cells.psi>;  // upper half, lower half; chi; psi
+
+/// The cell of `parts` that holds a cell of `whole`, or a node.
+constexpr std::size_t cell_of(std::size_t source, const Cells& whole, const Cells& parts) noexcept {
+    const std::size_t psi = source % whole.psi, chi = source / whole.psi % whole.chi,
+                      half = source / (whole.psi * whole.chi);
+    return (half * parts.chi + chi * parts.chi / whole.chi) * parts.psi +
+           psi * parts.psi / whole.psi;
+}
+
+void add(const Source& part, Source& sum) noexcept {
+    sum = {sum.direction + part.direction, sum.irradiance + part.irradiance};
+}
+
+double brightness(const Rgb3& light) noexcept { return light[0] + light[1] + light[2]; }
+
+/// What a point of the rings sees of the globe. Directions of cells are sums weighted by light.
+Sources<small_cells> sources_at(const Rings& rings, const View& view,
+                                const Vector3& point) noexcept {
+    static const GaussLegendre gauss(nodes);
+    const double pole = 1 - rings.flattening, radius = std::hypot(point.x, point.y);
+    const Vector3 inward{-point.x / radius, -point.y / radius, 0}, along = cross({0, 0, 1}, inward);
+    Sources<small_cells> sources;
+    for (std::size_t i = 0; i < nodes; ++i) {
+        const double chi = pi / 4 * (1 + gauss.x[i]), sine = std::sin(chi) / radius,
+                     cosine = std::sqrt(1 - sine * sine);
+        const double distance = radius * cosine - std::cos(chi);
+        const double ring = gauss.weight[i] * pi / 4 * sine * std::cos(chi) / (radius * cosine);
+        for (std::size_t k = 0; k < nodes; ++k) {
+            const double psi = pi / 2 * (1 + gauss.x[k]);
+            for (const std::size_t half : {0u, 1u}) {
+                Vector3 direction = cosine * inward + sine * std::cos(psi) * along +
+                                    Vector3{0, 0, (half == 0 ? sine : -sine) * std::sin(psi)};
+                Vector3 on_globe = point + distance * direction;
+                on_globe.z *= pole;
+                direction.z *= pole;
+                const double stretch = length(direction);
+                direction = 1 / stretch * direction;
+                const double solid_angle =
+                    ring * gauss.weight[k] * pi / 2 * pole / (stretch * stretch * stretch);
+                const Rgb3 light =
+                    solid_angle * std::abs(direction.z) / pi * globe_light(rings, view, on_globe);
+                add({brightness(light) * direction, light},
+                    sources[cell_of((half * nodes + i) * nodes + k, {nodes, nodes}, small_cells)]);
+            }
+        }
+    }
+    return sources;
+}
+
+/// Neighbours as one.
+Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
+    Sources<large_cells> few;
+    for (std::size_t s = 0; s < sources.size(); ++s)
+        add(sources[s], few[cell_of(s, small_cells, large_cells)]);
+    return few;
+}
+
+Sources<small_cells> between(const Sources<small_cells>& near, const Sources<small_cells>& far,
+                             double share_of_far) noexcept {
+    Sources<small_cells> both;
+    for (std::size_t s = 0; s < both.size(); ++s)
+        both[s] = {(1 - share_of_far) * near[s].direction + share_of_far * far[s].direction,
+                   (1 - share_of_far) * near[s].irradiance + share_of_far * far[s].irradiance};
+    return both;
+}
+
+/// What the rings scatter of it towards the eye.
+template <class SomeSources>
+Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
+               const Vector3& to_eye) noexcept {
+    Rgb3 sum{};
+    for (const Source& source : sources) {
+        if (source.irradiance == Rgb3{}) continue;
+        const Vector3 direction = normalised(source.direction);
+        const Geometry geometry = scattering_geometry({0, 0, 1}, direction, to_eye);
+        sum = sum + source.irradiance * ((direction.z > 0) == (to_eye.z > 0)
+                                             ? light.reflection(matter, geometry)
+                                             : light.transmission(matter, geometry));
+    }
+    return sum;
+}
+
+Scene with(Scene scene, bool SceneEffects::*effect, bool on) {
+    scene.effects.*effect = on;
+    return scene;
+}
+
+}  // namespace
+
+PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
+                         const LayerTables* tables, int threads)
+    : radius_(radii_of(rings.profile)), grid_(radius_.size() * azimuth_count) {
+    Scene alone = scene;
+    alone.effects.ringshine = alone.effects.planetshine = false;
+    const Scene once = with(alone, &SceneEffects::multiple, false),
+                more = with(alone, &SceneEffects::single, false);
+    const LayerLight of_once(once, nullptr), of_more(more, tables);
+    const auto globe_radius = [&](std::size_t r) {
+        const double share = static_cast<double>(r) / (globe_radii - 1);
+        return rings.profile.inner() +
+               share * share * (rings.profile.outer() - rings.profile.inner());
+    };
+    const auto azimuth_of = [](int k) { return direction_at(0, 2 * pi * k / azimuth_count); };
+    parallel_for(azimuth_count, threads, [&](int k) {
+        std::vector<Sources<small_cells>> globe;
+        for (std::size_t r = 0; r < globe_radii; ++r) {
+            const Vector3 point = globe_radius(r) * azimuth_of(k);
+            const Ray ray{point, -to_camera(scene.camera, point)};
+            globe.push_back(sources_at(rings, {scene, light, ray, scene.to_sun}, point));
+        }
+        std::size_t above = 1;
+        for (std::size_t row = 0; row < radius_.size(); ++row) {
+            const double radius = radius_[row];
+            const Matter matter = rings.profile.at(radius, scene.layer.albedo);
+            if (matter.optical_depth == 0) continue;
+            while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
+            const double below = globe_radius(above - 1);
+            const Sources<small_cells> sources = between(
+                globe[above - 1], globe[above], (radius - below) / (globe_radius(above) - below));
+            const Vector3 to_eye = to_camera(scene.camera, radius * azimuth_of(k));
+            Rgb3& value = grid_[row * azimuth_count + static_cast<std::size_t>(k)];
+            value = scattered(sources, of_once, matter, to_eye);
+            if (scene.effects.multiple)
+                value = value + scattered(merged(sources), of_more, matter, to_eye);
+        }
+    });
+}
+
+Rgb3 PlanetShine::light(const Rings& rings, const View& view, const Vector3& point, double radius,
+                        const Matter& matter) const noexcept {
+    if (length(to_camera(view.scene.camera, point) + view.ray.direction) > 1e-9) {
+        const Ray& ray = view.ray;
+        const View alone{view.scene, view.light, ray, view.to_sun};
+        const Vector3 at = radius / std::hypot(point.x, point.y) * point;
+        return scattered(sources_at(rings, alone, at), view.light, matter, -ray.direction);
+    }
+    const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
+    const auto row = static_cast<std::size_t>(above - radius_.begin());
+    const double share =
+        std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
+    // Cubic between four azimuths, which go round.
+    const double turn = std::atan2(point.y, point.x) / (2 * pi);
+    const double place = (turn - std::floor(turn)) * azimuth_count, first = std::floor(place),
+                 t = place - first;
+    const double weight[] = {-t * (t - 1) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2,
+                             -t * (t + 1) * (t - 2) / 2, t * (t * t - 1) / 6};
+    Rgb3 sum{};
+    for (int k = 0; k < 4; ++k) {
+        const auto azimuth = static_cast<std::size_t>(
+            (static_cast<int>(first) + k - 1 + azimuth_count) % azimuth_count);
+        sum = sum + weight[k] * ((1 - share) * grid_[(row - 1) * azimuth_count + azimuth] +
+                                 share * grid_[row * azimuth_count + azimuth]);
+    }
+    return sum;
+}
+
+}  // namespace stratus

@@ -1,0 +1,43 @@
+// Ringshine: diffuse light off and through rings that falls on their planet.
+//
+// The irradiance of the globe at p, with normal n, over the sun's on a surface that faces it, is the
+// integral over the rings that rise above p's horizon, q with v = q - p and n v > 0:
+//
+//     E(p) = (1/pi) integral of I(q -> p) (n v / d) (|p_z| / d) / d^2 dA,   d = |v|
+//
+// I is pi times radiance over the sun's irradiance: mu0 R where p and the sun are on one side of the
+// rings, else mu0 T, and 0 in the planet's shadow. Horizon and shadow bound the azimuths q may have
+// at one radius: quadrature over radius and azimuth ends there. Light that rings scatter after the
+// planet did is left out; so are opposition effects, which are narrower than the rings as the planet
+// sees them, and the size of the sun.
+#pragma once
+
+#include <stratus/runtime/axis.h>
+#include <stratus/scene/layer_light.h>
+
+#include <vector>
+
+namespace stratus {
+
+class RingShine {
+  public:
+    /// Works E out on a grid of latitudes and local solar times.
+    ///
+    /// Accuracy 5e-3 of E, for phase functions to asymmetry 0.5.
+    RingShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
+
+    /// E at a point of the globe, of a white sun.
+    Rgb3 irradiance(const Vector3& point) const noexcept;
+
+  private:
+    struct Light;
+    Rgb3 integral(const Light& light, double latitude, double solar_time, bool lit) const;
+
+    Vector3 to_sun_;
+    double flattening_;
+    bool shadows_;
+    Axis latitude_, solar_time_;  // parametric, from the equator on; from the sun's meridian
+    std::vector<Rgb3> grid_[2];   // of the hemisphere in darkness above its rings, and of the other
+};
+
+}  // namespace stratus

@@ -1,0 +1,194 @@
+// Light between a planet and its rings, against sums over many rays, and by energy.
+#include <stratus/scene/render.h>
+
+#include <stratus/runtime/constants.h>
+
+#include "small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+/// Rings of several depths, a gap among them, around a flattened planet under a sun at 25 degrees.
+/// One mixture of the components, so that tables are small.
+Scene shining() {
+    Scene scene = small_rings(1);
+    scene.effects.ringshine = scene.effects.planetshine = true;
+    scene.to_sun = direction_at(radians(25), radians(40));
+    scene.sun_colour = {1, 0.5, 0.25};
+    scene.layer.albedo = {1, 0.8, 0.6};
+    scene.tolerance = 5e-3;
+    Rings& rings = std::get<Rings>(scene.subject);
+    rings.profile = {{1.25, 1.5, 1.52, 1.9, 1.95, 2.0, 2.05, 2.3},
+                     {0.1, 0.2, 1.5, 2.0, 0.0, 0.0, 0.5, 0.6},
+                     {0.2, 0.2, 0.6, 0.6, 0.6, 0.6, 0.4, 0.4},
+                     {0.1, 0.1, 0.3, 0.3, 0.3, 0.3, 0.2, 0.2}};
+    rings.flattening = 0.1;
+    return scene;
+}
+
+Scene without_shine(Scene scene) {
+    scene.effects.ringshine = scene.effects.planetshine = false;
+    return scene;
+}
+
+/// Mean of of(direction) over directions distributed as the cosine about `normal`.
+template <class Function>
+Rgb3 cosine_mean(const Vector3& normal, int count, const Function& of) {
+    const Vector3 across = normalised(cross(normal, {0.3, 0.5, 0.8})),
+                  along = cross(normal, across);
+    Rgb3 sum{};
+    for (int i = 0; i < count; ++i)
+        for (int k = 0; k < count; ++k) {
+            const double squared = (i + 0.5) / count, angle = 2 * pi * (k + 0.5) / count;
+            const double sine = std::sqrt(squared);
+            sum = sum + of(std::sqrt(1 - squared) * normal + sine * std::cos(angle) * across +
+                           sine * std::sin(angle) * along);
+        }
+    return 1.0 / (count * count) * sum;
+}
+
+Vector3 on_globe(double latitude_deg, double longitude_deg, double flattening) {
+    Vector3 point = direction_at(radians(latitude_deg), radians(longitude_deg));
+    point.z *= 1 - flattening;
+    return point;
+}
+
+Vector3 normal_of(const Vector3& point, double flattening) {
+    const double pole = 1 - flattening;
+    return normalised({point.x, point.y, point.z / (pole * pole)});
+}
+
+/// Radiance below which errors need not be a share of it: 1 % of bright rings.
+constexpr double faint = 5e-3;
+
+TEST(Ringshine, IsTheMeanOfRaysToTheRings) {
+    const Scene scene = once(shining()), dark = without_shine(scene);
+    const LayerLight shine(scene, nullptr), light(dark, nullptr);
+    for (const double latitude : {-55.0, -30.0, -12.0, 12.0, 30.0, 55.0})
+        for (const double longitude : {40.0, 137.0, 195.0, 220.0}) {
+            const Vector3 point = on_globe(latitude, longitude, 0.1),
+                          normal = normal_of(point, 0.1);
+            const Rgb3 expected = cosine_mean(normal, 600, [&](const Vector3& direction) {
+                return radiance_along(dark, light, {point + 1e-9 * normal, direction}, dark.to_sun);
+            });
+            const Rgb3 got = shine.ringshine(point);
+            for (std::size_t c = 0; c < 3; ++c)
+                EXPECT_NEAR(scene.sun_colour[c] * got[c], expected[c],
+                            5e-3 * std::max(expected[c], 1e-3))
+                    << latitude << ' ' << longitude << ' ' << c;
+        }
+}
+
+TEST(Ringshine, LightsTheNightSide) {
+    Scene scene = once(shining());
+    scene.sun_colour = {1, 0.5, 0.25};
+    const Vector3 point = on_globe(20, 160, 0), eye = 3.0 * point;
+    std::get<Rings>(scene.subject).flattening = 0;
+    ASSERT_LT(dot(point, scene.to_sun), -0.1);
+    const LayerLight light(scene, nullptr);
+    const Rgb3 seen = radiance_along(scene, light, {eye, -point}, scene.to_sun);
+    const double albedo[] = {0.5, 0.25, 0.75};
+    for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_GT(seen[c], 1e-4);
+        EXPECT_NEAR(seen[c], albedo[c] * scene.sun_colour[c] * light.ringshine(point)[c], 1e-9);
+    }
+    scene.effects.ringshine = false;
+    const LayerLight without(scene, nullptr);
+    EXPECT_EQ(radiance_along(scene, without, {eye, -point}, scene.to_sun)[0], 0);
+}
+
+/// What planetshine adds to a point of the rings, by a sum over rays to the globe.
+Rgb3 expected_planetshine(const Scene& dark, const LayerLight& light, const Vector3& point,
+                          const Vector3& to_eye) {
+    const Matter matter =
+        std::get<Rings>(dark.subject).profile.at(length(point), dark.layer.albedo);
+    Rgb3 sum{};
+    for (const double side : {1.0, -1.0})
+        sum = sum + cosine_mean({0, 0, side}, 300, [&](const Vector3& direction) -> Rgb3 {
+                  const Rgb3 globe = radiance_along(dark, light, {point, direction}, dark.to_sun);
+                  if (globe == Rgb3{}) return {};
+                  const Geometry geometry = scattering_geometry({0, 0, 1}, direction, to_eye);
+                  return globe * ((side > 0) == (to_eye.z > 0)
+                                      ? light.reflection(matter, geometry)
+                                      : light.transmission(matter, geometry));
+              });
+    return sum;
+}
+
+void expect_planetshine(Scene scene, const LayerTables* tables) {
+    scene.effects.ringshine = false;
+    for (const double elevation : {40.0, -15.0})
+        for (const bool to_camera : {true, false}) {
+            scene.camera.position = 10.0 * direction_at(radians(elevation), 0);
+            const Scene dark = without_shine(scene);
+            const LayerLight shine(scene, tables), light(dark, tables);
+            for (const double radius : {1.3, 1.6, 2.2})
+                for (const double longitude : {40.0, 95.0, 311.0}) {
+                    const Vector3 point = radius * direction_at(0, radians(longitude));
+                    const Vector3 to_eye = to_camera ? -scene.camera.forward()
+                                                     : normalised(scene.camera.position - point);
+                    const Ray ray{point + 0.1 * to_eye, -to_eye};
+                    const Rgb3 expected = expected_planetshine(dark, light, point, to_eye),
+                               direct = radiance_along(dark, light, ray, scene.to_sun),
+                               all = radiance_along(scene, shine, ray, scene.to_sun);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        EXPECT_NEAR(all[c], direct[c] + expected[c],
+                                    scene.tolerance * std::max(all[c], faint))
+                            << elevation << ' ' << radius << ' ' << longitude << ' ' << to_camera;
+                }
+        }
+}
+
+TEST(Planetshine, IsTheMeanOfRaysToThePlanet) {
+    Scene scene = once(shining());
+    scene.tolerance = 2e-3;
+    expect_planetshine(scene, nullptr);
+}
+
+TEST(Planetshine, OfAllOrdersIsTheMeanOfRaysToThePlanet) {
+    const Scene scene = shining();
+    const auto tables = bake_for({scene});
+    expect_planetshine(scene, tables[0].get());
+}
+
+// The rings neither absorb nor keep what falls on them.
+TEST(Planetshine, LeavesWhiteRingsAsItFellOnThem) {
+    Scene scene = shining();
+    Rings& rings = std::get<Rings>(scene.subject);
+    rings.profile = {{1.5, 2.5}, {1, 1}, {0.6, 0.6}, {0.4, 0.4}};
+    scene.layer.albedo = {1, 1, 1};
+    scene.effects.ringshine = false;
+    const Scene dark = without_shine(scene);
+    const auto tables = bake_for({scene});
+    const LayerLight shine(scene, tables[0].get()), light(dark, tables[0].get());
+    const Vector3 point = 1.7 * direction_at(0, radians(60));
+    const Matter matter = rings.profile.at(1.7, {1, 1, 1});
+    double fallen = 0, passed = 0, scattered = 0;
+    for (const double side : {1.0, -1.0}) {
+        const Vector3 normal{0, 0, side};
+        fallen += cosine_mean(normal, 300, [&](const Vector3& direction) {
+            return radiance_along(dark, light, {point, direction}, dark.to_sun);
+        })[0];
+        passed += cosine_mean(normal, 300, [&](const Vector3& direction) {
+            return light.beam(matter, std::abs(direction.z)) *
+                   radiance_along(dark, light, {point, direction}, dark.to_sun);
+        })[0];
+        scattered += cosine_mean(normal, 16, [&](const Vector3& direction) {
+            const Ray ray{point + 0.1 * direction, -direction};
+            Rgb3 added = radiance_along(scene, shine, ray, scene.to_sun);
+            const Rgb3 direct = radiance_along(dark, light, ray, scene.to_sun);
+            added[0] -= direct[0];
+            return added;
+        })[0];
+    }
+    EXPECT_GT(fallen, 0.01);
+    EXPECT_NEAR((scattered + passed) / fallen, 1, 0.01);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -35,7 +35,7 @@ struct EvalOptions {
     std::string query;
     std::string output;
     std::vector<std::string> effects;
-    double density = 0;
+    std::string density = "0";
     std::string opposition;
     bool clamp = false;
     ReadOptions reading;
@@ -340,8 +340,8 @@ TableView without_unasked_samples(TableView table, const Effects& effects) {
 
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
-    asked.density = options.density;
-    asked.opposition = parse_opposition("eval", options.opposition, options.density);
+    asked.density = parse_density("eval", options.density);
+    asked.opposition = parse_opposition("eval", options.opposition, asked.density);
     check_effects(asked);
     if (!options.output.empty()) {
         require_different_files("eval", options.table, options.output);
@@ -356,7 +356,7 @@ void run_eval(const EvalOptions& options) {
     const TableView view = without_unasked_samples(table.view(), effects);
     const std::vector<Answer> answers = answers_of(
         view, points, query, effects, options.clamp ? OutsideTable::clamp : OutsideTable::refuse);
-    if (effects.multiple) warn_of_clamped(points, answers, view, options.density);
+    if (effects.multiple) warn_of_clamped(points, answers, view, asked.density);
 
     write_answer(options.output, [&](std::ostream& out) {
         write_header(out, query, effects);

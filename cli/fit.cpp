@@ -32,7 +32,7 @@ struct FitCommand {
     std::string observations, table, phase, second_phase, output;
     bool single = false;
     std::vector<std::string> fixed, free;
-    double density = 0;
+    std::string density = "0";
     std::string opposition;
     int threads = 0;
     ReadOptions reading;
@@ -126,8 +126,8 @@ int parameter_named(const std::string& option, const std::string& form, const La
 
 FitOptions options_of(const FitCommand& command, const LayerModel& model) {
     FitOptions options;
-    options.density = command.density;
-    options.opposition = parse_opposition("fit", command.opposition, command.density);
+    options.density = parse_density("fit", command.density);
+    options.opposition = parse_opposition("fit", command.opposition, options.density);
     std::optional<double>* const held[] = {&options.optical_depth, &options.w1, &options.w2,
                                            &options.g1, &options.g2};
     for (const std::string& text : command.fixed) {

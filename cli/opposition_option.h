@@ -9,9 +9,15 @@
 
 namespace stratus {
 
-void add_density_and_opposition(CLI::App& command, double& density, std::string& opposition);
+void add_density_and_opposition(CLI::App& command, std::string& density, std::string& opposition);
 
-/// `blinn`, whose width is that of the density, or `hapke:width=H` and `,amplitude=A`.
+/// A share of the volume, or `number=N,radius=R` of the particles that fill it.
+///
+/// Errors   std::invalid_argument naming the command.
+double parse_density(const std::string& command, const std::string& text);
+
+/// `blinn`, or `hapke` and what it is given of `width=H` and `amplitude=A`; the rest follows from
+/// the density.
 ///
 /// Errors   std::invalid_argument naming the command.
 Opposition parse_opposition(const std::string& command, const std::string& text, double density);

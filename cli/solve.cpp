@@ -137,7 +137,7 @@ double read_albedo(const std::string& text, const PhaseFunction& phase_function)
     if (read_number(text, albedo) == text.size()) return albedo;
     const std::optional<double> own = phase_function.albedo();
     require(own.has_value(), "solve", "--albedo",
-            "a number unless --phase is of droplets (mie) alone", text);
+            "a number unless --phase is of droplets (mie) or has a geometric_albedo", text);
     return *own;
 }
 

@@ -103,7 +103,7 @@ typedef struct stratus_slice stratus_slice;
 
 enum {
     STRATUS_NO_OPPOSITION = 0,
-    STRATUS_BLINN_OPPOSITION = 1, /* of opposition_width alone */
+    STRATUS_BLINN_OPPOSITION = 1, /* by the overlap of the ways in and out, of opposition_width alone */
     STRATUS_HAPKE_OPPOSITION = 2  /* amplitude / (1 + tan(a/2) / width) */
 };
 
@@ -114,7 +114,9 @@ typedef struct stratus_effects {
     int reflection, transmission; /* sides: 1 or 0 */
     double density;               /* volume fraction of particles, [0, 1): depth / (1 - density) */
     int opposition;               /* one of the laws above; acts on single scattering */
-    double opposition_width;      /* in tan(a/2), > 0 */
+    /* > 0, or 0: as the density makes it. Of Blinn's law particle radius over mean free path, which
+     * is (3/4) density; of Hapke's in tan(a/2). */
+    double opposition_width;
     double opposition_amplitude;  /* [0, 1] */
 } stratus_effects;
 

@@ -39,7 +39,8 @@ Range read_albedo(const Section& recipe, const PhaseFunction& phase_function) {
     if (!recipe.is("albedo", "phase_function")) return read_range(recipe, "albedo");
     const std::optional<double> albedo = phase_function.albedo();
     require(albedo.has_value(), caller, recipe.at("albedo"),
-            "a table { min = ..., max = ... } unless the phase function is of droplets (mie)",
+            "a table { min = ..., max = ... } unless the phase function is of "
+            "droplets (mie) or has a geometric_albedo",
             "\"phase_function\"");
     return {*albedo, *albedo};
 }

@@ -201,14 +201,15 @@ std::vector<double> LayerModel::brightness(const LayerParameters& layer,
     LayerParameters met = layer;
     met.optical_depth = effective_optical_depth(layer.optical_depth, density);
     const std::vector<Scattered> values = scattered(met, observations);
+    const Opposition seen = seen_opposition(opposition, density);
     std::vector<double> brightness;
     for (std::size_t i = 0; i < observations.size(); ++i) {
         const Observation& observed = observations[i];
         const double mu_in = observed.geometry.mu_in, mu_out = observed.geometry.mu_out;
         double factor = 1;
-        if (observed.light == Light::reflected && opposition.law != Opposition::Law::none)
-            factor = opposition_factor(opposition, cos_scattering_angle(observed),
-                                       met.optical_depth, mu_in, mu_out);
+        if (observed.light == Light::reflected && seen.law != Opposition::Law::none)
+            factor = opposition_factor(seen, cos_scattering_angle(observed), met.optical_depth,
+                                       mu_in, mu_out);
         brightness.push_back(observed.light == Light::beam
                                  ? direct_transmittance(met.optical_depth, mu_out)
                                  : mu_in * (factor * values[i].single + values[i].multiple));

@@ -32,8 +32,10 @@ std::vector<double> values_of(const CsvTable& file, const char* column) {
     return values;
 }
 
-PhaseFunction read_tabulated(const CsvTable& file, Notes* notes) {
-    Tabulated table(values_of(file, "phase_angle_deg"), values_of(file, "value"), row_name(file));
+PhaseFunction read_tabulated(const CsvTable& file, const Tabulated::Options& options,
+                             Notes* notes) {
+    Tabulated table(values_of(file, "phase_angle_deg"), values_of(file, "value"), row_name(file),
+                    options);
     if (std::abs(table.normalisation - 1) > 1e-9)
         note(notes, file.name + ": values were divided by their spherical mean " +
                         shortest_text(1 / table.normalisation));
@@ -56,11 +58,13 @@ PhaseFunction read_moments(const CsvTable& file, Notes* notes) {
 
 PhaseFunction read_phase_function(const std::string& text, const std::string& directory,
                                   std::vector<std::string>* notes) {
-    return parse_phase_function(text, notes, [&](const std::string& kind, const std::string& file) {
-        const CsvTable table = read_csv((std::filesystem::path(directory) / file).string());
-        return kind == Moments::kind.name ? read_moments(table, notes)
-                                          : read_tabulated(table, notes);
-    });
+    return parse_phase_function(
+        text, notes,
+        [&](const std::string& kind, const std::string& file, const Tabulated::Options& options) {
+            const CsvTable table = read_csv((std::filesystem::path(directory) / file).string());
+            return kind == Moments::kind.name ? read_moments(table, notes)
+                                              : read_tabulated(table, options, notes);
+        });
 }
 
 }  // namespace stratus

@@ -95,11 +95,21 @@ bool joins(PhaseText text, std::size_t plus) {
     return kind_named(text.name()) != nullptr;
 }
 
-std::string read_file_name(PhaseText& text) {
+/// True when the ',' at `comma` is followed by an option of a table.
+bool begins_option(PhaseText text, std::size_t comma) {
+    text.at = comma + 1;
+    const std::vector<std::string>& names = Tabulated::option_names();
+    return std::find(names.begin(), names.end(), text.name()) != names.end() && text.accept('=');
+}
+
+std::string read_file_name(PhaseText& text, bool with_options) {
     text.at_end();
     const std::size_t begin = text.at;
-    while (text.at < text.text.size() && !(text.text[text.at] == '+' && joins(text, text.at)))
-        ++text.at;
+    const auto ends = [&](char letter) {
+        return (letter == '+' && joins(text, text.at)) ||
+               (with_options && letter == ',' && begins_option(text, text.at));
+    };
+    while (text.at < text.text.size() && !ends(text.text[text.at])) ++text.at;
     std::string file = text.text.substr(begin, text.at - begin);
     file.erase(file.find_last_not_of(" \t") + 1);
     if (file.empty()) text.refuse("file must be a name, got nothing");
@@ -120,7 +130,10 @@ std::pair<double, PhaseFunction> read_part(PhaseText& text, const PhaseFileReade
     if (!read_file)
         text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameters[0] +
                     " where no files are read, got 'file'");
-    return {weight, read_file(kind.name, read_file_name(text))};
+    const bool with_options = std::string(kind.name) == Tabulated::kind.name;
+    const std::string file = read_file_name(text, with_options);
+    return {weight, read_file(kind.name, file,
+                              with_options ? Tabulated::read_options(text) : Tabulated::Options())};
 }
 
 }  // namespace
@@ -136,6 +149,10 @@ PhaseFunction parse_phase_function(const std::string& text, std::vector<std::str
     } while (left.accept('+'));
     if (!left.at_end())
         left.refuse("'" + left.rest() + "' must be '+' and another phase function, or nothing");
+    for (const auto& [weight, part] : parts)
+        if (const auto* const table = std::get_if<Tabulated>(&part.terms()[0].second);
+            notes != nullptr && table != nullptr && !table->continuation().empty())
+            notes->push_back("tabulated: " + table->continuation());
     if (notes != nullptr && std::abs(weights - 1) > 1e-9)
         notes->push_back("'" + text + "': weights summed to " + shortest_text(weights) +
                          " and were divided by it");

@@ -131,9 +131,11 @@ std::string PhaseFunction::text() const {
 std::optional<double> PhaseFunction::albedo() const {
     double extinction = 0;  // for a scattering cross-section of 1, which the weights share
     for (const auto& [weight, term] : terms_) {
-        const Mie* const droplets = std::get_if<Mie>(&term);
-        if (droplets == nullptr) return {};
-        extinction += weight / droplets->albedo;
+        std::optional<double> albedo;
+        if (const Mie* const droplets = std::get_if<Mie>(&term)) albedo = droplets->albedo;
+        if (const Tabulated* const table = std::get_if<Tabulated>(&term)) albedo = table->albedo;
+        if (!albedo) return {};
+        extinction += weight / *albedo;
     }
     return std::min(1.0, 1 / extinction);  // but for rounding
 }

@@ -17,7 +17,8 @@ Rgb3 widened(const Rgb& value) { return {double{value.r}, double{value.g}, doubl
 
 Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
-    return on ? scene.layer.opposition : Opposition{};
+    if (!on) return {};
+    return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
 }
 
 /// True where light that the layer transmits diffusely falls on what lies behind it.
@@ -99,6 +100,7 @@ Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
 
 void LayerLight::bind(const TableView* table, bool multiple) {
     const std::optional<Matter> matter = uniform_matter(scene_);
+    if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
     const Medium<3> medium{{depth(0), depth(1), depth(2)},
@@ -161,10 +163,10 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
             phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
     }
     const auto single_of = [&](double depth) {  // of albedo 1
-        return reflected ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                               opposition_factor(opposition_, cosine, depth, geometry.mu_in,
-                                                 geometry.mu_out)
-                         : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
+        return reflected
+                   ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
+                         opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
+                   : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     };
     double single_depth = 0, single = 0;  // of the last channel
     Stencil mixture{0, {1, 0, 0, 0}};

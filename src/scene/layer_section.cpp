@@ -47,11 +47,26 @@ DepthMap read_depth(const Section& section_of_layer, const Source& source, Scene
     return map;
 }
 
-Opposition read_opposition(const Section& layer) {
+/// The share of the volume that particles fill, given, or from their number and radius.
+double read_density(const Section& layer) {
+    constexpr const char* key = "density";
+    if (!layer.is_table(key)) return layer.number(key);
+    const Section section = layer.section(key);
+    const double number = section.number("number"), radius = section.number("radius");
+    return layer.placed(key, [&] { return volume_fraction(number, radius); });
+}
+
+/// What is not given follows from the layer's density.
+Opposition read_opposition(const Section& layer, double density) {
     const Section section = layer.section("opposition");
-    if (section.choice("law", {"blinn", "hapke"}) == "blinn")
-        return Opposition::blinn(section.number("density"));
-    return Opposition::hapke(section.number("amplitude"), section.number("width"));
+    const bool of_blinn = section.choice("law", {"blinn", "hapke"}) == "blinn";
+    const char* const key = of_blinn ? "density" : "width";
+    require(section.has(key) || density > 0, caller, section.at(key),
+            "given where the layer has no density", "nothing");
+    if (of_blinn) return Opposition::blinn(section.has(key) ? section.number(key) : density);
+    const double amplitude = section.number("amplitude");
+    return Opposition::hapke(
+        amplitude, section.has(key) ? section.number(key) : Opposition::width_of_density(density));
 }
 
 /// One phase function, or three.
@@ -73,20 +88,24 @@ Mie droplets_of(const PhaseFunction& phase_function, const std::string& argument
     return *droplets;
 }
 
-/// The albedos of droplets for red, green and blue: at the wavelengths of their own phase functions,
-/// or, of one phase function, at 0.65, 0.55 and 0.45 um.
-std::array<double, 3> albedos_of_droplets(const Section& section, const SceneLayer& layer) {
-    const std::string name = section.at("albedo");
+/// The albedos that phase functions bring with them: of droplets at the wavelengths of red's, green's
+/// and blue's own, or, of one phase function, at 0.65, 0.55 and 0.45 um; of tables by their
+/// geometric albedo.
+std::array<double, 3> own_albedos(const Section& section, const SceneLayer& layer) {
     std::array<double, 3> albedo{};
     constexpr std::array<double, 3> wavelengths = {0.65, 0.55, 0.45};
     for (std::size_t c = 0; c < 3; ++c) {
-        if (!layer.channels.empty()) {
-            albedo[c] = droplets_of(layer.channels[c], name, "numbers").albedo;
-            continue;
-        }
-        Droplets droplets = droplets_of(layer.components[0], name, "numbers").droplets;
-        droplets.wavelength = wavelengths[c];
-        albedo[c] = Mie(droplets).albedo;
+        const bool each = !layer.channels.empty();
+        const PhaseFunction& own = each ? layer.channels[c] : layer.components[0];
+        require(own.albedo().has_value(), caller, section.at("albedo"),
+                "numbers unless the phase function is of droplets (mie) or has a geometric_albedo",
+                "\"phase_function\"");
+        albedo[c] = *own.albedo();
+        const Mie* const droplets = std::get_if<Mie>(&own.terms()[0].second);
+        if (each || droplets == nullptr || own.terms().size() != 1) continue;
+        Droplets coloured = droplets->droplets;
+        coloured.wavelength = wavelengths[c];
+        albedo[c] = Mie(coloured).albedo;
     }
     return albedo;
 }
@@ -132,11 +151,11 @@ SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) 
         }
     }
     if (!of_rings && section.is("albedo", "phase_function"))
-        layer.albedo = albedos_of_droplets(section, layer);
+        layer.albedo = own_albedos(section, layer);
     else if (section.has("albedo") || !of_rings)
         layer.albedo = read_three(section, "albedo");
-    layer.density = section.number("density");
-    if (section.has("opposition")) layer.opposition = read_opposition(section);
+    layer.density = read_density(section);
+    if (section.has("opposition")) layer.opposition = read_opposition(section, layer.density);
     return layer;
 }
 

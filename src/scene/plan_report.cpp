@@ -202,11 +202,13 @@ ChangeBound opposition_bound(const Scene& scene) {
     ChangeBound change;
     const SeenDirections seen = seen_directions(scene);
     const double angle = seen.scattering_angle_lit.max;
+    const Opposition opposition =
+        seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
     for (const MatterSpan& span : matter_spans(scene))
         for (const double mu_in : {seen.mu_in.min, seen.mu_in.max})
             for (const double mu_out : {seen.mu_out.min, seen.mu_out.max}) {
                 const double share =
-                    1 - 1 / opposition_factor(scene.layer.opposition, std::cos(radians(angle)),
+                    1 - 1 / opposition_factor(opposition, std::cos(radians(angle)),
                                               span.optical_depth.max, mu_in, mu_out);
                 if (share <= change.found) continue;
                 change.found = change.bound = share;

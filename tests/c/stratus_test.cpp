@@ -127,6 +127,23 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
     }
 }
 
+TEST_F(C, TakesOppositionFromTheDensity) {
+    stratus_effects effects = default_effects();
+    effects.multiple = 0;
+    effects.density = 0.2;
+    effects.opposition = STRATUS_BLINN_OPPOSITION;
+    stratus::Effects same;
+    same.multiple = false;
+    same.density = 0.2;
+    same.opposition = stratus::Opposition::blinn();
+    const double depth = 0.5, albedo = 0.7;
+    const Slice one = bind(1, &depth, &albedo, &effects);
+    const stratus::Slice cpp = stratus::bind(table_.view(), depth, albedo, same);
+    float met = 0;
+    ASSERT_EQ(stratus_slice_reflection(one.get(), 0.5f, 0.6f, 3.0f, &met), STRATUS_OK);
+    EXPECT_EQ(met, cpp.reflection(0.5f, 0.6f, 3.0f));
+}
+
 TEST_F(C, BindsToTheBitsOfCpp) {
     stratus_effects effects = default_effects();
     effects.density = 0.2;
@@ -368,7 +385,8 @@ TEST_F(C, RefusesToBindWhatIsOutOfRange) {
     refused(1, &one, &one, &effects, "opposition must be one of the laws, 0 to 2, got 3");
     effects = default_effects();
     effects.opposition = STRATUS_BLINN_OPPOSITION;
-    refused(1, &one, &one, &effects, "opposition.width must be in (0, inf), got 0");
+    refused(1, &one, &one, &effects,
+            "opposition.width must be in (0, inf), or 0 with a density above 0, got 0");
     effects = default_effects();
     effects.multiple = 2;
     refused(1, &one, &one, &effects, "multiple must be 0 or 1, got 2");

@@ -88,8 +88,15 @@ expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { 
 query $every 0.5,0.5,180,1.2,0.9
 expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.2 --opposition blinn
 expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(awk -v R="$plain" 'BEGIN { e = exp(-3); print R * 2 / (1 + e) }')" 1e-5  # [Blinn82] 5.2
+dense=$(tail -n 1 "$out")
+expect_ok eval full.h5 --query query.csv --effects single,reflection --density number=0.2,radius=0.62035049089940009 --opposition blinn
+expect_near "$(tail -n 1 "$out" | cut -d , -f 6)" "$(cut -d , -f 6 <<<"$dense")" 1e-6  # 4/3 pi radius^3 = 1
+expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.2 --opposition hapke:amplitude=0.5
+expect_ok eval full.h5 --query query.csv --effects single,reflection --density 0.2 --opposition hapke
+expect_refused 2 radius "[0, 1)" -- eval full.h5 --query query.csv --density number=1,radius=1
+expect_refused 2 --density "number=N,radius=R" "got thick" -- eval full.h5 --query query.csv --density thick
 expect_refused 2 --density "[0, 1)" "got 1" -- eval full.h5 --query query.csv --density 1
-expect_refused 2 --opposition "blinn or hapke:width=H" "got moon" -- eval full.h5 --query query.csv --opposition moon
+expect_refused 2 --opposition "blinn or hapke" "got moon" -- eval full.h5 --query query.csv --opposition moon
 expect_refused 2 --opposition "--density above 0" -- eval full.h5 --query query.csv --opposition blinn
 expect_refused 2 width "(0, inf)" "got 0" -- eval full.h5 --query query.csv --opposition hapke:width=0
 

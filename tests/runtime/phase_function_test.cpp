@@ -224,6 +224,99 @@ TEST(Tabulated, IsFlatAtBothEnds) {
     }
 }
 
+/// Rows of Henyey-Greenstein's function every 2.5 degrees from `first` to `last`, times 3.
+Tabulated table_of_lobe(double g, double first, double last, const Tabulated::Options& options) {
+    const PhaseFunction exact = PhaseFunction::henyey_greenstein(g);
+    std::vector<double> angle, value;
+    for (double a = first; a <= last; a += 2.5) {
+        angle.push_back(a);
+        value.push_back(3 * exact(-std::cos(radians(a))));
+    }
+    return {angle, value, options};
+}
+
+/// Largest relative error of a table against the lobe that it was taken from, anywhere.
+double error_of_lobe(const Tabulated& table, double g) {
+    const PhaseFunction exact = PhaseFunction::henyey_greenstein(g);
+    double largest = 0;
+    for (int i = 0; i <= 1800; ++i) {
+        const double c = std::cos(pi * i / 1800);
+        largest = std::max(largest, std::abs(table(c) / exact(c) - 1));
+    }
+    return largest;
+}
+
+TEST(Tabulated, IsContinuedByTheFittedLobe) {
+    Tabulated::Options fit;
+    fit.tail = Tabulated::Tail::hg;
+    for (const double g : {-0.5, 0.3, 0.6}) {
+        // Cubics between rows 2.5 degrees apart.
+        EXPECT_LT(error_of_lobe(table_of_lobe(g, 5, 150, fit), g), 1e-3) << g;
+        EXPECT_LT(error_of_lobe(table_of_lobe(g, 0, 150, fit), g), 1e-3) << g;
+        EXPECT_LT(error_of_lobe(table_of_lobe(g, 5, 180, fit), g), 1e-3) << g;
+    }
+}
+
+TEST(Tabulated, MeetsItsOuterRowsWhereItIsContinued) {
+    Tabulated::Options fit;
+    fit.tail = Tabulated::Tail::hg;
+    const Tabulated table({5, 20, 40, 60, 90, 120, 130, 150}, {4, 2, 1.5, 1, 0.5, 0.3, 0.4, 1},
+                          fit);
+    const auto at = [&](double a) { return table(-std::cos(radians(a))) / table.normalisation; };
+    EXPECT_NEAR(at(5), 4, 1e-12);
+    EXPECT_NEAR(at(150), 1, 1e-12);
+    EXPECT_NEAR(at(4.99), at(5.01), 0.01);
+    EXPECT_GT(at(0), 4);
+    EXPECT_GT(at(180), 1);
+    EXPECT_NEAR(table.moments(1)[0], 1, 1e-13);
+}
+
+TEST(Tabulated, IsContinuedByItsOuterRowsUnlessAFitIsAskedFor) {
+    const Tabulated table = table_of_lobe(0.3, 5, 150, {});
+    const auto at = [&](double a) { return table(-std::cos(radians(a))); };
+    EXPECT_NEAR(at(0), at(5), 1e-12);
+    EXPECT_NEAR(at(180), at(150), 1e-12);
+    // The mean over the sphere lacks what the forward peak has beyond the last row: 6 % of 0.067,
+    // the share of the sphere there, times 2. Straight on the lobe is 22 % above its value there.
+    const PhaseFunction exact = PhaseFunction::henyey_greenstein(0.3);
+    for (double a = 5; a <= 150; a += 5) EXPECT_NEAR(at(a) / exact(-std::cos(radians(a))), 1, 0.02);
+    EXPECT_LT(error_of_lobe(table, 0.3), 0.22);
+    EXPECT_EQ(table.continuation(),
+              "values below 5 and beyond 150 degrees are continued by that of the outer row");
+}
+
+TEST(Tabulated, HasAnAlbedoByItsGeometricAlbedo) {
+    // A white Lambert sphere: p = 2/3. Its phase function straight back is 8/3.
+    std::string points = "tabulated:points=";
+    const PhaseFunction sphere = PhaseFunction::lambert_sphere();
+    for (int a = 0; a <= 180; ++a)
+        points += (a == 0 ? "" : "/") + std::to_string(a) + " " +
+                  std::to_string(sphere(-std::cos(radians(a))));
+    const PhaseFunction white = parse_phase_function(points + ",geometric_albedo=0.6666");
+    EXPECT_NEAR(*white.albedo(), 0.6666 * 1.5, 1e-5);
+    EXPECT_NEAR(*parse_phase_function(points + ",geometric_albedo=0.2").albedo(), 0.3, 1e-5);
+    EXPECT_EQ(*parse_phase_function(points + ",geometric_albedo=0").albedo(), 0);
+    EXPECT_FALSE(parse_phase_function(points).albedo().has_value());
+    EXPECT_NEAR(*parse_phase_function("0.5*" + points + ",geometric_albedo=0.2 + 0.5*" + points +
+                                      ",geometric_albedo=0.2")
+                     .albedo(),
+                0.3, 1e-5);
+}
+
+TEST(Tabulated, KeepsItsOptionsInItsText) {
+    const char* const text =
+        "tabulated:points=5 3/20 2/60 1/120 0.5/150 0.8,tail=hg,"
+        "geometric_albedo=0.25";
+    std::vector<std::string> notes;
+    const PhaseFunction phi = parse_phase_function(text, &notes);
+    EXPECT_EQ(phi.text(), text);
+    const PhaseFunction again = parse_phase_function(phi.text());
+    for (const double c : {-1.0, -0.3, 0.95, 1.0}) EXPECT_EQ(again(c), phi(c));
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("below 5 and beyond 150 degrees"), std::string::npos) << notes[0];
+    EXPECT_NE(notes[0].find("fitted to the outer rows"), std::string::npos) << notes[0];
+}
+
 TEST(Moments, MayBeSlightlyNegative) {
     // a truncated series with a minimum of -5e-4, returned as it is
     const PhaseFunction phi = PhaseFunction::from_moments({1, 0.3335});
@@ -289,7 +382,9 @@ TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
     std::istringstream help(phase_function_help());
     std::string line, example;
     std::size_t kinds = 0;
-    const auto reader = [](const std::string&, const std::string&) { return PhaseFunction(); };
+    const auto reader = [](const std::string&, const std::string&, const Tabulated::Options&) {
+        return PhaseFunction();
+    };
     for (; std::getline(help, line) && line.rfind("or a sum: ", 0) != 0; ++kinds) {
         std::istringstream(line) >> example;
         EXPECT_NO_THROW(parse_phase_function(example, nullptr, reader)) << example;
@@ -299,7 +394,8 @@ TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
 }
 
 TEST(ParsePhaseFunction, HandsFilesToTheReader) {
-    const auto reader = [](const std::string& kind, const std::string& file) {
+    const auto reader = [](const std::string& kind, const std::string& file,
+                           const Tabulated::Options&) {
         EXPECT_EQ(kind, "moments");
         EXPECT_EQ(file, "haze+l.csv");
         return PhaseFunction::rayleigh();
@@ -356,6 +452,19 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"NoWeightAtAll", "0*rayleigh + 0*isotropic", {"total weight", "above 0"}},
         Refusal{"TwoPoints", "tabulated:points=0 1/180 1", {"at least 3 rows", "got 2"}},
         Refusal{"HalfAPoint", "tabulated:points=0 1/90/180 1", {"value of a point", "'/180 1'"}},
+        Refusal{"Tail",
+                "tabulated:points=0 1/90 1/170 1,tail=flat",
+                {"tail must be hg or constant", "'flat'"}},
+        Refusal{"FewOuterRows",
+                "tabulated:points=0 1/90 1/130 2/170 3,tail=hg",
+                {"at least 4 rows within 40 degrees", "got 2"}},
+        Refusal{"DarkOuterRow",
+                "tabulated:points=0 1/140 1/150 2/160 0/170 3,tail=hg",
+                {"value (row 4)", "above 0 for tail=hg", "got 0"}},
+        Refusal{"BrightParticle",
+                "tabulated:points=0 1/90 1/180 1,geometric_albedo=0.3",
+                {"geometric_albedo", "[0, 0.25]", "got 0.3"}},
+        Refusal{"UnknownOption", "tabulated:points=0 1/90 1/180 1,tial=hg", {"tail"}},
         Refusal{"DarkTable", "tabulated:points=0 0/90 0/180 0", {"above 0 somewhere"}},
         Refusal{"UnsortedRow", "tabulated:points=0 1/90 1/80 1/180 1", {"row 3", "got 80"}},
         Refusal{"ChiZero", "moments:chi=0.9 0.5", {"chi_0", "1", "0.9"}},

@@ -220,6 +220,26 @@ TEST(LayerLight, AppliesEachEffect) {
     EXPECT_EQ(reflection(), 0);
 }
 
+TEST(LayerLight, HasBlinnsOppositionWhereTheLayerVariesToo) {
+    Scene scene = once(small_slab(1, 0.8));
+    scene.layer.density = 0.2;
+    scene.layer.opposition = Opposition::blinn(0.2);
+    const Matter matter = *uniform_matter(scene);
+    const LayerLight uniform(scene, nullptr);
+    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    const LayerLight varied(scene, nullptr);
+    const Opposition seen = seen_opposition(scene.layer.opposition, 0.2);
+    for (const Geometry& at :
+         {Geometry{0.5, 0.5, 3}, Geometry{0.7, 0.9, 2.8}, Geometry{0.1, 1, 1}}) {
+        const double c = cos_scattering_angle_reflected(at);
+        const double expected =
+            single_reflection(scene.layer.components[0](c), 0.8, 1 / 0.8, at.mu_in, at.mu_out) *
+            opposition_factor(seen, c, 1 / 0.8, at.mu_in, at.mu_out);
+        EXPECT_NEAR(uniform.reflection(matter, at)[0], expected, 1e-3 * expected);
+        EXPECT_NEAR(varied.reflection(matter, at)[0], expected, 1e-3 * expected);
+    }
+}
+
 TEST(LayerLight, RefusesHigherOrdersWithoutATable) {
     const Scene scene = small_slab(1, 0.8);
     expect_refusal<std::invalid_argument>([&] { LayerLight(scene, nullptr); },

@@ -59,6 +59,8 @@ const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
                                "'mie:radius=0.2um,wavelength=0.5um', 'mie:radius=0.2um,wavelength="
                                "0.4um']"},
                               {"layer.albedo", "'phase_function'"},
+                              {"layer.density.number", "1e6"},
+                              {"layer.density.radius", "3e-3"},
                               {"layer.extinction", "'phase_function'"},
                               {"layer.optical_depth.image", "'grey.png'"},
                               {"layer.optical_depth.most", "4"},

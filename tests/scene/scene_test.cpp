@@ -96,6 +96,34 @@ TEST(SceneFile, HoldsTheValuesOfItsText) {
     EXPECT_EQ(slab.half_size, 3) << "half a side";
 }
 
+TEST(SceneFile, TakesADensityFromNumberAndRadiusOfParticles) {
+    const auto layer = [](const std::string& density, const std::string& opposition) {
+        std::string text = cloud_but("density", density);
+        const std::size_t begin = text.find("opposition");
+        text.replace(begin, text.find('\n', begin) - begin, opposition);
+        return parse_scene(text).panels[0].layer;
+    };
+    const std::string particles = "density = { number = 0.1, radius = 0.5 }";
+    const double density = volume_fraction(0.1, 0.5);
+    const SceneLayer hapke = layer(particles, "opposition = { law = 'hapke', amplitude = 1.0 }");
+    EXPECT_EQ(hapke.density, density);
+    EXPECT_EQ(hapke.opposition.width, Opposition::width_of_density(density));
+    const SceneLayer blinn = layer(particles, "opposition = { law = 'blinn' }");
+    EXPECT_EQ(blinn.opposition.width, Opposition::radius_in_free_paths(density));
+    const SceneLayer given = layer(particles, "opposition = { law = 'blinn', density = 0.2 }");
+    EXPECT_EQ(given.opposition.width, Opposition::radius_in_free_paths(0.2));
+    expect_refusal<std::invalid_argument>([&] { layer("", "opposition = { law = 'blinn' }"); },
+                                          {"layer.opposition.density", "no density"});
+    expect_refusal<std::invalid_argument>(
+        [&] { layer("", "opposition = { law = 'hapke', amplitude = 1.0 }"); },
+        {"layer.opposition.width", "no density"});
+    expect_refusal<std::invalid_argument>(
+        [&] { layer("density = { number = 1.0, radius = 1.0 }", ""); },
+        {"layer.density", "radius^3", "[0, 1)", "got 4.18"});
+    expect_refusal<std::invalid_argument>([&] { layer("density = { number = 1.0 }", ""); },
+                                          {"layer.density.radius"});
+}
+
 TEST(SceneFile, RefusesUnknownKeysWithTheNearestKnown) {
     expect_scene_refusal(cloud_but("tolerance", "tolerence = 1"), {"tolerence", "'tolerance'"});
     expect_scene_refusal(cloud_but("width", "with = 1"), {"'picture.with'", "'picture.width'"});

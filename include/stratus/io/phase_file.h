@@ -12,7 +12,7 @@ namespace stratus {
 /// phase_angle_deg and value, or l and chi.
 ///
 /// Relative paths start from `directory`. What a user should be told (weights that did not sum to
-/// 1, values or moments that were scaled) is appended to `notes` when given.
+/// 1, values or moments that were scaled, tables that were continued) is appended to `notes` when given.
 ///
 /// Errors   std::invalid_argument naming the part or the file and line that is wrong, and what is
 ///          allowed; std::runtime_error for a file that cannot be opened.

@@ -79,7 +79,8 @@ class PhaseFunction {
     /// `tabulated:points=0 3.5/10 2.25/...` or `moments:chi=1 0.75 ...` in place of file names.
     std::string text() const;
 
-    /// Single-scattering albedo, where every term knows its own as droplets do (mie.h).
+    /// Single-scattering albedo, where every term knows its own as droplets (mie.h) and tables with
+    /// a geometric albedo (tabulated.h) do.
     std::optional<double> albedo() const;
 
     /// What pictures call it: "0.6 Lambert sphere  +  0.4 Henyey-Greenstein g = 0.5".
@@ -91,17 +92,18 @@ class PhaseFunction {
     std::vector<std::pair<double, Term>> terms_;
 };
 
-/// Reads a file for `tabulated:file=...` or `moments:file=...`: the kind's name and what stands
-/// after `file=`.
-using PhaseFileReader =
-    std::function<PhaseFunction(const std::string& kind, const std::string& file)>;
+/// Reads a file for `tabulated:file=...` or `moments:file=...`: the kind's name, what stands after
+/// `file=`, and a table's options.
+using PhaseFileReader = std::function<PhaseFunction(
+    const std::string& kind, const std::string& file, const Tabulated::Options& options)>;
 
 /// Reads a phase function from text: the examples of `phase_function_help`, the two forms of
 /// `text()`, and sums `0.596*NAME + 0.404*NAME`.
 ///
 /// Spaces are free; `A + 0.5*B` gives A the weight 1. A '+' within a file's name is part of it
-/// unless it stands between spaces or a phase function follows. What a user should be told (weights
-/// that did not sum to 1) is appended to `notes` when given. The runtime opens no files: without
+/// unless it stands between spaces or a phase function follows, a ',' unless an option of a table
+/// does. What a user should be told (weights that did not sum to 1, how a table is continued) is
+/// appended to `notes` when given. The runtime opens no files: without
 /// `read_file` a text that names one is refused; read_phase_function (io/phase_file.h) reads it.
 ///
 /// Errors   std::invalid_argument naming the part that is wrong and what is allowed.

@@ -121,7 +121,8 @@ class LayerLight {
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
     std::vector<LayerLight> channels_;
     std::optional<RgbSlice> slice_;
-    Opposition opposition_;
+    Opposition opposition_;                                   // as it is seen
+    OppositionTable opposition_table_;                        // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
     std::shared_ptr<const RingShine> ring_shine_;

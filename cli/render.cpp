@@ -146,7 +146,7 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
     const double baked = seconds_since(started);
     std::vector<Image> pictures;
     for (std::size_t k = 0; k < file.panels.size(); ++k) {
-        const LayerLight light(file.panels[k], tables[k].get());
+        const LayerLight light(file.panels[k], tables[k].get(), command.threads);
         RenderOptions options;
         options.threads = command.threads;
         options.progress = [&](double done, const std::string& stage) {

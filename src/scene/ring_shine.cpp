@@ -7,9 +7,10 @@
 #include "subjects.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -124,7 +125,7 @@ Rgb3 RingShine::integral(const Light& light, double latitude, double solar_time,
                      from = std::max(to - light.width, 1 / std::cos(latitude));
         if (!(from < to)) continue;
         const double radius = (from + to) / 2;
-        const double horizon = std::acos(1 / (radius * std::cos(latitude)));
+        const double horizon = std::acos(std::min(1.0, 1 / (radius * std::cos(latitude))));
         const double shadow = std::sqrt((radius * radius - 1) * stretched) / (radius * sun.x);
         const double dark = shadows_ && shadow < 1 ? std::acos(shadow) : 0;
         // Nodes crowd at the ends of each part: near the point itself, and where light ends.

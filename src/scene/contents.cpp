@@ -141,10 +141,9 @@ PictureDirections picture_directions(const Scene& scene) noexcept {
     return all;
 }
 
-/// Distances from the plane's axis at which there is a layer.
-Range extent_of(const Rings& rings) noexcept {
-    return {rings.profile.inner(), rings.profile.outer()};
-}
+/// Distances from the plane's axis at which there may be a layer. Cells of pixels that reach rings
+/// are looked up at their middle, which may lie beside these.
+Range extent_of(const Rings&) noexcept { return {0, infinity}; }
 Range extent_of(const Slab& slab) noexcept {
     return {0, has_ground(slab) ? infinity : std::sqrt(2.0) * slab.half_size};
 }

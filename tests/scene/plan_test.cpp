@@ -183,12 +183,15 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     EXPECT_NEAR(costs.all.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 
-TEST(PlanReport, CountsATableForEachChannelWithItsOwnPhaseFunction) {
+TEST(PlanReport, CountsTheTablesThatChannelsShareOnce) {
     const Scene grey = wide_slab(1, 0.9);
-    Scene coloured = grey;
-    coloured.layer.channels = {3, PhaseFunction::rayleigh()};
-    const std::vector<PlanReport> reports = report_plans({grey, coloured}).scenes;
-    EXPECT_EQ(reports[1].costs.all.bytes, 3 * reports[0].costs.all.bytes);
+    Scene alike = grey, unlike = grey;
+    alike.layer.channels = {3, PhaseFunction::rayleigh()};
+    unlike.layer.channels = {PhaseFunction::rayleigh(), PhaseFunction::isotropic(),
+                             PhaseFunction::henyey_greenstein(0.3)};
+    const std::vector<PlanReport> reports = report_plans({grey, alike, unlike}).scenes;
+    EXPECT_EQ(reports[1].costs.all.bytes, reports[0].costs.all.bytes);
+    EXPECT_GT(reports[2].costs.all.bytes, 2 * reports[0].costs.all.bytes);
     for (std::size_t e = 0; e < reports[0].shares.size(); ++e)
         EXPECT_EQ(reports[1].shares[e].max, reports[0].shares[e].max) << reports[0].shares[e].name;
 }

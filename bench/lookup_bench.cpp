@@ -307,6 +307,22 @@ const auto single = [](const Table& table) {
     return stratus::Slice(table.phase_function, {{2}, {0.95}}, reflection_alone());
 };
 
+/// The same with opposition as wide as a density of 0.1 makes it.
+stratus::Effects with_opposition() {
+    stratus::Effects effects = reflection_alone();
+    effects.opposition = stratus::Opposition::blinn(0.1);
+    return effects;
+}
+const auto opposition = [](const Table& table) {
+    return stratus::bind(table.view(), 2, 0.95, with_opposition());
+};
+const auto rgb_opposition = [](const Table& table) {
+    return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, with_opposition());
+};
+const auto single_opposition = [](const Table& table) {
+    return stratus::Slice(table.phase_function, {{2}, {0.95}}, with_opposition());
+};
+
 /// Light that a slice reflects, one lookup at a time.
 template <class Make>
 void slice(benchmark::State& state, const Table& (*table)(), Make make) {
@@ -338,6 +354,12 @@ void slice_batch(benchmark::State& state, const Table& (*table)(), Make make) {
 
 void bind(benchmark::State& state, const Table& (*table)()) {
     for (auto _ : state) benchmark::DoNotOptimize(bound(table()).bytes());
+}
+
+/// Single scattering alone.
+template <class Make>
+void bind_single(benchmark::State& state, const Table& (*table)(), Make make) {
+    for (auto _ : state) benchmark::DoNotOptimize(make(table()).bytes());
 }
 
 /// The floor: a plain table of 32^3 floats, linear.
@@ -388,6 +410,15 @@ BENCHMARK_CAPTURE(slice_batch, single_isotropic, isotropic, single);
 BENCHMARK_CAPTURE(slice_batch, single_rayleigh, rayleigh, single);
 BENCHMARK_CAPTURE(slice_batch, single_forward, forward, single);
 BENCHMARK_CAPTURE(slice_batch, single_rings, rings, single);
+BENCHMARK_CAPTURE(slice, opposition_rings, rings, opposition);
+BENCHMARK_CAPTURE(slice_batch, opposition_rings, rings, opposition);
+BENCHMARK_CAPTURE(slice, rgb_opposition_rings, rings, rgb_opposition);
+BENCHMARK_CAPTURE(slice_batch, rgb_opposition_rings, rings, rgb_opposition);
+BENCHMARK_CAPTURE(slice, single_opposition_rings, rings, single_opposition);
+BENCHMARK_CAPTURE(slice_batch, single_opposition_rings, rings, single_opposition);
+BENCHMARK_CAPTURE(bind_single, rings, rings, single)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(bind_single, opposition_rings, rings, single_opposition)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(bind, forward, forward)->Unit(benchmark::kMillisecond);

@@ -153,6 +153,14 @@ bool is_outside(const AxisView& axis, double value) {
     return value < axis.lowest || value > axis.highest;
 }
 
+/// The same, to the rounding of degrees; nothing depends on azimuth where 0 alone is sampled.
+bool is_azimuth_outside(const AxisView& axis, double radians) {
+    constexpr double rounding = 1e-9;
+    if (axis.count == 1 && axis.lowest == 0) return false;
+    const double value = std::abs(std::remainder(radians, 2 * pi));
+    return value < axis.lowest - rounding || value > axis.highest + rounding;
+}
+
 /// True where a layer lies between the table's samples.
 bool is_sampled(const TableView& table, const LayerKey& layer) {
     return !is_outside(table.optical_depth, layer.optical_depth) &&
@@ -268,18 +276,20 @@ std::vector<Answer> answers_of(const TableView& table, const std::vector<QueryPo
 /// Says once how many rows lie outside the table, where the orders n >= 2 come from its edge.
 void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<Answer>& answers,
                      const TableView& table, double density) {
-    long rows_in[5] = {};
+    long rows_in[6] = {};
     for (std::size_t r = 0; r < points.size(); ++r) {
         const QueryPoint& at = points[r];
         rows_in[0] += is_outside(table.mu_in, at.geometry.mu_in);
         rows_in[1] += is_outside(table.mu_out, at.geometry.mu_out);
+        rows_in[5] += is_azimuth_outside(table.azimuth, at.geometry.azimuth);
         if (!answers[r].clamped) continue;
         rows_in[2] += is_outside(table.optical_depth,
                                  effective_optical_depth(at.layer.optical_depth, density));
         rows_in[3] += is_outside(table.albedo, at.layer.albedo);
         rows_in[4] += table.has_mixture() && is_outside(table.mixture, at.layer.mixture);
     }
-    constexpr const char* names[] = {"mu_in", "mu_out", "optical_depth", "albedo", "mixture"};
+    constexpr const char* names[] = {"mu_in",  "mu_out",  "optical_depth",
+                                     "albedo", "mixture", "azimuth_deg"};
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)

@@ -4,15 +4,20 @@
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/scene/contents.h>
 
 #include "allowed.h"
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
+#include "scene_options.h"
 #include "signals_held.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -26,15 +31,18 @@ namespace stratus {
 namespace {
 
 struct PlanCommand {
-    std::string scene, recipe;
+    std::string scene, recipe, drop;
+    CacheOptions cache;
     double tolerance = 0;
-    int threads = 0;
+    int width = 0, threads = 0;
     bool quiet = false;
 };
 
+constexpr double timing_share = 0.1;  // by which timings of choices vary
+
 template <class... Arguments>
 std::string text(const char* format, Arguments... arguments) {
-    char line[256];
+    char line[512];
     std::snprintf(line, sizeof line, format, arguments...);
     return line;
 }
@@ -50,17 +58,30 @@ std::string range_text(const Range& range, const char* unit = "") {
                                   : text("%.3g to %.3g%s", range.min, range.max, unit);
 }
 
-/// In columns.
-std::string cost_text(const SceneCost& cost) {
-    return text("%9.2f %9.2f %9.0f", cost.bake_seconds, cost.bytes * 1e-6, cost.ray_ns);
+/// Seconds, or "< spread" where the difference is lost in how much a timing varies.
+std::string difference_text(double difference, double spread, int width, int digits) {
+    char line[64];
+    if (difference >= spread)
+        std::snprintf(line, sizeof line, "%*.*f", width, digits, std::max(0.0, difference));
+    else
+        std::snprintf(line, sizeof line, "%*s", width, text("< %.*f", digits, spread).c_str());
+    return line;
 }
 
-SceneCost operator-(const SceneCost& all, const SceneCost& some) {
-    return {all.bake_seconds - some.bake_seconds, all.bytes - some.bytes, all.ray_ns - some.ray_ns};
+/// What an effect costs, in columns.
+std::string cost_text(const SceneCost& all, const SceneCost& some) {
+    return difference_text(all.table_seconds() - some.table_seconds(),
+                           timing_share * all.choose_seconds, 9, 2) +
+           difference_text((all.bytes - some.bytes) * 1e-6, 0, 10, 2) +
+           difference_text(all.ray_ns.median - some.ray_ns.median,
+                           all.ray_ns.spread + some.ray_ns.spread, 10, 0);
 }
 
-void print_range(const Scene& scene) {
-    const LookupRange range = measure_range(scene);
+std::string total_text(const SceneCost& cost) {
+    return text("%9.2f%10.2f%10.0f", cost.table_seconds(), cost.bytes * 1e-6, cost.ray_ns.median);
+}
+
+void print_contents(const Scene& scene) {
     const bool one_each = !scene.layer.channels.empty();
     const std::vector<PhaseFunction>& parts =
         one_each ? scene.layer.channels : scene.layer.components;
@@ -71,59 +92,127 @@ void print_range(const Scene& scene) {
                                  : " mixed with ")
                   << (one_each ? part : short_text(part));
     }
-    const char* const sides = range.reflection
-                                  ? (range.transmission ? "both sides" : "the lit side")
-                                  : (range.transmission ? "the unlit side" : "no side");
-    std::cout << "\nseen: " << sides << "; optical depth " << range_text(range.optical_depth)
-              << ", albedo " << range_text(range.albedo) << "\n      mu_in "
-              << range_text(range.mu_in) << ", mu_out " << range_text(range.mu_out) << ", azimuth "
-              << range_text(range.azimuth, " deg") << "\n\n";
+    const SeenLight light = seen_light(scene);
+    const SeenDirections seen = seen_directions(scene);
+    Range depth{infinity, 0}, albedo{1, 0};
+    for (const MatterSpan& span : matter_spans(scene)) {
+        for (const double value : {span.optical_depth.min, span.optical_depth.max})
+            widen(depth, value);
+        for (const double value : {span.albedo.min, span.albedo.max}) widen(albedo, value);
+    }
+    std::vector<std::string> sides;
+    if (light.reflection) sides.emplace_back("the lit side");
+    if (light.transmission) sides.emplace_back("the unlit side");
+    if (light.fluxes) sides.emplace_back("what lies behind");
+    std::cout << "\nseen: " << (sides.empty() ? "nothing" : joined(sides)) << "; optical depth "
+              << range_text(depth) << ", albedo " << range_text(albedo) << "\n      mu_in "
+              << range_text(seen.mu_in) << ", mu_out " << range_text(seen.mu_out) << ", azimuth "
+              << range_text(seen.azimuth, " deg") << "\n\n";
 }
 
-void print_plan(const Plan& plan) {
-    const PlanCosts& costs = *plan.costs;
-    std::cout << "effect            mean       max  needed    bake s        MB    ns/ray\n";
+void print_orders(const PlanReport& report) {
+    if (!report.orders) return;
+    const OrderReport& orders = *report.orders;
+    std::cout << "\norder of scattering: share of the light at " << orders.where << "\n";
+    double left = 1;
+    const std::size_t count =
+        orders.enough ? static_cast<std::size_t>(*orders.enough) : orders.share.size();
+    for (std::size_t n = 0; n < count; ++n) {
+        left -= orders.share[n];
+        if (n < 6 || n + 1 == count)
+            std::cout << text("  %3zu  %8.2g, all beyond %8.2g\n", n + 1, orders.share[n],
+                              std::max(0.0, left));
+        else if (n == 6)
+            std::cout << "  ...\n";
+    }
+    std::cout << (orders.enough
+                      ? text("orders <= %d suffice for the tolerance there.\n", *orders.enough)
+                      : text("orders <= %zu do not suffice for the tolerance there.\n",
+                             orders.share.size()));
+}
+
+void print_plan(const PlanReport& report) {
+    const PlanCosts& costs = report.costs;
     std::vector<std::string> without_effect;
-    for (std::size_t e = 0; e < plan.shares.size(); ++e) {
-        const EffectShare& share = plan.shares[e];
-        if (share.max == 0 && costs.without[e].bytes == costs.all.bytes) {
+    std::cout
+        << "effect          mean       max   tables s        MB    ns/ray  fate, and where the "
+           "largest change is\n";
+    for (std::size_t e = 0; e < report.shares.size(); ++e) {
+        const EffectShare& share = report.shares[e];
+        if (share.seen && share.max == 0 && costs.without[e].bytes == costs.all.bytes) {
             without_effect.push_back(share.name);
             continue;
         }
-        std::cout << text("%-13s %8.2g  %8.2g  %-6s ", share.name.c_str(), share.mean, share.max,
-                          share.needed ? "yes" : "no")
-                  << cost_text(costs.all - costs.without[e]) << '\n';
+        if (!share.seen) {
+            std::cout << text("%-12s        -         -          -         -         -  %s\n",
+                              share.name.c_str(), share.fate.c_str());
+            continue;
+        }
+        std::cout << text("%-12s %7.2g  %s%7.2g  ", share.name.c_str(), share.mean,
+                          share.bounded ? "<=" : "  ", share.max)
+                  << cost_text(costs.all, costs.without[e]) << "  " << share.fate
+                  << (share.where.empty() ? "" : "; " + share.where) << '\n';
     }
-    std::cout << "all effects                              " << cost_text(costs.all)
-              << "\nthe plan                                 " << cost_text(costs.planned)
-              << text("\nIt changes none of %d pixels by more than %.2g; tolerance: %.2g.\n",
-                      plan.pixels, plan.max_change, plan.tolerance);
+    std::cout << "all effects                      " << total_text(costs.all)
+              << "\nthe plan                         " << total_text(costs.planned) << "\n";
     if (!without_effect.empty())
         std::cout << "No visible effect: " << joined(without_effect) << ".\n";
+    print_orders(report);
+    std::cout << text(
+        "\ntolerance %.2g, of which what is left out may change half; planning took "
+        "%.3f s.\n",
+        report.plan.tolerance, report.plan_seconds);
+    for (const LeftOut& effect : report.plan.left_out)
+        std::cout << "without " << effect.name
+                  << text(": it changes no light by more than %.2g (found: %.2g, %s)\n",
+                          effect.change.bound, effect.change.found, effect.change.where.c_str());
+    if (report.plan.left_out.empty()) std::cout << "nothing is left out.\n";
 }
 
-/// The recipe of one table for all panels; of three where channels have their own phase functions.
-std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<Plan>& plans) {
-    std::vector<Recipe> all;
-    for (std::size_t k = 0; k < plans.size(); ++k) {
+void print_cost(const RenderCost& cost, double reading) {
+    const SceneCost& tables = cost.tables;
+    std::cout << text(
+        "\nrender takes about %.2f s: reading %.2f, choosing %.2f, solving %.2f, checking %.2f, "
+        "keeping and "
+        "preparing tables %.2f, rays %.2f (+- %.2f)\n",
+        reading + cost.seconds(), reading, tables.choose_seconds, tables.solve_seconds,
+        tables.check_seconds, tables.keep_seconds, cost.ray_seconds, cost.ray_spread);
+}
+
+/// Recipes of tables that serve all panels: one, or one each for red, green and blue.
+std::vector<Recipe> planned_recipes(const SceneFile& file, const std::vector<PlanReport>& reports) {
+    std::vector<std::vector<Scene>> channels;
+    for (std::size_t k = 0; k < reports.size(); ++k) {
         Scene scene = file.panels[k];
-        scene.effects = plans[k].effects;
-        std::vector<Recipe> own;
-        for (const Scene& channel : channel_scenes(scene))
-            if (const std::optional<Recipe> one = needed_recipe(channel)) own.push_back(*one);
-        if (own.empty()) continue;
-        if (all.empty()) all = own;
-        for (std::size_t c = 0; c < all.size(); ++c) {
-            const std::optional<Recipe> both =
-                own.size() == all.size() ? common_recipe(all[c], own[c]) : std::nullopt;
-            if (!both)
+        scene.effects = reports[k].plan.effects;
+        const std::vector<Scene> own = channel_scenes(scene);
+        channels.resize(std::max(channels.size(), own.size()));
+        for (std::size_t c = 0; c < own.size(); ++c) channels[c].push_back(own[c]);
+    }
+    std::vector<Recipe> all;
+    for (const std::vector<Scene>& scenes : channels) {
+        std::optional<Recipe> both;
+        for (const Scene& scene : scenes) {
+            const std::optional<Recipe> own = needed_recipe(scene);
+            if (!own) continue;
+            const std::optional<Recipe> wider = both ? common_recipe(*both, *own) : own;
+            if (!wider)
                 throw std::invalid_argument(
                     "plan: SCENE must have panels that can share a recipe; '" + scene.title +
                     "' needs its own");
-            all[c] = *both;
+            both = wider;
         }
+        if (both) all.push_back(*both);
     }
     return all;
+}
+
+/// NAME_red.toml and so on.
+std::string coloured_path(const std::filesystem::path& path, std::size_t channel) {
+    constexpr const char* colours[] = {"red", "green", "blue"};
+    const std::string name =
+        path.stem().string() + "_" + colours[channel] + path.extension().string();
+    return (path.parent_path() / name).string();
 }
 
 void write_recipe(const std::string& recipe, const std::string& path) {
@@ -143,29 +232,32 @@ void run_plan(const PlanCommand& command) {
     }
     Progress progress(command.quiet);
     std::vector<std::string> notes;
+    const std::clock_t started = std::clock();
     SceneFile file = read_scene(command.scene, &notes);
+    const double reading = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
     for (const std::string& note : notes) progress.note("note: " + note);
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +
                                     command.scene);
-    for (const Scene& scene : file.panels)
-        if (!command.recipe.empty() && !scene.layer.channels.empty())
-            throw std::invalid_argument(
-                "plan: --write must be left out for three phase functions, which need a recipe "
-                "each");
-    if (command.tolerance > 0)
-        for (Scene& scene : file.panels) scene.tolerance = command.tolerance;
+    for (Scene& scene : file.panels) {
+        if (command.tolerance > 0) scene.tolerance = command.tolerance;
+        drop_effects(command.drop, scene);
+        set_width(command.width, scene);
+    }
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
-    const std::vector<Plan> plans = plan_scenes(file.panels, {options, true});
-    for (std::size_t k = 0; k < plans.size(); ++k) {
+    std::optional<TableCache> cache = open_cache(command.cache);
+    const FileReport report = report_plans(file.panels, options, cache ? &*cache : nullptr);
+    const std::vector<PlanReport>& reports = report.scenes;
+    for (std::size_t k = 0; k < reports.size(); ++k) {
         if (file.panels.size() > 1)
             std::cout << (k > 0 ? "\n" : "") << "== " << file.panels[k].title << "\n";
-        print_range(file.panels[k]);
-        print_plan(plans[k]);
+        print_contents(file.panels[k]);
+        print_plan(reports[k]);
     }
-    const std::vector<Recipe> recipes = planned_recipes(file, plans);
+    print_cost(report.cost, reading);
+    const std::vector<Recipe> recipes = planned_recipes(file, reports);
     if (recipes.empty()) {
         std::cout << "\nNo table is needed: single scattering has a closed form.\n";
         if (!command.recipe.empty())
@@ -173,14 +265,17 @@ void run_plan(const PlanCommand& command) {
         return;
     }
     const std::string name = std::filesystem::path(command.scene).filename().string();
-    std::string recipe_text;
-    for (Recipe recipe : recipes) {
+    for (std::size_t k = 0; k < recipes.size(); ++k) {
+        Recipe recipe = recipes[k];
         recipe.title = file.title;
-        recipe_text = (recipes.size() == 1 ? "# The table that " : "# One of the tables that ") +
-                      name + " needs.\n" + resolved_text(recipe);
+        const std::string recipe_text =
+            (recipes.size() == 1 ? "# The table that " : "# One of the tables that ") + name +
+            " needs.\n" + resolved_text(recipe);
         std::cout << "\n" << recipe_text;
+        if (!command.recipe.empty())
+            write_recipe(recipe_text,
+                         recipes.size() == 1 ? command.recipe : coloured_path(command.recipe, k));
     }
-    if (!command.recipe.empty()) write_recipe(recipe_text, command.recipe);
 }
 
 }  // namespace
@@ -192,15 +287,28 @@ void add_plan(CLI::App& app) {
     plan->add_option("--tolerance", command->tolerance,
                      "Relative change of a pixel that is tolerated, instead of the scene's own")
         ->check(number("in [1e-6, 0.5]", [](double e) { return e >= 1e-6 && e <= 0.5; }));
-    plan->add_option("--write", command->recipe, "Recipe to write, .toml")->check(file_name());
+    plan->add_option("--write", command->recipe,
+                     "Recipe to write, .toml; three, NAME_red.toml and so on, for a phase function "
+                     "each")
+        ->check(file_name());
+    add_drop(*plan, command->drop);
+    add_width(*plan, command->width);
+    add_cache(*plan, command->cache);
     add_threads(*plan, command->threads);
     plan->add_flag("--quiet", command->quiet, "No progress, no notes");
     plan->footer(
-        "Each effect is left out in turn, and some 16000 pixels are compared: the mean and the\n"
-        "largest relative change (to at least 1 % of the brightest pixel). An effect that changes\n"
-        "no pixel by more than half the tolerance is not needed. Costs are what an effect adds:\n"
-        "seconds to bake, MB of tables, ns per ray on one thread.\n"
-        "`stratus render` follows the plan unless --effects says otherwise.\n"
+        "Largest changes with <= are bounds over all that the scene contains: every knot of its\n"
+        "profiles, all depths, colours and directions that it sees, by the solver itself. Others, "
+        "and\n"
+        "means, are those of a sparse picture of some 16000 pixels, relative to at least 1 % of "
+        "the\n"
+        "brightest. The orders n >= 2, or their azimuth, are left out where their bound is within\n"
+        "half the tolerance, unless the scene names them. Costs are what an effect adds: seconds "
+        "to\n"
+        "make its tables, MB of them, ns per ray on one thread; < is lost in the spread of "
+        "timings.\n"
+        "`stratus render` follows the plan unless --effects says otherwise. The recipe is that of\n"
+        "`stratus bake RECIPE -o TABLE.h5`, `stratus render SCENE --table TABLE.h5`.\n"
         "Example:\n  stratus plan tables/scenes/saturn_lit.toml --write saturn_lit_needs.toml");
     plan->callback([command] { run_plan(*command); });
 }

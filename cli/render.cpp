@@ -5,6 +5,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/scene_keys.h>
 
@@ -12,6 +13,7 @@
 #include "commands.h"
 #include "progress.h"
 #include "query.h"
+#include "scene_options.h"
 #include "signals_held.h"
 #include "table_option.h"
 
@@ -21,29 +23,24 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <sstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
 namespace {
 
 struct RenderCommand {
-    std::string scene, table;
-    std::vector<std::string> outputs;
-    std::string effects;
+    std::string scene;
+    std::vector<std::string> tables, outputs;
+    std::string effects, drop;
+    CacheOptions cache;
     int width = 0, threads = 0;
     bool quiet = false;
     ReadOptions reading;
 };
-
-std::vector<std::string> split(const std::string& list) {
-    std::vector<std::string> names;
-    std::istringstream text(list);
-    for (std::string name; std::getline(text, name, ',');) names.push_back(name);
-    return names;
-}
 
 void check_outputs(const RenderCommand& command) {
     for (const std::string& output : command.outputs) {
@@ -53,7 +50,8 @@ void check_outputs(const RenderCommand& command) {
                                         output);
         require_writable("render", "--output", output);
         require_different_files("render", command.scene, output);
-        if (!command.table.empty()) require_different_files("render", command.table, output);
+        for (const std::string& table : command.tables)
+            require_different_files("render", table, output);
     }
 }
 
@@ -67,13 +65,20 @@ void require_ending(const std::string& output, bool svg) {
 std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& command,
                                                            const std::vector<Scene>& scenes,
                                                            Progress& progress) {
-    if (!command.table.empty())
-        return {scenes.size(),
-                adopt_table(scenes, read_noted_table(command.table, command.reading))};
+    if (!command.tables.empty()) {
+        std::vector<Table> tables;
+        for (const std::string& table : command.tables)
+            tables.push_back(read_noted_table(table, command.reading));
+        return {scenes.size(), adopt_tables(scenes, std::move(tables))};
+    }
     BakeOptions options;
     options.threads = command.threads;
     options.progress = [&](double done, const std::string& stage) { progress.show(done, stage); };
-    return bake_for(scenes, options);
+    std::optional<TableCache> cache = open_cache(command.cache);
+    auto tables = bake_for(scenes, options, cache ? &*cache : nullptr);
+    if (cache && !cache->trouble().empty())
+        progress.note("note: tables are not kept: " + cache->trouble());
+    return tables;
 }
 
 /// The title of each panel, in its lower left corner.
@@ -116,31 +121,27 @@ void write_picture(const SceneFile& file, const Image& image, const std::string&
     });
 }
 
-/// Switches off in every panel the effects that its plan does not need.
-void follow_plans(const RenderCommand& command, SceneFile& file, Progress& progress) {
-    PlanOptions options;
-    options.bake.threads = command.threads;
-    const std::vector<Plan> plans = plan_scenes(file.panels, options);
-    for (std::size_t k = 0; k < plans.size(); ++k) {
-        std::vector<std::string> left_out;
-        for (const EffectShare& share : plans[k].shares)
-            if (!share.needed && share.max > 0) left_out.push_back(share.name);
-        file.panels[k].effects = plans[k].effects;
-        if (!left_out.empty())
-            progress.note("plan: " + file.panels[k].title + ": without " + joined(left_out));
+/// Switches off in every panel what its plan leaves out.
+void follow_plans(SceneFile& file, Progress& progress) {
+    for (Scene& panel : file.panels) {
+        const Plan plan = plan_scene(panel);
+        panel.effects = plan.effects;
+        for (const LeftOut& effect : plan.left_out)
+            progress.note("plan: " + panel.title + ": without " + effect.name +
+                          ", which changes no more than " + short_number(effect.change.bound) +
+                          " of any light");
     }
 }
 
 void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progress) {
     for (Scene& scene : file.panels) {
         if (!command.effects.empty()) scene.effects = parse_scene_effects(split(command.effects));
-        if (command.width == 0) continue;
-        scene.height = std::max(1, static_cast<int>(std::lround(static_cast<double>(scene.height) *
-                                                                command.width / scene.width)));
-        scene.width = command.width;
+        drop_effects(command.drop, scene);
+        set_width(command.width, scene);
     }
     const auto started = Clock::now();
-    if (command.effects.empty() && command.table.empty()) follow_plans(command, file, progress);
+    // A table that is there saves nothing by what is not looked up in it.
+    if (command.effects.empty() && command.tables.empty()) follow_plans(file, progress);
     const auto tables = tables_for(command, file.panels, progress);
     const double baked = seconds_since(started);
     std::vector<Image> pictures;
@@ -163,9 +164,10 @@ void run_pictures(const RenderCommand& command, SceneFile& file, Progress& progr
 }
 
 void run_figure(const RenderCommand& command, const SceneFile& file, Progress& progress) {
-    for (const auto& [option, given] : {std::pair("--table", !command.table.empty()),
-                                        std::pair("--effects", !command.effects.empty()),
-                                        std::pair("--width", command.width != 0)})
+    for (const auto& [option, given] :
+         {std::pair("--table", !command.tables.empty()),
+          std::pair("--effects", !command.effects.empty()),
+          std::pair("--drop", !command.drop.empty()), std::pair("--width", command.width != 0)})
         if (given)
             throw std::invalid_argument(std::string("render: ") + option +
                                         " must not be given for figures, got one");
@@ -220,7 +222,11 @@ void add_render(CLI::App& app) {
         ->required()
         ->allow_extra_args(false)
         ->check(file_name());
-    render->add_option("--table", command->table, "Table to look up instead of baking, .h5 or .exr")
+    render
+        ->add_option("--table", command->tables,
+                     "Table to look up instead of baking, .h5 or .exr; three times, for red, green "
+                     "and blue, where these have their own phase functions")
+        ->allow_extra_args(false)
         ->check(file_name());
     add_max_memory(*render, command->reading);
     std::string names;
@@ -230,15 +236,19 @@ void add_render(CLI::App& app) {
             "--effects", command->effects,
             "Effects, instead of the scene's own: all" + names + "; -NAME switches one off")
         ->check(file_name());
-    render->add_option("--width", command->width, "Pixels, instead of the scene's; 0: the scene's")
-        ->capture_default_str()
-        ->check(whole_number(0, 16384));
+    add_drop(*render, command->drop);
+    add_cache(*render, command->cache);
+    add_width(*render, command->width);
     add_threads(*render, command->threads);
     render->add_flag("--quiet", command->quiet, "No progress, no notes");
     add_keys(*render, "scenes", scene_keys());
     render->footer(
         "PNG files show radiance L as sRGB(min(L / white, 1)), EXR files hold L itself: relative\n"
         "to that of a white Lambert surface facing the sun.\n"
+        "What changes no light by more than half the scene's tolerance is left out, unless "
+        "--effects "
+        "or the scene names it; `stratus plan` tells more. Tables are kept for the next picture in "
+        "$STRATUS_CACHE, $XDG_CACHE_HOME/stratus or ~/.cache/stratus.\n"
         "Example:\n  stratus render tables/scenes/saturn_lit.toml -o saturn.png -o saturn.exr "
         "--width 512");
     render->callback([command] { run_render(*command); });

@@ -58,7 +58,8 @@ PointRange range_of(const Table& table) {
             view.mixture,
             table.second_phase_function,
             view.path_law != nullptr,
-            true};
+            true,
+            view.azimuth};
 }
 
 /// One albedo and mixture at depths an octave apart, which are solved at once.
@@ -116,6 +117,18 @@ double least_cosine(const PointRange& range, const AxisView& axis) {
                               : axis.lowest;
 }
 
+struct Azimuths {
+    double lowest, highest;
+
+    bool hold(double azimuth) const { return azimuth >= lowest && azimuth <= highest; }
+};
+
+Azimuths azimuths_of(const PointRange& range) {
+    const AxisView& azimuth = range.azimuth;
+    const bool any = azimuth.count == 0 || (azimuth.count == 1 && azimuth.lowest == 0);
+    return any ? Azimuths{0, pi} : Azimuths{azimuth.lowest, azimuth.highest};
+}
+
 struct RandomPoint {
     Geometry at;
     PointKind kind;
@@ -140,8 +153,10 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
         const double down = std::cos(theta) * mu_in + std::sin(theta) * std::cos(psi) * sine_in;
         const double along = std::cos(theta) * sine_in - std::sin(theta) * std::cos(psi) * mu_in;
         const double mu_out = side == Side::reflection ? -down : down;
-        if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest)
-            return Geometry{mu_in, mu_out, std::atan2(std::sin(theta) * std::sin(psi), along)};
+        const double azimuth = std::atan2(std::sin(theta) * std::sin(psi), along);
+        if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest &&
+            azimuths_of(range).hold(azimuth))
+            return Geometry{mu_in, mu_out, azimuth};
     }
     return std::nullopt;
 }
@@ -151,7 +166,7 @@ std::optional<Geometry> random_forward(const PointRange& range, Side side, std::
 class PointSource {
   public:
     PointSource(const PointRange& range, bool peaked, std::mt19937& random)
-        : has_path_law_(range.has_path_law), random_(random) {
+        : has_path_law_(range.has_path_law), azimuths_(azimuths_of(range)), random_(random) {
         if (range.reflection) sides_.push_back(Side::reflection);
         if (range.transmission) sides_.push_back(Side::transmission);
         constexpr int few = 10, few_forward = 5, few_grazing = 3;
@@ -180,7 +195,7 @@ class PointSource {
     /// Evenly drawn points of a layer, then those of the other kinds where something is peaked.
     std::vector<RandomPoint> draw(int count) {
         std::vector<RandomPoint> points;
-        std::uniform_real_distribution<double> azimuth(0, pi);
+        std::uniform_real_distribution<double> azimuth(azimuths_.lowest, azimuths_.highest);
         for (int n = 0; n < count; ++n)
             points.push_back({{one_of(mu_in_, random_), one_of(mu_out_, random_), azimuth(random_)},
                               PointKind::even,
@@ -210,6 +225,7 @@ class PointSource {
     }
 
     bool has_path_law_;
+    Azimuths azimuths_;
     std::mt19937& random_;
     std::mt19937 of_peak_;  // apart: even points are those of any phase function
     std::vector<Side> sides_;
@@ -428,7 +444,10 @@ double energy_defect(const Table& table) {
 double furnace_defect(const Table& table, std::size_t mixture) {
     const TableView view =
         table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
-    if (!view.has_reflection() || table.plane_albedo.empty()) return -1;
+    const Azimuths known = azimuths_of(range_of(table));
+    if (!view.has_reflection() || table.plane_albedo.empty() || !view.is_symmetric() ||
+        known.lowest > 0 || known.highest < pi)
+        return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
     const int azimuths = 96;
     double worst = 0;

@@ -1,5 +1,6 @@
 #include "axes.h"
 
+#include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 
@@ -10,11 +11,16 @@ namespace stratus {
 
 namespace {
 
-/// First sample of mu.
-constexpr double min_mu = 1e-4;
-
 /// q (1 - g) of conservative isotropic scattering, 2 x 0.7104. [vdH80]
 constexpr double reduced_extrapolation_length = 1.4208921792;
+
+/// A part of an axis: samples no further apart.
+Axis part_of(const AxisView& all, double min, double max) {
+    if (min == max) return make_axis(all.scale, min, min, 1);
+    if (min == all.lowest && max == all.highest) return make_axis(all.scale, min, max, all.count);
+    const double intervals = std::ceil(all.index(max) - all.index(min) - 1e-9);
+    return make_axis(all.scale, min, max, std::max(stencil_size, static_cast<int>(intervals) + 1));
+}
 
 /// The length over whiter ground is that at this absorptance: the light lost in the ground is then
 /// below the tolerances of tables.
@@ -37,13 +43,23 @@ std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
     return PathOrders::of(recipe.phase_function);
 }
 
-Axis mu_axis(int samples) {
-    return make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
+Axis mu_axis(Range range, int samples) {
+    const Axis all = make_axis(AxisScale::arcsine_of_fourth_root, min_mu, 1, samples);
+    return part_of(all.view(), std::max(min_mu, range.min), range.max);
 }
 
-Axis azimuth_axis(AxisScale scale, int samples) {
+Axis azimuth_axis(Range range, AxisScale scale, int samples) {
     if (samples == 1) return make_axis(AxisScale::linear, 0, 0, 1);
-    return make_axis(scale, 0, pi, samples);
+    const auto end = [](double degrees) { return degrees == 180 ? pi : radians(degrees); };
+    const Axis all = make_axis(scale, 0, pi, samples);
+    return part_of(all.view(), end(range.min), end(range.max));
+}
+
+DirectionAxes direction_axes(const Recipe& resolved) {
+    const Discretisation& d = resolved.discretisation;
+    return {mu_axis(resolved.mu_in, d.mu_samples), mu_axis(resolved.mu_out, d.mu_samples),
+            azimuth_axis(resolved.azimuth, d.azimuth_scale.value_or(AxisScale::linear),
+                         d.azimuth_samples)};
 }
 
 Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale) {

@@ -5,6 +5,7 @@
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/path_law.h>
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 
@@ -17,11 +18,37 @@ SolverOptions solver_options(const Recipe& recipe);
 /// narrow peak, over a lower boundary and in mixtures.
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
-/// mu from 1e-4 to 1: directions within 0.006 degrees of the surface are clamped.
-Axis mu_axis(int samples);
+// Directions that tables know unless recipes narrow them: cosines, and azimuths in degrees.
+constexpr Range all_cosines{0, 1}, all_azimuths{0, 180};
 
-/// 0 to pi; one sample, linear, where nothing depends on azimuth.
-Axis azimuth_axis(AxisScale scale, int samples);
+/// First sample of all cosines: directions within 0.006 degrees of the surface are clamped.
+constexpr double min_mu = 1e-4;
+
+/// Degrees; at 0 alone an axis would look like one on which nothing depends.
+constexpr double min_azimuth = 1e-3;
+
+constexpr bool is_narrow(Range range, Range all) {
+    return range.min > all.min || range.max < all.max;
+}
+
+/// Cosines of a range. `samples` are those of an axis of all cosines; a narrow one has the same
+/// spacing or a little less, four at least, or one where min = max.
+Axis mu_axis(Range range, int samples);
+
+/// The same for azimuths, whose range is in degrees and whose samples are in radians; one sample
+/// at 0, linear, where nothing depends on azimuth: `samples` = 1.
+Axis azimuth_axis(Range range, AxisScale scale, int samples);
+
+/// The directions of a resolved recipe's samples.
+struct DirectionAxes {
+    Axis mu_in, mu_out, azimuth;
+
+    std::size_t count() const {
+        return mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
+    }
+};
+
+DirectionAxes direction_axes(const Recipe& resolved);
 
 /// Even in the scale over the range, square_root_of_complement where that is open; one sample where
 /// min = max.

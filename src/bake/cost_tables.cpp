@@ -60,14 +60,17 @@ void TableSweep::solve_points(const Discretisation& chosen) {
     if (sampled.count > 1)
         tau = make_axis(AxisScale::logarithmic, depth.min, sampled.highest, sampled.count,
                         sampled.ends_at_infinity);
-    const AxisView mu = mu_axis(chosen.mu_samples).view();
-    const PointRange range{albedo_axis(recipe_.albedo, 2).view(),
-                           tau.view(),
-                           mu,
-                           mu,
-                           recipe_.reflection,
-                           recipe_.transmission,
-                           recipe_.lower_boundary};
+    Recipe resolved = recipe_;
+    resolved.discretisation = chosen;
+    const DirectionAxes directions = direction_axes(resolved);
+    PointRange range{albedo_axis(recipe_.albedo, 2).view(),
+                     tau.view(),
+                     directions.mu_in.view(),
+                     directions.mu_out.view(),
+                     recipe_.reflection,
+                     recipe_.transmission,
+                     recipe_.lower_boundary};
+    range.azimuth = directions.azimuth.view();
     SolverOptions solver = solver_of(recipe_);
     solver.nodes = std::max(nodes_of_points_, chosen.nodes + 8);
     solver.mode_tolerance = 1e-4 * recipe_.tolerance;
@@ -183,8 +186,11 @@ double TableSweep::bytes_of(const Discretisation& d) const {
     const auto albedos =
         albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale).values.size();
     const int sides = (recipe_.reflection ? 1 : 0) + (recipe_.transmission ? 1 : 0);
-    return static_cast<double>(sizeof(float) * depths * albedos) * sides * d.mu_samples *
-           d.mu_samples * d.azimuth_samples;
+    Recipe resolved = recipe_;
+    resolved.discretisation = d;
+    return static_cast<double>(sizeof(float) * depths * albedos *
+                               direction_axes(resolved).count()) *
+           sides;
 }
 
 /// The table of this sampling; null when none has been measured.

@@ -1,10 +1,12 @@
 // Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
+#include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "choices.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace stratus {
@@ -15,13 +17,16 @@ namespace {
 /// a path law, nodes that hold more moments change the law's share of the light by much the same.
 constexpr double share_of_nodes = 0.2, share_with_path_law = 0.5, share_of_modes = 0.05;
 
-int count(const DirectionGrid& directions) { return static_cast<int>(directions.mu().size()); }
+/// Positions of an axis' samples that a stencil reads; weights beyond a short axis are 0.
+int sample_of(const Stencil& stencil, int p, const Axis& axis) {
+    return std::min(stencil.first + p, static_cast<int>(axis.values.size()) - 1);
+}
 
 double change(const Probes& probes, const ProbedLayers& from, const ProbedLayers& to) {
     const DirectionGrid& directions = probes.directions;
     return measure_layers(
         probes, to.size(), to[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            add_errors(probes.recipe, to[a][d], directions, count(directions), errors,
+            add_errors(probes.recipe, to[a][d], directions, Judged(directions), errors,
                        [&](Side side, int i, int j, int k) {
                            return from[a][d].side(side).tabulated[directions.at(i, j, k)];
                        });
@@ -35,50 +40,86 @@ double tail_of_modes(Probes& probes, int kept) {
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            add_errors(probes.recipe, layer, directions, count(directions), errors,
+            add_errors(probes.recipe, layer, directions, Judged(directions), errors,
                        [&](Side side, int i, int j, int k) {
+                           const int in = directions.pairs().in[static_cast<std::size_t>(i)];
+                           const int out = directions.pairs().out[static_cast<std::size_t>(j)];
                            const auto& modes = side == Side::reflection
                                                    ? layer.solution.reflection_modes
                                                    : layer.solution.transmission_modes;
                            double tail = 0;
                            for (auto m = static_cast<std::size_t>(kept); m < modes.size(); ++m)
-                               tail += 2 * std::abs(modes[m](i, j));
+                               tail += 2 * std::abs(modes[m](in, out));
                            return layer.side(side).tabulated[directions.at(i, j, k)] + tail;
                        });
         });
 }
 
+/// An axis of cosines among those of solutions: the probed ones, then the samples.
+struct SampledCosines {
+    Axis axis;
+    int probed;
+    std::vector<Stencil> stencils;  // of the probed ones
+
+    SampledCosines(const Axis& axis_, const std::vector<int>& places, const std::vector<double>& mu)
+        : axis(axis_), probed(static_cast<int>(places.size())) {
+        for (const int place : places)
+            stencils.push_back(axis.view().stencil(mu[static_cast<std::size_t>(place)]));
+    }
+
+    /// Position among all of them of a sample that probe i reads.
+    int sample(int i, int p) const {
+        return probed + sample_of(stencils[static_cast<std::size_t>(i)], p, axis);
+    }
+    double weight(int i, int p) const {
+        return double{stencils[static_cast<std::size_t>(i)].weight[p]};
+    }
+};
+
 double mu_error(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
-    const Axis axis = mu_axis(samples);
-    const int probed = count(probes.directions);
-    std::vector<double> mu = probes.directions.mu();  // then the axis' own
-    mu.insert(mu.end(), axis.values.begin(), axis.values.end());
-    const DirectionGrid all = directions_at(recipe, mu, probes.path_law);
+    ProbedCosines cosines = many_cosines(recipe);
+    const SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
+    const SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
+    const auto add_samples = [&](const Axis& axis, std::vector<int>& places) {
+        for (const double sample : axis.values) {
+            places.push_back(static_cast<int>(cosines.mu.size()));
+            cosines.mu.push_back(sample);
+        }
+    };
+    const bool symmetric = cosines.pairs.are_symmetric();
+    add_samples(in.axis, cosines.pairs.in);
+    if (symmetric)
+        cosines.pairs.out = cosines.pairs.in;
+    else
+        add_samples(out.axis, cosines.pairs.out);
+    const DirectionGrid all = directions_at(recipe, cosines, probes.path_law);
+    Judged judged(all);
+    judged.in = in.probed;
+    judged.out = out.probed;
     const ProbedLayers layers = solve_layers(probes, probes.albedos, probes.ladder, all);
-    std::vector<Stencil> stencils;
-    for (const double cosine : probes.directions.mu())
-        stencils.push_back(axis.view().stencil(cosine));
     return measure_layers(
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer& layer = layers[a][d];
-            std::vector<double> divisors;
-            for (const double cosine : mu)
-                divisors.push_back(intercepted(recipe, layer.solution.optical_depth, cosine));
-            const auto sample = [&](int i, int p) {
-                return probed + stencils[static_cast<std::size_t>(i)].first + p;
+            const auto divisor = [&](double cosine) {
+                return intercepted(recipe, layer.solution.optical_depth, cosine);
             };
-            const auto weight = [&](int i, int p) {
-                const auto at = static_cast<std::size_t>(i);
-                return stencils[at].weight[p] * divisors[at] /
-                       divisors[static_cast<std::size_t>(sample(i, p))];
+            std::vector<double> divisors_in, divisors_out;
+            for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
+            for (int j = 0; j < all.out_count(); ++j)
+                divisors_out.push_back(divisor(all.mu_out(j)));
+            const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors,
+                                   int i, int p) {
+                return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
+                       divisors[static_cast<std::size_t>(along.sample(i, p))];
             };
-            add_errors(recipe, layer, all, probed, errors, [&](Side side, int i, int j, int k) {
+            add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
                 double found = 0;
                 for (int p = 0; p < Blend::size; ++p)
                     for (int q = 0; q < Blend::size; ++q)
-                        found += weight(i, p) * weight(j, q) *
-                                 layer.side(side).tabulated[all.at(sample(i, p), sample(j, q), k)];
+                        found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
+                                 layer.side(side)
+                                     .tabulated[all.at(in.sample(i, p), out.sample(j, q), k)];
                 return found;
             });
         });
@@ -86,13 +127,17 @@ double mu_error(const Probes& probes, int samples) {
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
 /// azimuth, half in its square root, where narrow peaks are.
-std::vector<double> azimuth_tests() {
-    constexpr int count = 16;
+std::vector<double> azimuth_tests(Range degrees) {
+    const bool narrow = is_narrow(degrees, all_azimuths);
+    const double first = radians(degrees.min);
+    const double width = narrow ? radians(degrees.max - degrees.min) : pi;
+    if (width == 0) return {first};
+    const int count = narrow ? 8 : 16;
     std::vector<double> tests;
     for (int n = 0; n < count; ++n) {
         const double share = (n + 0.37) / count;
-        tests.push_back(pi * share);
-        tests.push_back(pi * share * share);
+        tests.push_back(first + width * share);
+        tests.push_back(first + width * share * share);
     }
     return tests;
 }
@@ -100,11 +145,12 @@ std::vector<double> azimuth_tests() {
 double azimuth_error(Probes& probes, AxisScale scale, int samples) {
     const Recipe& recipe = probes.recipe;
     const ProbedLayers& layers = probed_layers(probes);
-    const std::vector<double> tests = azimuth_tests();
-    const Axis axis = azimuth_axis(scale, samples);
+    const std::vector<double> tests = azimuth_tests(recipe.azimuth);
+    const Axis axis = azimuth_axis(recipe.azimuth, scale, samples);
     const auto grid = [&](const std::vector<double>& azimuths) {
         return DirectionGrid(recipe.phase_function, recipe.lower_boundary, probes.directions.mu(),
-                             azimuths, 2 * recipe.discretisation.nodes, probes.path_law);
+                             azimuths, 2 * recipe.discretisation.nodes, probes.path_law,
+                             probes.directions.pairs());
     };
     const DirectionGrid at_tests = grid(tests), at_samples = grid(axis.values);
     std::vector<Stencil> stencils;
@@ -113,18 +159,34 @@ double azimuth_error(Probes& probes, AxisScale scale, int samples) {
         probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
             const ProbedLayer target = probe(recipe, layers[a][d].solution, at_tests);
             const ProbedLayer sampled = probe(recipe, layers[a][d].solution, at_samples);
-            add_errors(
-                recipe, target, at_tests, count(at_tests), errors,
-                [&](Side side, int i, int j, int k) {
-                    const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
-                    double found = 0;
-                    for (int p = 0; p < Blend::size; ++p)
-                        found +=
-                            stencil.weight[p] *
-                            sampled.side(side).tabulated[at_samples.at(i, j, stencil.first + p)];
-                    return found;
-                });
+            add_errors(recipe, target, at_tests, Judged(at_tests), errors,
+                       [&](Side side, int i, int j, int k) {
+                           const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                           double found = 0;
+                           for (int p = 0; p < Blend::size; ++p)
+                               found +=
+                                   stencil.weight[p] *
+                                   sampled.side(side)
+                                       .tabulated[at_samples.at(i, j, sample_of(stencil, p, axis))];
+                           return found;
+                       });
         });
+}
+
+/// Candidates that give axes unlike those of the one before, none of more than `most` samples;
+/// counts(candidate) are the samples of each axis, fewer along narrow ones.
+std::vector<int> distinct_candidates(
+    const std::vector<int>& candidates, std::size_t most,
+    const std::function<std::vector<std::size_t>(int candidate)>& counts) {
+    std::vector<int> distinct;
+    std::vector<std::size_t> before;
+    for (const int candidate : candidates) {
+        std::vector<std::size_t> now = counts(candidate);
+        if (now == before || std::ranges::max(now) > most) continue;
+        distinct.push_back(candidate);
+        before = std::move(now);
+    }
+    return distinct;
 }
 
 }  // namespace
@@ -238,9 +300,18 @@ Choice choose_modes(Probes& probes) {
 }
 
 Choice choose_mu_samples(Probes& probes) {
-    return choose_cheapest(probes, "mu_samples",
-                           {8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30, 32, 36, 40, 48, 56},
-                           [&](int candidate) { return mu_error(probes, candidate); });
+    constexpr int most = 56;
+    const Recipe& recipe = probes.recipe;
+    const auto counts = [&](int candidate) {
+        return std::vector{mu_axis(recipe.mu_in, candidate).values.size(),
+                           mu_axis(recipe.mu_out, candidate).values.size()};
+    };
+    return choose_cheapest(
+        probes, "mu_samples",
+        distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22,  24,  26,  28,  30,
+                             32, 36, 40, 48, 56, 72, 96, 128, 192, 256, 384, 512},
+                            most, counts),
+        [&](int candidate) { return mu_error(probes, candidate); });
 }
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {
@@ -250,9 +321,18 @@ ScaledChoice choose_azimuth_samples(Probes& probes) {
         return {AxisScale::linear, {1}};
     const Scales scales{AxisScale::linear, AxisScale::square_root, "azimuth_samples",
                         "square_root azimuth_samples"};
+    constexpr int most = 97;
+    const std::vector<int> candidates = distinct_candidates(
+        {5,  7,  9,  11, 13,  15,  17,  19,  21,  25,  29,  33,  37,  41,  49,
+         57, 65, 81, 97, 129, 161, 193, 257, 321, 385, 513, 641, 769, 1024},
+        most, [&](int candidate) {
+            return std::vector{
+                azimuth_axis(probes.recipe.azimuth, AxisScale::linear, candidate).values.size(),
+                azimuth_axis(probes.recipe.azimuth, AxisScale::square_root, candidate)
+                    .values.size()};
+        });
     return choose_scaled(
-        probes, scales, probes.recipe.discretisation.azimuth_scale,
-        {5, 7, 9, 11, 13, 15, 17, 19, 21, 25, 29, 33, 37, 41, 49, 57, 65, 81, 97}, 0,
+        probes, scales, probes.recipe.discretisation.azimuth_scale, candidates, 0,
         [&](AxisScale scale, int candidate) { return azimuth_error(probes, scale, candidate); });
 }
 

@@ -36,10 +36,10 @@ Size size_of(const Recipe& resolved) {
         static_cast<double>(
             albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
             depth_axis(resolved).values.size());
-    const double mus = d.mu_samples;
-    const double samples = layers * mus * mus * d.azimuth_samples;
+    const double samples = layers * static_cast<double>(direction_axes(resolved).count());
     const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
-    const double fluxes = layers * (mus * (resolved.transmission ? 2 : 1) + 1);
+    const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;
+    const double fluxes = layers * (of_mu * (resolved.transmission ? 2 : 1) + 1);
     return {samples, sizeof(float) * (sides * samples + fluxes)};
 }
 
@@ -67,12 +67,14 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
 /// Seconds of the bake's own check on some threads, from a few of its points.
 double predicted_check_seconds(const Recipe& resolved, int threads) {
     const Discretisation& d = resolved.discretisation;
-    const Axis mu = mu_axis(d.mu_samples),
-               albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
+    const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
     const Axis depth = depth_axis(resolved);
-    PointRange range{
-        albedo.view(),         depth.view(),           mu.view(), mu.view(), resolved.reflection,
-        resolved.transmission, resolved.lower_boundary};
+    const DirectionAxes directions = direction_axes(resolved);
+    PointRange range{albedo.view(),           depth.view(),
+                     directions.mu_in.view(), directions.mu_out.view(),
+                     resolved.reflection,     resolved.transmission,
+                     resolved.lower_boundary};
+    range.azimuth = directions.azimuth.view();
     if (resolved.mixture) {
         range.mixture = mixture_axis(*resolved.mixture, d.mixture_samples).view();
         range.second_phase_function = resolved.second_phase_function;

@@ -97,16 +97,19 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
             along[p].push_back(intercepted(probes.recipe, tau, cosine) /
                                intercepted(probes.recipe, depth, cosine));
     }
-    add_errors(probes.recipe, target, probes.directions, static_cast<int>(mu.size()), errors,
+    const CosinePairs& pairs = probes.directions.pairs();
+    add_errors(probes.recipe, target, probes.directions, Judged(probes.directions), errors,
                [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;
                    const std::size_t at = probes.directions.at(i, j, k);
+                   const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
+                   const auto out =
+                       static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
                    double found = 0;
                    for (int p = 0; p < Blend::size; ++p)
                        if (blend.sample[p] != nullptr)
-                           found += weight[p] * along[p][static_cast<std::size_t>(i)] *
-                                    along[p][static_cast<std::size_t>(j)] *
+                           found += weight[p] * along[p][in] * along[p][out] *
                                     blend.sample[p]->side(side).tabulated[at];
                    return found;
                });
@@ -160,7 +163,7 @@ struct FineAlbedos {
 
     FineAlbedos(const Probes& probes, AxisScale of_axis)
         : scale(of_axis),
-          directions(directions_at(probes.recipe, few_cosines(), probes.path_law)),
+          directions(directions_at(probes.recipe, few_cosines(probes.recipe), probes.path_law)),
           albedos(albedo_axis(probes.recipe.albedo, fine + 1, scale).values),
           exponents(decay_exponents(probes.recipe, albedos)),
           layers(albedos.size()) {}
@@ -224,7 +227,7 @@ struct MixtureStep {
 
 MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
-    DirectionGrid directions = directions_at(recipe, few_cosines(), {});
+    DirectionGrid directions = directions_at(recipe, few_cosines(recipe), {});
     ProbedLayers layers =
         solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
     for (auto& of_albedo : layers)
@@ -233,18 +236,47 @@ MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const Bak
     return {std::move(probes), std::move(directions), std::move(layers)};
 }
 
-double mixture_error(const std::vector<MixtureStep>& all, int candidate) {
-    const Steps steps(candidate, all.size() - 1);
+/// Steps along the mixture, solved when a candidate needs them.
+struct FineMixtures {
+    const Recipe& recipe;
+    double max_error;
+    const BakeOptions& options;
+    Axis axis;
+    std::vector<std::optional<MixtureStep>> of_share;
+
+    FineMixtures(const Recipe& recipe_, double max_error_, const BakeOptions& options_, int fine)
+        : recipe(recipe_),
+          max_error(max_error_),
+          options(options_),
+          axis(mixture_axis(*recipe.mixture, fine + 1)),
+          of_share(axis.values.size()) {}
+
+    const MixtureStep& at(std::size_t step) const { return *of_share[step]; }
+
+    void solve(std::size_t step) {
+        if (!of_share[step])
+            of_share[step] =
+                solve_mixture_step(at_mixture(recipe, axis.values[step]), max_error, options);
+    }
+};
+
+double mixture_error(FineMixtures& all, int candidate) {
+    const std::size_t fine = all.of_share.size() - 1;
+    const Steps steps(candidate, fine);
+    for (std::size_t interval = 0; interval <= steps.intervals; ++interval) {
+        all.solve(interval * steps.stride);
+        if (interval < steps.intervals) all.solve(steps.middle(interval));
+    }
     const AxisView axis = mixture_axis({0, 1}, candidate).view();
-    const Probes& any = all.front().probes;
+    const Probes& any = all.at(0).probes;
     const std::size_t albedos = any.albedos.size();
     return measure_layers(
-        any, steps.intervals * albedos, all.front().layers[0].size(),
+        any, steps.intervals * albedos, all.at(0).layers[0].size(),
         [&](std::size_t n, std::size_t d, Errors& errors) {
             const std::size_t a = n % albedos, middle = steps.middle(n / albedos);
             const Stencil stencil =
-                axis.stencil(static_cast<double>(middle) / static_cast<double>(all.size() - 1));
-            const MixtureStep& here = all[middle];
+                axis.stencil(static_cast<double>(middle) / static_cast<double>(fine));
+            const MixtureStep& here = all.at(middle);
             const ProbedLayer& target = here.layers[a][d];
             const auto transmitted = [&](double exponent) {
                 return transmission_scale(target.solution.optical_depth, exponent,
@@ -252,10 +284,11 @@ double mixture_error(const std::vector<MixtureStep>& all, int candidate) {
             };
             double k = 0;
             for (int p = 0; p < Blend::size; ++p)
-                k += double{stencil.weight[p]} * all[steps.sample(stencil, p)].probes.exponents[a];
+                k += double{stencil.weight[p]} *
+                     all.at(steps.sample(stencil, p)).probes.exponents[a];
             Blend blend;
             for (int p = 0; p < Blend::size; ++p) {
-                const MixtureStep& sample = all[steps.sample(stencil, p)];
+                const MixtureStep& sample = all.at(steps.sample(stencil, p));
                 blend.sample[p] = &sample.layers[a][d];
                 blend.reflection[p] = stencil.weight[p];
                 const double sampled = transmitted(sample.probes.exponents[a]);
@@ -309,12 +342,17 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
 }
 
 Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {
-    constexpr int fine = 24;
-    std::vector<MixtureStep> steps;
-    for (const double share : mixture_axis(*recipe.mixture, fine + 1).values)
-        steps.push_back(solve_mixture_step(at_mixture(recipe, share), max_error, options));
-    return choose_cheapest(steps.front().probes, "mixture_samples", {2, 3, 4, 5, 7, 9, 13},
-                           [&](int candidate) { return mixture_error(steps, candidate); });
+    std::vector<int> candidates{2, 3, 4, 5, 7, 9, 13};
+    int fine = 24;
+    if (is_narrow(recipe.mu_in, all_cosines) || is_narrow(recipe.mu_out, all_cosines) ||
+        is_narrow(recipe.azimuth, all_azimuths)) {  // where samples are small they may be many
+        candidates.push_back(25);
+        fine = 48;
+    }
+    FineMixtures mixtures(recipe, max_error, options, fine);
+    mixtures.solve(0);
+    return choose_cheapest(mixtures.at(0).probes, "mixture_samples", candidates,
+                           [&](int candidate) { return mixture_error(mixtures, candidate); });
 }
 
 }  // namespace stratus

@@ -1,11 +1,13 @@
 #include "probes.h"
 
 #include <stratus/bake/parallel.h>
+#include <stratus/runtime/angle.h>
 #include <stratus/runtime/diffusion.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
 
+#include <numeric>
 #include <utility>
 
 namespace stratus {
@@ -45,6 +47,49 @@ DepthLadder probed_ladder(const Recipe& recipe) {
             std::isinf(range.max)};
 }
 
+/// Between the ends of a range, one where they meet.
+std::vector<double> at_shares(Range range, const std::vector<double>& shares) {
+    if (range.min == range.max) return {range.min};
+    std::vector<double> values;
+    for (const double share : shares)
+        values.push_back(std::min(range.min + share * (range.max - range.min), range.max));
+    return values;
+}
+
+std::vector<double> probed_azimuths(Range degrees) {
+    if (!is_narrow(degrees, all_azimuths)) return {0.15, 0.7, 1.3, 1.9, 2.5, 3.1};
+    return at_shares({radians(degrees.min), radians(degrees.max)}, {0.05, 0.37, 0.66, 0.98});
+}
+
+/// `cosines` along an axis of all, shares of the way along a narrow one.
+ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& cosines,
+                               const std::vector<double>& shares) {
+    ProbedCosines probed{floor_cosines(), {}};
+    const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
+               narrow_out = is_narrow(recipe.mu_out, all_cosines);
+    if (!narrow_in || !narrow_out)
+        probed.mu.insert(probed.mu.end(), cosines.begin(), cosines.end());
+    // Near the normal odd modes are steep; among all pairs few are there.
+    if (narrow_in != narrow_out) probed.mu.push_back(0.99);
+    std::vector<int> of_all(probed.mu.size());
+    std::iota(of_all.begin(), of_all.end(), 0);
+    const auto along = [&](Range range) {
+        if (!is_narrow(range, all_cosines)) return of_all;
+        std::vector<int> places;
+        const Range roots{std::sqrt(std::max(range.min, min_mu)), std::sqrt(range.max)};
+        for (const double root : at_shares(roots, shares)) {
+            places.push_back(static_cast<int>(probed.mu.size()));
+            probed.mu.push_back(std::clamp(root * root, range.min, range.max));
+        }
+        return places;
+    };
+    probed.pairs.in = along(recipe.mu_in);
+    const bool same =
+        recipe.mu_in.min == recipe.mu_out.min && recipe.mu_in.max == recipe.mu_out.max;
+    probed.pairs.out = same ? probed.pairs.in : along(recipe.mu_out);
+    return probed;
+}
+
 ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
                                const std::vector<double>& albedos, const DepthLadder& ladder,
                                const DirectionGrid& directions) {
@@ -72,16 +117,13 @@ ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
 }  // namespace
 
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options) {
-    std::vector<double> mu = floor_cosines();
-    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
-        mu.push_back(x * x);
     const std::vector<double> albedos = probed_albedos(recipe.albedo);
     const std::shared_ptr<const PathOrders> path_law = path_law_of(recipe);
     return {recipe,
             max_error,
             options,
             path_law,
-            directions_at(recipe, std::move(mu), path_law),
+            directions_at(recipe, many_cosines(recipe), path_law),
             albedos,
             decay_exponents(recipe, albedos),
             probed_ladder(recipe),
@@ -89,21 +131,27 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
             {}};
 }
 
-DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines,
+ProbedCosines many_cosines(const Recipe& recipe) {
+    std::vector<double> cosines;
+    for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
+        cosines.push_back(x * x);
+    return cosines_to_probe(recipe, cosines, {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
+}
+
+ProbedCosines few_cosines(const Recipe& recipe) {
+    return cosines_to_probe(recipe, {0.0049, 0.03}, {0, 0.45, 1});
+}
+
+DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
                             std::shared_ptr<const PathOrders> path_law) {
     const int nodes = recipe.discretisation.nodes;
     return {recipe.phase_function,
             recipe.lower_boundary,
-            std::move(cosines),
-            {0.15, 0.7, 1.3, 1.9, 2.5, 3.1},
+            std::move(cosines.mu),
+            probed_azimuths(recipe.azimuth),
             2 * (nodes > 0 ? nodes : max_nodes),
-            std::move(path_law)};
-}
-
-std::vector<double> few_cosines() {
-    std::vector<double> mu = floor_cosines();
-    mu.insert(mu.end(), {0.0049, 0.03});
-    return mu;
+            std::move(path_law),
+            std::move(cosines.pairs)};
 }
 
 const ProbedLayers& probed_layers(Probes& probes) {
@@ -157,7 +205,7 @@ double measure_layers(
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,
                       const DirectionGrid& directions, const Blend& blend, Errors& errors) {
-    add_errors(recipe, expected, directions, static_cast<int>(directions.mu().size()), errors,
+    add_errors(recipe, expected, directions, Judged(directions), errors,
                [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;

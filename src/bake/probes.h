@@ -51,12 +51,21 @@ struct Probes {
 /// Probes of a recipe of one mixture, not solved yet.
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
-/// All pairs of some cosines at the probes' azimuths, for solutions of the recipe's nodes.
-DirectionGrid directions_at(const Recipe& recipe, std::vector<double> cosines,
-                            std::shared_ptr<const PathOrders> path_law);
+/// Cosines of solutions: those that floors of errors need (accuracy.h), and the pairs along mu_in
+/// and mu_out at which a recipe is probed.
+struct ProbedCosines {
+    std::vector<double> mu;
+    CosinePairs pairs;
+};
 
-/// The few cosines that suffice where layers, not directions, are interpolated.
-std::vector<double> few_cosines();
+ProbedCosines many_cosines(const Recipe& recipe);
+
+/// The few that suffice where layers, not directions, are interpolated.
+ProbedCosines few_cosines(const Recipe& recipe);
+
+/// Some cosines at the probes' azimuths, for solutions of the recipe's nodes.
+DirectionGrid directions_at(const Recipe& recipe, ProbedCosines cosines,
+                            std::shared_ptr<const PathOrders> path_law);
 
 /// The probes' own layers, solved when first asked for.
 const ProbedLayers& probed_layers(Probes& probes);
@@ -81,12 +90,20 @@ double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
-/// Adds the errors of found(side, i, j, k) at all pairs of the first `cosines` of the directions
-/// and at all azimuths, for both sides of `expected` that the recipe asks for; of a narrow peak at
-/// the cosines that are judged (accuracy.h).
+/// How many of a grid's cosines are judged: the first of mu_in and of mu_out.
+struct Judged {
+    int in, out;
+
+    explicit Judged(const DirectionGrid& directions)
+        : in(directions.in_count()), out(directions.out_count()) {}
+};
+
+/// Adds the errors of found(side, i, j, k) at all pairs of the judged cosines and at all azimuths,
+/// for both sides of `expected` that the recipe asks for; of a narrow peak at the cosines that
+/// count there (accuracy.h).
 template <class Found>
 void add_errors(const Recipe& recipe, const ProbedLayer& expected, const DirectionGrid& directions,
-                int cosines, Errors& errors, const Found& found) {
+                const Judged& judged, Errors& errors, const Found& found) {
     const double least = directions.path_law() != nullptr ? least_judged_cosine : 0;
     for (const Side side : {Side::reflection, Side::transmission}) {
         if (side == Side::reflection
@@ -94,11 +111,9 @@ void add_errors(const Recipe& recipe, const ProbedLayer& expected, const Directi
                 : !recipe.transmission || std::isinf(expected.solution.optical_depth))
             continue;
         const ProbedSide& values = expected.side(side);
-        for (int i = 0; i < cosines; ++i)
-            for (int j = i; j < cosines; ++j) {
-                if (std::min(directions.mu()[static_cast<std::size_t>(i)],
-                             directions.mu()[static_cast<std::size_t>(j)]) < least)
-                    continue;
+        for (int i = 0; i < judged.in; ++i)
+            for (int j = directions.pairs().are_symmetric() ? i : 0; j < judged.out; ++j) {
+                if (std::min(directions.mu_in(i), directions.mu_out(j)) < least) continue;
                 for (int k = 0; k < static_cast<int>(directions.azimuth().size()); ++k) {
                     const std::size_t at = directions.at(i, j, k);
                     errors.push_back(std::abs(found(side, i, j, k) - values.tabulated[at]) /

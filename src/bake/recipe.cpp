@@ -1,12 +1,15 @@
 #include <stratus/bake/recipe.h>
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
 
+#include "axes.h"
 #include "toml_section.h"
 
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace stratus {
 
@@ -22,6 +25,13 @@ Range read_range(const Section& recipe, const char* key) {
     require(range.min == range.max || width >= 1e-9, caller, section.at("max"),
             "equal to min or 1e-9 above it", range.max);
     return range;
+}
+
+/// A range, or one value alone: `mu_in = 0.4`.
+Range read_directions(const Section& recipe, const char* key) {
+    if (recipe.is_table(key)) return read_range(recipe, key);
+    const double value = recipe.number(key);
+    return {value, value};
 }
 
 /// A range, or that of the droplets alone: `albedo = "phase_function"`.
@@ -112,6 +122,11 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     recipe.tolerance = section.number("tolerance");
     recipe.optical_depth = read_range(section, "optical_depth");
     recipe.albedo = read_albedo(section, recipe.phase_function);
+    for (const auto& [key, range] :
+         {std::pair("mu_in", &recipe.mu_in), std::pair("mu_out", &recipe.mu_out),
+          std::pair("azimuth_deg", &recipe.azimuth)})
+        if (section.has(key)) *range = read_directions(section, key);
+    check_directions(recipe);
     if (section.has("below")) {
         recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
         recipe.transmission = false;
@@ -145,6 +160,21 @@ Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* 
     return parse_recipe(read_text(path), path.parent_path().string(), notes, path.string());
 }
 
+void check_directions(const Recipe& recipe) {
+    const auto check = [](const std::string& key, Range range, double max, double least) {
+        require(range.max >= least && range.max <= max, caller, key + ".max",
+                "in [" + short_number(least) + ", " + short_number(max, 3) + "]", range.max);
+        require(range.min >= 0 && range.min <= range.max, caller, key + ".min",
+                "in [0, " + key + ".max]", range.min);
+        const double narrowest = 1e-6 * max;
+        require(range.min == range.max || range.max - range.min >= narrowest, caller, key + ".max",
+                "equal to min or " + short_number(narrowest) + " above it", range.max);
+    };
+    check("mu_in", recipe.mu_in, 1, min_mu);
+    check("mu_out", recipe.mu_out, 1, min_mu);
+    check("azimuth_deg", recipe.azimuth, 180, min_azimuth);
+}
+
 Recipe at_mixture(const Recipe& recipe, double share_of_first) {
     if (!recipe.mixture) return recipe;
     Recipe alone = recipe;
@@ -174,6 +204,9 @@ std::string resolved_text(const Recipe& recipe) {
     }
     range("optical_depth", recipe.optical_depth);
     range("albedo", recipe.albedo);
+    if (is_narrow(recipe.mu_in, all_cosines)) range("mu_in", recipe.mu_in);
+    if (is_narrow(recipe.mu_out, all_cosines)) range("mu_out", recipe.mu_out);
+    if (is_narrow(recipe.azimuth, all_azimuths)) range("azimuth_deg", recipe.azimuth);
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
         << (recipe.transmission ? "\"transmission\"" : "") << "]\n"

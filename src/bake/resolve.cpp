@@ -124,6 +124,7 @@ std::vector<double> probed_mixtures(const Recipe& recipe) {
 }  // namespace
 
 Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
+    check_directions(recipe);
     const double max_error = strictness * recipe.tolerance;
     const auto note_mixture = [&](const std::string& which) {
         if (recipe.mixture && options.note) options.note(which + ":");

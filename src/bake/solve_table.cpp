@@ -13,6 +13,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -63,9 +64,9 @@ class TableSolver {
             const std::vector<double> exponents = decay_exponents(mixed, table_.albedo.values);
             table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
                                              exponents.end());
-            grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, table_.mu_in.values,
-                                table_.azimuth.values, recipe.discretisation.modes,
-                                table_.path_law);
+            grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, mu_,
+                                table_.azimuth.values, recipe.discretisation.modes, table_.path_law,
+                                pairs_);
         }
     }
 
@@ -124,20 +125,36 @@ class TableSolver {
         table_.optical_depth = optical_depth_axis(recipe_.optical_depth,
                                                   std::max(1, d.optical_depth_samples_per_octave),
                                                   d.deepest_optical_depth);
-        table_.mu_in = table_.mu_out = mu_axis(d.mu_samples);
-        table_.azimuth =
-            azimuth_axis(d.azimuth_scale.value_or(AxisScale::linear), d.azimuth_samples);
+        DirectionAxes directions = direction_axes(recipe_);
+        table_.mu_in = std::move(directions.mu_in);
+        table_.mu_out = std::move(directions.mu_out);
+        table_.azimuth = std::move(directions.azimuth);
+        place_cosines();
+    }
+
+    /// The cosines to be solved at: those along both axes, once where they are the same.
+    void place_cosines() {
+        mu_ = table_.mu_in.values;
+        pairs_.in.resize(mu_.size());
+        std::iota(pairs_.in.begin(), pairs_.in.end(), 0);
+        pairs_.out = pairs_.in;
+        if (table_.mu_out.values == mu_) return;
+        pairs_.out.resize(table_.mu_out.values.size());
+        std::iota(pairs_.out.begin(), pairs_.out.end(), static_cast<int>(mu_.size()));
+        mu_.insert(mu_.end(), table_.mu_out.values.begin(), table_.mu_out.values.end());
     }
 
     void make_room() {
         const std::size_t rows = table_.mixture_count() * table_.albedo.values.size() *
                                  table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
-        block_ = mus * mus * table_.azimuth.values.size();
+        block_ = mus * table_.mu_out.values.size() * table_.azimuth.values.size();
         if (recipe_.reflection) table_.reflection_multiple.resize(rows * block_);
         if (recipe_.transmission) table_.transmission_multiple.resize(rows * block_);
-        table_.plane_albedo.resize(rows * mus);
         table_.spherical_albedo.resize(rows);
+        // Who asks for fluxes asks for those along the direction of view, too.
+        if (is_narrow(recipe_.mu_in, all_cosines)) return;
+        table_.plane_albedo.resize(rows * mus);
         if (recipe_.transmission) table_.diffuse_transmittance.resize(rows * mus);
     }
 
@@ -172,8 +189,7 @@ class TableSolver {
             table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
         return solve_ladder(mixtures_[unit.mixture].phase_function,
                             {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
-                            ladder_of(unit), table_.mu_in.values, solver_options(recipe_),
-                            recipe_.lower_boundary);
+                            ladder_of(unit), mu_, solver_options(recipe_), recipe_.lower_boundary);
     }
 
     /// Rows of the table, a row an (albedo, optical depth), in the order in which they are solved.
@@ -240,7 +256,9 @@ class TableSolver {
         for (std::vector<float>* side :
              {&table_.reflection_multiple, &table_.transmission_multiple})
             for (std::size_t i = 0; i < mus && !side->empty(); ++i) {
-                const std::size_t begin = i * (mus + 1) * block_ / (mus * mus);
+                const std::size_t begin = pairs_.are_symmetric()
+                                              ? i * (mus + 1) * block_ / (mus * mus)
+                                              : i * block_ / mus;
                 visit(
                     std::span(*side).subspan(row * block_ + begin, (i + 1) * block_ / mus - begin));
             }
@@ -251,6 +269,7 @@ class TableSolver {
 
     /// Fills in the samples with mu_in and mu_out exchanged.
     void mirror(std::size_t row) {
+        if (!pairs_.are_symmetric()) return;
         const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
         for (std::vector<float>* side :
              {&table_.reflection_multiple, &table_.transmission_multiple}) {
@@ -275,8 +294,9 @@ class TableSolver {
                        table_.transmission_multiple.data() + row * block_);
         for (std::size_t i = 0; i < mus; ++i) {
             const auto at = static_cast<Eigen::Index>(i);
-            table_.plane_albedo[row * mus + i] = static_cast<float>(solution.plane_albedo(at));
-            if (recipe_.transmission)
+            if (!table_.plane_albedo.empty())
+                table_.plane_albedo[row * mus + i] = static_cast<float>(solution.plane_albedo(at));
+            if (!table_.diffuse_transmittance.empty())
                 table_.diffuse_transmittance[row * mus + i] =
                     static_cast<float>(solution.diffuse_transmittance(at));
         }
@@ -295,6 +315,8 @@ class TableSolver {
     Table table_;
     std::vector<Recipe> mixtures_;      // one where the recipe does not mix
     std::vector<DirectionGrid> grids_;  // of each mixture
+    std::vector<double> mu_;            // of solutions
+    CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
 };
 
@@ -314,6 +336,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
     if (resolved.mixture) choices.push_back({"mixture_samples", d.mixture_samples});
     for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
+    check_directions(resolved);
     Table table = TableSolver(resolved, options).solve();
     prepare(table);
     return table;

@@ -95,6 +95,9 @@ int cell_of(double position, int count) noexcept {
     return std::min(static_cast<int>(position), count - 2);
 }
 
+/// About which light is even in azimuth: 0 and pi.
+bool is_mirror(double azimuth) noexcept { return azimuth == 0 || pi - azimuth <= 1e-9; }
+
 }  // namespace
 
 const char* axis_scale_name(AxisScale scale) noexcept {
@@ -135,15 +138,18 @@ Stencil AxisView::stencil(double value) const noexcept {
 Stencil AxisView::mirrored_stencil(double value) const noexcept {
     if (count < 2) return {0, {1, 0, 0, 0}};
     const double position = index(value);
-    // Four samples around the position; one that lies past an end is the mirror image of a sample
-    // inside.
-    const int first_of_window = cell_of(position, count) - 1;
-    double weight[stencil_size];
-    lagrange(stencil_size, position - first_of_window, weight);
+    // Four samples around the position; one that lies past a mirror is the image of one inside.
     const int last = count - 1;
+    const int lowest_sample = is_mirror(lowest) ? -last : 0;
+    const int highest_sample = is_mirror(highest) ? 2 * last : last;
+    const int used_samples = std::min(stencil_size, highest_sample - lowest_sample + 1);
+    const int first_of_window =
+        std::clamp(cell_of(position, count) - 1, lowest_sample, highest_sample - used_samples + 1);
+    double weight[stencil_size];
+    lagrange(used_samples, position - first_of_window, weight);
     const int first_sample = std::clamp(first_of_window, 0, std::max(0, count - stencil_size));
     Stencil stencil{first_sample, {}};
-    for (int i = 0; i < stencil_size; ++i) {
+    for (int i = 0; i < used_samples; ++i) {
         const int sample = std::abs(first_of_window + i);
         const int inside = sample > last ? 2 * last - sample : sample;
         stencil.weight[inside - first_sample] += static_cast<float>(weight[i]);

@@ -1,5 +1,6 @@
 #include <stratus/runtime/bsdf.h>
 
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 
 #include "direction_coordinates.h"
@@ -60,11 +61,18 @@ struct Horizontal {
         : x(w.x + 1e-15f), y(w.y), square(x * x + y * y) {}
 };
 
+template <int channels>
+SliceOf<channels> checked(SliceOf<channels> slice) {
+    require(slice.has_all_directions(), "Bsdf", "table of the slice",
+            "one of all directions, which are sampled and integrated over", "one narrowed to some");
+    return slice;
+}
+
 }  // namespace
 
 template <int channels>
 BsdfOf<channels>::BsdfOf(SliceOf<channels> slice)
-    : slice_(std::move(slice)),
+    : slice_(checked(std::move(slice))),
       density_(channels, [this](auto... arguments) { slice_.eval(arguments...); }) {
     if (density_.is_peaked())
         integrate_albedo<PeakedCoordinates, 40, 32>();

@@ -6,6 +6,12 @@
 
 namespace stratus {
 
+/// Of 8 nodes on [-1, 1], the positive half.
+inline constexpr double gauss_8_node[4] = {0.18343464249564980494, 0.52553240991632898582,
+                                           0.79666647741362673959, 0.96028985649753623168};
+inline constexpr double gauss_8_weight[4] = {0.36268378337836198297, 0.31370664587788728734,
+                                             0.22238103445337447054, 0.10122853629037625915};
+
 /// On [-1, 1], x descending from near 1.
 struct GaussLegendre {
     std::vector<double> x, weight;

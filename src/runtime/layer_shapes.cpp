@@ -23,7 +23,7 @@ LayerShapes::LayerShapes(const TableView& table, Side side)
       weight_(side == Side::reflection ? table.reflection_weight : table.transmission_weight),
       side_(side) {
     for (int i = 0; i < table.mu_in.count; ++i)
-        for (int j = 0; j <= i; ++j)
+        for (int j = 0; j < partners(i); ++j)
             for (int k = 0; k < table.azimuth.count; ++k) {
                 const Geometry at = geometry(i, j, k);
                 phase_.push_back((*table.phase_function)(
@@ -40,18 +40,19 @@ std::vector<float> LayerShapes::layer(int albedo, int depth, int step) const {
     if (neighbour == table_.albedo.count)
         return depth > 0 ? layer(albedo, depth - 1, step)
                          : std::vector<float>(size(pairs()) * size((azimuths() - 1) / step + 1));
-    const std::ptrdiff_t cosines = table_.mu_in.count, columns = azimuths();
+    const std::ptrdiff_t ins = table_.mu_in.count, outs = table_.mu_out.count, columns = azimuths();
     const std::ptrdiff_t at = neighbour * depths + depth;
-    const float* const from = samples_ + at * cosines * cosines * columns;
-    const float* const in = table_.mu_in_weight + depth * cosines;
-    const float* const out = table_.mu_out_weight + depth * cosines;
+    const float* const from = samples_ + at * ins * outs * columns;
+    const float* const in = table_.mu_in_weight + depth * ins;
+    const float* const out = table_.mu_out_weight + depth * outs;
+    const bool symmetric = table_.is_symmetric();
     std::vector<float> values;
     values.reserve(size(pairs()) * size((columns - 1) / step + 1));
-    for (std::ptrdiff_t i = 0; i < cosines; ++i)
-        for (std::ptrdiff_t j = 0; j <= i; ++j) {
+    for (int i = 0; i < ins; ++i)
+        for (int j = 0; j < partners(i); ++j) {
             const float share = 0.5f * weight_[at] * in[i] * out[j];
-            const float* const there = from + (i * cosines + j) * columns;
-            const float* const back = from + (j * cosines + i) * columns;
+            const float* const there = from + (i * outs + j) * columns;
+            const float* const back = symmetric ? from + (j * outs + i) * columns : there;
             for (std::ptrdiff_t k = 0; k < columns; k += step)
                 values.push_back(share * (there[k] + back[k]));
         }
@@ -70,18 +71,23 @@ std::vector<float> LayerShapes::importance(int albedo, int depth, int step) cons
     const double scale = side_ == Side::reflection
                              ? reflection_scale(tau, exponent, table_.extrapolation_length)
                              : transmission_scale(tau, exponent, table_.extrapolation_length);
-    std::vector<float> share;
-    for (int i = 0; i < table_.mu_in.count; ++i)
-        share.push_back(static_cast<float>(intercepted_share(tau, table_.mu_in.value(i))));
+    const auto shares_of = [&](const AxisView& cosines) {
+        std::vector<float> shares;
+        for (int i = 0; i < cosines.count; ++i)
+            shares.push_back(static_cast<float>(intercepted_share(tau, cosines.value(i))));
+        return shares;
+    };
+    const std::vector<float> share_in = shares_of(table_.mu_in),
+                             share_out = shares_of(table_.mu_out);
     const auto factor = [&](int i, int j) {  // by which samples were divided
         if (table_.has_lower_boundary()) return 1.0f;
-        return static_cast<float>(w * scale) * share[size(i)] * share[size(j)];
+        return static_cast<float>(w * scale) * share_in[size(i)] * share_out[size(j)];
     };
     float largest = 0;
     std::size_t n = 0;
     for (int i = 0; i < table_.mu_in.count; ++i)
-        for (int j = 0; j <= i; ++j) {
-            const double mu = table_.mu_in.value(i), other = table_.mu_in.value(j);
+        for (int j = 0; j < partners(i); ++j) {
+            const double mu = table_.mu_in.value(i), other = table_.mu_out.value(j);
             const double order = side_ == Side::reflection
                                      ? single_reflection(1, w, tau, mu, other)
                                      : single_transmission(1, w, tau, mu, other);
@@ -91,13 +97,13 @@ std::vector<float> LayerShapes::importance(int albedo, int depth, int step) cons
                     single += single_reflection_of_boundary(*table_.lower_boundary, tau,
                                                             geometry(i, j, k));
                 found[n] = factor(i, j) * found[n] + static_cast<float>(single);
-                if (other >= 0.1) largest = std::max(largest, found[n]);
+                if (std::min(mu, other) >= 0.1) largest = std::max(largest, found[n]);
             }
         }
     const float least = std::max(static_cast<float>(darkest_share) * largest, faintest);
     n = 0;
     for (int i = 0; i < table_.mu_in.count; ++i)
-        for (int j = 0; j <= i; ++j)
+        for (int j = 0; j < partners(i); ++j)
             for (int k = 0; k < azimuths(); k += step, ++n)
                 found[n] = factor(i, j) / std::max(found[n], least);
     return found;
@@ -108,8 +114,8 @@ double LayerShapes::depth_of(int depth) const {
     return depth < table_.optical_depth.count ? table_.optical_depth.value(depth) : infinity;
 }
 
-Geometry LayerShapes::geometry(int i, int j, int k) const {
-    return {table_.mu_in.value(i), table_.mu_in.value(j), table_.azimuth.value(k)};
+Geometry LayerShapes::geometry(int in, int out, int azimuth) const {
+    return {table_.mu_in.value(in), table_.mu_out.value(out), table_.azimuth.value(azimuth)};
 }
 
 }  // namespace stratus

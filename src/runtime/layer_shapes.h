@@ -14,9 +14,16 @@ class LayerShapes {
 
     const TableView& table() const { return table_; }
     int azimuths() const { return table_.azimuth.count; }
-    int pairs() const { return table_.mu_in.count * (table_.mu_in.count + 1) / 2; }
 
-    static int pair(int i, int j) { return i > j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+    // Pairs of the cosines along mu_in and mu_out, either way round where the table is symmetric.
+    int pairs() const {
+        const int cosines = table_.mu_in.count;
+        return table_.is_symmetric() ? cosines * (cosines + 1) / 2 : cosines * table_.mu_out.count;
+    }
+    int pair(int in, int out) const {
+        if (!table_.is_symmetric()) return in * table_.mu_out.count + out;
+        return in > out ? in * (in + 1) / 2 + out : out * (out + 1) / 2 + in;
+    }
 
     /// One layer over (pair of cosines, every `step`-th azimuth).
     std::vector<float> layer(int albedo, int depth, int step) const;
@@ -26,7 +33,9 @@ class LayerShapes {
     std::vector<float> importance(int albedo, int depth, int step) const;
 
   private:
-    Geometry geometry(int i, int j, int k) const;
+    Geometry geometry(int in, int out, int azimuth) const;
+    /// How many of mu_out are paired with a sample of mu_in: the first.
+    int partners(int in) const { return table_.is_symmetric() ? in + 1 : table_.mu_out.count; }
     double depth_of(int depth) const;
 
     const TableView& table_;

@@ -27,6 +27,7 @@ struct MuGrid {
     int last() const { return first[segments]; }
 
     double mu(int place) const {
+        if (last() == 0) return mu_at(v_first);
         const int at = std::min(place, last());
         int segment = 0;
         while (segment + 1 < segments && first[segment + 1] <= at) ++segment;
@@ -35,10 +36,14 @@ struct MuGrid {
     }
 };
 
-MuGrid mu_grid(const AxisView& axis, const BlockLayers& layers, double allowed) {
+/// The cosines along one of the table's axes of them; pair(along, across) of two samples.
+template <class Pair>
+MuGrid mu_grid(const AxisView& axis, const AxisView& across, const Pair& pair,
+               const BlockLayers& layers, double allowed) {
     constexpr int probed = 16;     // intervals a segment
     constexpr int max_steps = 64;  // a segment
     MuGrid grid{v_at(axis.highest), 0, {}};
+    if (axis.count < 2) return grid;
     grid.v_step = (v_at(axis.lowest) - grid.v_first) / segments;
     std::vector<Stencil> stencils;
     for (int i = 0; i <= segments * probed; ++i)
@@ -49,14 +54,13 @@ MuGrid mu_grid(const AxisView& axis, const BlockLayers& layers, double allowed) 
               azimuth_step = std::max(1, azimuths / 4);
     std::vector<float> along(stencils.size()), importance(stencils.size());
     for (int l = 0; l < layers.count(); l += layer_step)
-        for (int j = 0; j < axis.count; ++j)
+        for (int j = 0; j < across.count; ++j)
             for (int k = 0; k < azimuths; k += azimuth_step) {
                 for (std::size_t i = 0; i < stencils.size(); ++i) {
                     along[i] = importance[i] = 0;
                     for (int s = 0; s < used; ++s) {
                         const float share = stencils[i].weight[s];
-                        const auto at =
-                            size(LayerShapes::pair(stencils[i].first + s, j) * azimuths + k);
+                        const auto at = size(pair(stencils[i].first + s, j) * azimuths + k);
                         along[i] += share * (*layers.values[size(l)])[at];
                         importance[i] += std::max(0.0f, share) * (*layers.importance[size(l)])[at];
                     }
@@ -116,36 +120,44 @@ std::array<float, functions> scale_to_units(std::vector<float>& values) {
     return unit;
 }
 
-/// The functions over (mu, mu', azimuth), at the cosines of a grid.
+/// The functions over (mu, mu', azimuth), at the cosines of two grids.
 std::vector<FunctionRow> refined(const LayerShapes& samples, const std::vector<float>& at_samples,
-                                 const MuGrid& grid) {
-    const AxisView& mu = samples.table().mu_in;
-    const int cosines = mu.count, azimuths = samples.azimuths(),
-              used = std::min(stencil_size, cosines);
+                                 const MuGrid& in, const MuGrid& out) {
+    const AxisView &mu_in = samples.table().mu_in, &mu_out = samples.table().mu_out;
+    const bool symmetric = samples.table().is_symmetric();
+    const int cosines = mu_in.count, azimuths = samples.azimuths();
     const std::size_t row_size = size(azimuths * functions);
-    const int count = grid.last() + 2;  // one beyond the last
-    std::vector<Stencil> stencils;
-    for (int i = 0; i <= count; ++i) stencils.push_back(mu.stencil(grid.mu(i)));
+    const int count = in.last() + 2;  // one beyond the last
+    const int columns = symmetric ? count + 1 : out.last() + 2;
+    const auto stencils_of = [](const AxisView& axis, const MuGrid& grid, int places) {
+        std::vector<Stencil> stencils;
+        for (int i = 0; i < places; ++i) stencils.push_back(axis.stencil(grid.mu(i)));
+        return stencils;
+    };
+    const std::vector<Stencil> along_in = stencils_of(mu_in, in, count),
+                               along_out = stencils_of(mu_out, out, columns);
     const auto add = [&](const float* from, float share, float* to) {
         for (std::size_t k = 0; k < row_size; ++k) to[k] += share * from[k];
     };
     // Finer in mu', then in mu.
-    std::vector<float> finer(size(cosines * (count + 1)) * row_size);
+    std::vector<float> finer(size(cosines * columns) * row_size);
     for (int i = 0; i < cosines; ++i)
-        for (int j = 0; j <= count; ++j)
-            for (int s = 0; s < used; ++s)
-                add(&at_samples[size(LayerShapes::pair(i, stencils[size(j)].first + s)) * row_size],
-                    stencils[size(j)].weight[s], &finer[size(i * (count + 1) + j) * row_size]);
+        for (int j = 0; j < columns; ++j)
+            for (int s = 0; s < std::min(stencil_size, mu_out.count); ++s)
+                add(&at_samples[size(samples.pair(i, along_out[size(j)].first + s)) * row_size],
+                    along_out[size(j)].weight[s], &finer[size(i * columns + j) * row_size]);
     const int rows = azimuths > 1 ? azimuths + 2 : 1, inside = azimuths > 1 ? 1 : 0;
-    std::vector<FunctionRow> all(size(count) * size(count + 3) / 2 * size(rows), FunctionRow{});
+    const std::size_t cells =
+        symmetric ? size(count) * size(count + 3) / 2 : size(count) * size(columns);
+    std::vector<FunctionRow> all(cells * size(rows), FunctionRow{});
     FunctionRow* to = all.data();
     std::vector<float> row(row_size);
     for (int i = 0; i < count; ++i)
-        for (int j = 0; j <= i + 1; ++j, to += rows) {
+        for (int j = 0; j < (symmetric ? i + 2 : columns); ++j, to += rows) {
             std::fill(row.begin(), row.end(), 0.0f);
-            for (int s = 0; s < used; ++s)
-                add(&finer[size((stencils[size(i)].first + s) * (count + 1) + j) * row_size],
-                    stencils[size(i)].weight[s], row.data());
+            for (int s = 0; s < std::min(stencil_size, cosines); ++s)
+                add(&finer[size((along_in[size(i)].first + s) * columns + j) * row_size],
+                    along_in[size(i)].weight[s], row.data());
             for (std::size_t k = 0; k < row_size; ++k)
                 to[size(inside) + k / functions].value[k % functions] = to_half(row[k]);
             if (azimuths > 1) {
@@ -205,14 +217,26 @@ TexturedAxis Resampling::axis(const AxisView& view) const {
 
 PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
                          const LayerBasis& basis, double tolerance) {
-    const MuGrid grid = mu_grid(samples.table().mu_in, layers, line_share * tolerance);
+    const TableView& table = samples.table();
+    const double allowed = line_share * tolerance;
+    const MuGrid in = mu_grid(
+        table.mu_in, table.mu_out, [&](int i, int j) { return samples.pair(i, j); }, layers,
+        allowed);
+    const MuGrid out = table.is_symmetric()
+                           ? in
+                           : mu_grid(
+                                 table.mu_out, table.mu_in,
+                                 [&](int j, int i) { return samples.pair(i, j); }, layers, allowed);
     std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
     const std::array<float, functions> unit = scale_to_units(at_samples);
-    PackedBlock block{refined(samples, at_samples, grid),
+    PackedBlock block{refined(samples, at_samples, in, out),
                       coefficients(layers, basis, unit),
                       {},
+                      {},
+                      out.last() + 2,
                       std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0)};
-    std::copy(std::begin(grid.first), std::end(grid.first), block.first_place);
+    std::copy(std::begin(in.first), std::end(in.first), block.first_in);
+    std::copy(std::begin(out.first), std::end(out.first), block.first_out);
     return block;
 }
 

@@ -27,8 +27,9 @@ struct Resampling {
 struct PackedBlock {
     std::vector<FunctionRow> function;
     std::vector<CoefficientRow> coefficient;
-    int first_place[segments + 1];  // of the segments of the cosines (kernels/textured.h)
-    int depths;                     // of the coefficients, infinity included
+    int first_in[segments + 1], first_out[segments + 1];  // places (kernels/textured.h)
+    int columns;                                          // of functions over mu_out
+    int depths;                                           // of the coefficients, infinity included
 };
 
 /// Range    tolerance: that of the table.

@@ -80,20 +80,23 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
     form_ = forms[lobes];
 }
 
-PhaseCurve PhaseCurve::with_opposition_and_boundary(const PhaseFunction& phase_function,
-                                                    const Opposition& opposition,
-                                                    const LowerBoundary* boundary) {
-    const bool with_depth = opposition.law == Opposition::Law::blinn;
-    PhaseCurve curve = sampled(3, [&](double c, double* value) {
-        const double phase = phase_function(c);
-        const double bump = opposition_factor(opposition, c, infinity, 1, 1) - 1;
-        value[0] = with_depth ? phase : phase * (1 + bump);
-        value[1] = with_depth ? phase * bump : 0;
-        value[2] = boundary != nullptr && boundary->kind == LowerBoundary::Kind::layer
-                       ? boundary->phase_function(c)
-                       : 0;
+PhaseCurve PhaseCurve::reflected(const PhaseFunction& phase_function, const Opposition& opposition,
+                                 const LowerBoundary* boundary) {
+    const bool of_hapke = opposition.law == Opposition::Law::hapke;
+    const bool of_blinn = opposition.law == Opposition::Law::blinn;
+    const bool over_layer = boundary != nullptr && boundary->kind == LowerBoundary::Kind::layer;
+    const auto layer = [&](double c) {  // Hapke's law is one for all depths and cosines
+        return phase_function(c) *
+               (of_hapke ? opposition_factor(opposition, c, infinity, 1, 1) : 1);
+    };
+    if (!of_blinn && !over_layer)
+        return of_hapke ? sampled(1, [&](double c, double* value) { *value = layer(c); })
+                        : PhaseCurve(phase_function);
+    PhaseCurve curve = sampled(2, [&](double c, double* value) {
+        value[0] = layer(c);
+        value[1] = over_layer ? boundary->phase_function(c) : 0;
     });
-    curve.form_ = PhaseForm::with_opposition_and_boundary;
+    curve.form_ = of_blinn ? PhaseForm::with_opposition_and_boundary : PhaseForm::with_boundary;
     return curve;
 }
 

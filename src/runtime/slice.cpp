@@ -83,6 +83,7 @@ struct SliceOf<channels>::BoundSide {
     SideKernel<channels> kernel{};  // null functions: nothing comes this way
     std::vector<float> sample;
     PhaseCurve phase;
+    OppositionTable opposition;
 };
 
 template <int channels>
@@ -124,9 +125,11 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
-            reflection_->phase = plain ? curve
-                                       : PhaseCurve::with_opposition_and_boundary(
-                                             phase_function, effects.opposition, boundary);
+            const Opposition opposition = seen_opposition(effects.opposition, effects.density);
+            reflection_->phase =
+                plain ? curve : PhaseCurve::reflected(phase_function, opposition, boundary);
+            reflection_->opposition = OppositionTable(opposition);
+            view.opposition = reflection_->opposition.view();
             reflection_->form = reflection_->phase.form();
             for (int c = 0; c < channels; ++c) {
                 view.surface_albedo[c] =
@@ -161,10 +164,8 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     : SliceOf(table.mixed_phase_function(),
               table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
               table.lower_boundary, medium, effects) {
-    require(table.mu_in.count == table.mu_out.count && table.mu_in.lowest == table.mu_out.lowest &&
-                table.mu_in.highest == table.mu_out.highest,
-            caller, "mu_out of the table", "the same axis as mu_in", "another");
     if (effects.multiple) {
+        has_all_directions_ = table.has_all_directions();
         const auto take = [&](Side which, bool asked, bool held, BoundSide& side) {
             if (!asked || !held) return;
             check_coverage(table, which, outside);
@@ -228,17 +229,19 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         // What lookups know in closed form: the kernel itself, of no samples.
         side.sample.assign(no_samples * channels + 1, 0.0f);
         side.view.sample = side.sample.data();
-        side.view.last_mu = 1;
+        side.view.symmetric = true;
         side.view.azimuths = 2;
         set_kernels();
     }
     RefinedSamples refined = refine(table, blends, closed_form);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
+    side.view.symmetric = refined.symmetric;
+    side.view.columns = refined.columns;
     side.view.azimuths = refined.azimuths;
-    side.view.last_mu = refined.last_mu;
-    side.view.mu_first = refined.mu_first;
-    side.view.mu_step_inverse = refined.mu_step_inverse;
+    side.view.mu_in = refined.mu_in;
+    side.view.mu_out = refined.mu_out;
+    side.view.azimuth = refined.azimuth;
 }
 
 template <int channels>
@@ -434,7 +437,8 @@ template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = path_.sample_count();
     for (const BoundSide* side : {reflection_.get(), transmission_.get()})
-        numbers += side->sample.size() + side->phase.sample_count();
+        numbers +=
+            side->sample.size() + side->phase.sample_count() + side->opposition.sample_count();
     for (const std::vector<float>& curve : background_) numbers += curve.size();
     return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
 }

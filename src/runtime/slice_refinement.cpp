@@ -58,15 +58,31 @@ struct MuPlaces {
     }
 };
 
-double azimuth_at(int k, int intervals) {
-    return 2 * std::asin(std::min(1.0, static_cast<double>(k) / intervals));
-}
+/// Azimuths of a slice, evenly spaced over sin(azimuth / 2) between the ends of the table's.
+struct AzimuthPlaces {
+    double first, last;
+    int intervals;
 
-Stencils azimuth_stencils(const AxisView& axis, int intervals) {
-    Stencils all;
-    for (int k = 0; k <= intervals; ++k)
-        all.push_back(axis.mirrored_stencil(azimuth_at(k, intervals)));
-    return all;
+    AzimuthPlaces(const AxisView& axis, int intervals_)
+        : first(std::sin(axis.lowest / 2)),
+          last(std::sin(axis.highest / 2)),
+          intervals(intervals_) {}
+
+    double azimuth(int k) const {
+        return 2 * std::asin(std::min(1.0, first + (last - first) * k / intervals));
+    }
+
+    Stencils stencils(const AxisView& axis) const {
+        Stencils all;
+        for (int k = 0; k <= intervals; ++k) all.push_back(axis.mirrored_stencil(azimuth(k)));
+        return all;
+    }
+};
+
+/// How lookups find places at which samples lie `step` apart.
+SlicePlaces slice_places(double first, double step, int intervals) {
+    return {static_cast<float>(first), step > 0 ? static_cast<float>(1 / step) : 0,
+            static_cast<float>(intervals) * (1 - 1e-6f)};
 }
 
 /// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
@@ -126,6 +142,15 @@ void add_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float*
     const float* from[stencil_size] = {};
     for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
     add_rows(stencil, available, columns, from, to);
+}
+
+/// With the two cosines exchanged.
+Sheet transposed(const Sheet& sheet) {
+    Sheet other(sheet.count[1], sheet.count[0], sheet.count[2]);
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j)
+            std::copy_n(sheet.row(i, j), sheet.count[2], other.row(j, i));
+    return other;
 }
 
 Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
@@ -190,65 +215,39 @@ class Refinement {
                         table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
     }
 
-    /// What straight lines between `probed` + 1 samples are off by along mu and along azimuth,
+    /// What straight lines between `probed` + 1 samples are off by along mu_in, mu_out and azimuth,
     /// relative to R or T: an eighth of the second differences.
-    std::array<double, 2> errors_of_straight_lines() const {
-        const MuPlaces places(table_.mu_in, probed);
-        const int cosines = sheet_.count[1], columns = sheet_.count[2];
-        const Sheet along_mu = refined_in(sheet_, places.stencils(table_.mu_in));
-        const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few are enough
-        RelativeErrors of_mu, of_azimuth;
-        double largest = 0;
-        for (int i = 1; i < probed; ++i)
-            for (int j = 0; j < cosines; ++j) {
-                const double in = places.mu(i), out = table_.mu_out.value(j);
-                if (std::min(in, out) < least_cosine()) continue;
-                const double factor = divided_by(in, out);
-                for (int k = 0; k < columns; k += azimuth_step) {
-                    const auto at = [&](int row) { return double{along_mu.row(row, j)[k]}; };
-                    const double total =
-                        at(i) * factor + single_(channel_, in, out, table_.azimuth.value(k));
-                    of_mu.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
-                    if (in >= 0.1 && out >= 0.1) largest = std::max(largest, total);
-                }
-            }
-        if (columns > 1) {
-            const Sheet along_azimuth =
-                refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, probed));
-            constexpr int cosine_step = 3;
-            for (int i = 0; i < sheet_.count[0]; i += cosine_step)
-                for (int j = 0; j <= i; j += cosine_step) {
-                    const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
-                    if (std::min(in, out) < least_cosine()) continue;
-                    const double factor = divided_by(in, out);
-                    const float* const row = along_azimuth.row(i, j);
-                    for (int k = 1; k < probed; ++k) {
-                        const double bend =
-                            double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
-                        const double total = double{row[k]} * factor +
-                                             single_(channel_, in, out, azimuth_at(k, probed));
-                        of_azimuth.add(bend / 8 * factor, total);
-                    }
-                }
-        }
-        return {of_mu.quantile(darkest_share * largest),
-                of_azimuth.quantile(darkest_share * largest)};
+    std::array<double, 3> errors_of_straight_lines() const {
+        RelativeErrors of_in, of_out, of_azimuth;
+        const AxisView &in = table_.mu_in, &out = table_.mu_out;
+        double largest = add_errors_along_mu(sheet_, in, out, of_in);
+        if (!table_.is_symmetric())
+            largest = std::max(largest, add_errors_along_mu(transposed(sheet_), out, in, of_out));
+        if (sheet_.count[2] > 1) add_errors_along_azimuth(of_azimuth);
+        const double floor = darkest_share * largest;
+        const double along_in = of_in.quantile(floor);
+        return {along_in, table_.is_symmetric() ? along_in : of_out.quantile(floor),
+                of_azimuth.quantile(floor)};
     }
 
-    /// All samples: row i over mu holds mu' = 0 .. i + 1 by azimuth, `stride` apart.
-    void write(const MuPlaces& places, int azimuths, int stride, float* to) const {
-        const Stencils cosines = places.stencils(table_.mu_in);
+    /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth, those up to i + 1
+    /// where the table is symmetric.
+    void write(const MuPlaces& in, const MuPlaces& out, const AzimuthPlaces& around, int stride,
+               float* to) const {
+        const Stencils rows = in.stencils(table_.mu_in), columns = out.stencils(table_.mu_out);
+        const bool azimuthal = sheet_.count[2] > 1;
+        const int azimuths = azimuthal ? around.intervals + 1 : 1;
         const Sheet finer =
-            azimuths > 1 ? refined_azimuth(sheet_, azimuth_stencils(table_.azimuth, azimuths - 1))
-                         : sheet_;
+            azimuthal ? refined_azimuth(sheet_, around.stencils(table_.azimuth)) : sheet_;
         const int available = std::min(stencil_size, finer.count[1]);
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
-        for (int i = 0; i <= places.intervals; ++i) {
+        for (int i = 0; i <= in.intervals; ++i) {
             std::fill(row.value.begin(), row.value.end(), 0.0f);
-            add_rows_of(finer, cosines[size(i)], finer.count[1] * azimuths, row.row(0, 0));
-            for (int j = 0; j <= i + 1;
-                 ++j) {  // one column beyond `intervals`, which is never read
-                const Stencil& stencil = cosines[size(std::min(j, places.intervals))];
+            add_rows_of(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            // One column beyond the last of a symmetric row is never read.
+            const int last = table_.is_symmetric() ? i + 1 : out.intervals;
+            for (int j = 0; j <= last; ++j) {
+                const Stencil& stencil = columns[size(std::min(j, out.intervals))];
                 const float* from[stencil_size] = {};
                 for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
                 float* const sums = stride == 1 ? to : cell.row(0, 0);
@@ -262,6 +261,52 @@ class Refinement {
     }
 
   private:
+    /// Of a sheet whose first axis is `along`; returns the largest total away from the horizon.
+    double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
+                               RelativeErrors& errors) const {
+        const MuPlaces places(along, probed);
+        const int columns = sheet.count[2];
+        const Sheet finer = refined_in(sheet, places.stencils(along));
+        const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few are enough
+        double largest = 0;
+        for (int i = 1; i < probed; ++i)
+            for (int j = 0; j < sheet.count[1]; ++j) {
+                const double mu = places.mu(i), other = across.value(j);
+                if (std::min(mu, other) < least_cosine()) continue;
+                const double factor = divided_by(mu, other);
+                for (int k = 0; k < columns; k += azimuth_step) {
+                    const auto at = [&](int row) { return double{finer.row(row, j)[k]}; };
+                    const double total =
+                        at(i) * factor + single_(channel_, mu, other, table_.azimuth.value(k));
+                    errors.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
+                    if (mu >= 0.1 && other >= 0.1) largest = std::max(largest, total);
+                }
+            }
+        return largest;
+    }
+
+    void add_errors_along_azimuth(RelativeErrors& errors) const {
+        const AzimuthPlaces places(table_.azimuth, probed);
+        const Sheet finer = refined_azimuth(sheet_, places.stencils(table_.azimuth));
+        constexpr int cosine_step = 3;
+        for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
+            const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
+            for (int j = 0; j <= last; j += cosine_step) {
+                const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                if (std::min(in, out) < least_cosine()) continue;
+                const double factor = divided_by(in, out);
+                const float* const row = finer.row(i, j);
+                for (int k = 1; k < probed; ++k) {
+                    const double bend =
+                        double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
+                    const double total =
+                        double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
+                    errors.add(bend / 8 * factor, total);
+                }
+            }
+        }
+    }
+
     double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
 
     double divided_by(double mu_in, double mu_out) const {
@@ -280,29 +325,37 @@ class Refinement {
 RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& blends,
                       const SingleScattering& single) {
     std::vector<Refinement> refinements;
-    double mu_error = 0, azimuth_error = 0;
+    std::array<double, 3> error{};  // along mu_in, mu_out, azimuth
     for (const LayerBlend& blend : blends) {
         refinements.emplace_back(table, blend, static_cast<int>(refinements.size()), single);
-        const auto [along_mu, along_azimuth] = refinements.back().errors_of_straight_lines();
-        mu_error = std::max(mu_error, along_mu);
-        azimuth_error = std::max(azimuth_error, along_azimuth);
+        const std::array<double, 3> more = refinements.back().errors_of_straight_lines();
+        for (std::size_t a = 0; a < error.size(); ++a) error[a] = std::max(error[a], more[a]);
     }
     const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
     const double allowed = share * kept_tolerance(table);
     const int channels = static_cast<int>(blends.size());
+    const auto intervals = [&](const AxisView& axis, double along, int max) {
+        return axis.count < 2 ? 1 : intervals_for(along, allowed, max);
+    };
+    const MuPlaces in(table.mu_in, intervals(table.mu_in, error[0], max_along_mu));
+    const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1], max_along_mu));
+    const AzimuthPlaces around(table.azimuth,
+                               intervals(table.azimuth, error[2], max_along_azimuth));
     RefinedSamples refined;
-    refined.azimuths =
-        table.azimuth.count < 2 ? 1 : 1 + intervals_for(azimuth_error, allowed, max_along_azimuth);
-    const MuPlaces places(
-        table.mu_in, table.mu_in.count < 2 ? 1 : intervals_for(mu_error, allowed, max_along_mu));
-    // Rows 0 to `intervals`, the last one column short.
-    const std::size_t rows = size(places.intervals + 1);
-    refined.sample.resize(rows * (rows + 3) / 2 * size(refined.azimuths) * size(channels) + 1);
+    refined.symmetric = table.is_symmetric();
+    refined.columns = out.intervals + 1;
+    refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 1;
+    // Rows 0 to `intervals`, the last one column short where the table is symmetric.
+    const std::size_t rows = size(in.intervals + 1);
+    const std::size_t cells =
+        refined.symmetric ? rows * (rows + 3) / 2 : rows * size(refined.columns);
+    refined.sample.resize(cells * size(refined.azimuths) * size(channels) + 1);
     for (std::size_t c = 0; c < refinements.size(); ++c)
-        refinements[c].write(places, refined.azimuths, channels, refined.sample.data() + c);
-    refined.last_mu = places.intervals;
-    refined.mu_first = static_cast<float>(places.first);
-    refined.mu_step_inverse = places.step > 0 ? static_cast<float>(1 / places.step) : 0;
+        refinements[c].write(in, out, around, channels, refined.sample.data() + c);
+    refined.mu_in = slice_places(in.first, in.step, in.intervals);
+    refined.mu_out = slice_places(out.first, out.step, out.intervals);
+    refined.azimuth = slice_places(around.first, (around.last - around.first) / around.intervals,
+                                   around.intervals);
     return refined;
 }
 

@@ -4,6 +4,7 @@
 
 #include <stratus/runtime/table.h>
 
+#include "kernels/slice_side.h"
 #include "layer_blend.h"
 
 #include <functional>
@@ -15,12 +16,13 @@ namespace stratus {
 /// T of all orders.
 using SingleScattering = std::function<double(int, double, double, double)>;
 
-/// Orders n >= 2 over (mu_in >= mu_out, azimuth, channel), cosines evenly spaced over the
-/// coordinate of mu_places.h.
+/// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them, mu_in >= mu_out
+/// where the table is symmetric; cosines evenly spaced over the coordinate of mu_places.h.
 struct RefinedSamples {
     std::vector<float> sample;
-    int azimuths, last_mu;
-    float mu_first, mu_step_inverse;
+    bool symmetric;
+    int columns, azimuths;
+    SlicePlaces mu_in, mu_out, azimuth;
 };
 
 /// One blend a channel; all are refined alike.

@@ -19,6 +19,11 @@ constexpr const char* caller = "prepare";
 /// Below this a sample is too near the end of float's range to be scaled back up.
 constexpr double min_scale = 1e-35;
 
+bool spans_all_azimuths(const AxisView& azimuth) {
+    if (azimuth.lowest > 0) return false;
+    return azimuth.count == 1 || pi - azimuth.highest <= 1e-9;
+}
+
 void check_scale(const Axis& axis, const char* name, std::initializer_list<AxisScale> scales) {
     std::string allowed;
     for (const AxisScale scale : scales)
@@ -65,10 +70,9 @@ void check_mixture(const Axis& axis) {
 void check_azimuth(const Axis& axis) {
     check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
     check_samples(axis, "azimuth", 0, pi, false);
-    // The cubic is mirrored at both ends, which is right at 0 and pi only.
-    if (axis.values.size() < 2) return;
-    require(axis.values.front() == 0, caller, "first azimuth", "0", axis.values.front());
-    require(pi - axis.values.back() <= 1e-9, caller, "last azimuth", "pi", axis.values.back());
+    const auto count = static_cast<int>(axis.values.size());
+    require(count == 1 || count >= stencil_size || spans_all_azimuths(axis.view()), caller,
+            "samples of azimuth", "1, or 4 at least, where they do not span 0 to pi", count);
 }
 
 /// Product of extents; std::invalid_argument when it is more than memory could hold.
@@ -181,6 +185,12 @@ void work_out_weights(Table& table) {
 std::size_t Table::sample_count() const noexcept {
     return mixture_count() * albedo.values.size() * optical_depth.values.size() *
            mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
+}
+
+bool TableView::has_all_directions() const noexcept {
+    constexpr double grazing = 0.01;
+    return is_symmetric() && mu_in.lowest <= grazing && mu_in.highest == 1 &&
+           spans_all_azimuths(azimuth);
 }
 
 TableView TableView::at_mixture(double share_of_first) const noexcept {

@@ -26,7 +26,7 @@ struct TexturedMemory {
     std::vector<TexturedBlock> blocks;
     std::vector<std::vector<FunctionRow>> function;
     std::vector<std::vector<CoefficientRow>> coefficient;
-    std::vector<float> block_of_cell, place;
+    std::vector<float> block_of_cell, place_in, place_out;
     std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
 };
 
@@ -42,8 +42,7 @@ void set_closed_forms(const TableView& table, Side which, const TexturedKernels&
                       TexturedMemory& side) {
     const bool over_layer = which == Side::reflection && table.has_lower_boundary() &&
                             table.lower_boundary->kind == LowerBoundary::Kind::layer;
-    side.phase = over_layer ? PhaseCurve::with_opposition_and_boundary(*table.phase_function, {},
-                                                                       table.lower_boundary)
+    side.phase = over_layer ? PhaseCurve::reflected(*table.phase_function, {}, table.lower_boundary)
                             : *table.phase_curve;
     if (which == Side::reflection && table.has_lower_boundary()) {
         const auto albedo = static_cast<float>(table.lower_boundary->albedo);
@@ -104,9 +103,10 @@ void set_axes(const TableView& table, Side which, TexturedMemory& side) {
 
 /// Adds a block, whose coefficients start at these samples of the table.
 void add_block(TexturedMemory& side, PackedBlock block, int first_albedo, int first_depth) {
-    side.blocks.push_back(
-        {block.function.data(), block.coefficient.data(), first_albedo, first_depth, block.depths});
-    for (const int place : block.first_place) side.place.push_back(static_cast<float>(place));
+    side.blocks.push_back({block.function.data(), block.columns, block.coefficient.data(),
+                           first_albedo, first_depth, block.depths});
+    for (const int place : block.first_in) side.place_in.push_back(static_cast<float>(place));
+    for (const int place : block.first_out) side.place_out.push_back(static_cast<float>(place));
     side.function.push_back(std::move(block.function));
     side.coefficient.push_back(std::move(block.coefficient));
 }
@@ -118,6 +118,8 @@ void set_nothing(TexturedMemory& side, int azimuths) {
               {std::vector<FunctionRow>(size(5 * (azimuths + 2)), FunctionRow{}),
                std::vector<CoefficientRow>(albedos * stencil_size, CoefficientRow{}),
                {},
+               {},
+               2,
                stencil_size},
               0, 0);
     side.view.optical_depth = {0, 0, stencil_size - 1};
@@ -142,10 +144,6 @@ class BlockBuilder {
         depth_rows_ = std::max(stencil_size, depth.count);
         side.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0.0f);
         cover({0, std::max(1, albedo.count - 1)}, 0);
-        const double first = v_at(samples.table().mu_in.highest);
-        const double end = v_at(samples.table().mu_in.lowest);
-        side.view.v_first = static_cast<float>(first);
-        side.view.segments_per_v = end > first ? static_cast<float>(segments / (end - first)) : 0;
     }
 
   private:
@@ -228,14 +226,40 @@ class BlockBuilder {
     std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
 };
 
+/// Where lookups find cosines and azimuths.
+void set_directions(const TableView& table, TexturedMemory& side) {
+    const auto cosines = [](const AxisView& axis, const std::vector<float>& places) {
+        const double first = v_at(axis.highest), end = v_at(axis.lowest);
+        return TexturedCosines{places.data(), static_cast<float>(first),
+                               end > first ? static_cast<float>(segments / (end - first)) : 0};
+    };
+    TexturedSide& view = side.view;
+    view.symmetric = table.is_symmetric();
+    view.mu_in = cosines(table.mu_in, side.place_in);
+    view.mu_out = cosines(table.mu_out, side.place_out);
+    const AxisView& azimuth = table.azimuth;
+    const auto coordinate = [&](double value) {
+        return azimuth.scale == AxisScale::square_root ? std::sqrt(value / pi) : value / pi;
+    };
+    view.azimuths = azimuth.count;
+    view.square_root_of_azimuth = azimuth.scale == AxisScale::square_root;
+    if (azimuth.count < 2) return;
+    const double first = coordinate(azimuth.lowest);
+    view.azimuth_first = static_cast<float>(first);
+    view.azimuth_step_inverse =
+        static_cast<float>((azimuth.count - 1) / (coordinate(azimuth.highest) - first));
+    // Beyond 0 and pi lie mirrored samples, beyond other ends none.
+    view.azimuth_window = azimuth.lowest == 0 ? -1 : 0;
+    const int last = azimuth.count - stencil_size;
+    view.last_azimuth_window = static_cast<float>(pi - azimuth.highest <= 1e-9 ? last + 1 : last);
+}
+
 std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side which,
                                                const TexturedKernels& all) {
     auto side = std::make_unique<TexturedMemory>();
     set_closed_forms(table, which, all, *side);
     set_axes(table, which, *side);
-    side->view.azimuths = table.azimuth.count;
     if (table.path_law != nullptr) set_path_law(table, *side);
-    side->view.square_root_of_azimuth = table.azimuth.scale == AxisScale::square_root;
     side->view.fourth_root_of_albedo = table.albedo.scale == AxisScale::fourth_root_of_complement;
     const bool held = which == Side::reflection
                           ? table.has_reflection()
@@ -246,7 +270,7 @@ std::unique_ptr<const TexturedMemory> textured(const TableView& table, Side whic
         set_nothing(*side, table.azimuth.count);
     side->view.block = side->blocks.data();
     side->view.block_of_cell = side->block_of_cell.data();
-    side->view.place = side->place.data();
+    set_directions(table, *side);
     return side;
 }
 
@@ -282,9 +306,6 @@ void at_many(const TexturedMemory& side, const TexturedPoints& points, float* to
 }  // namespace
 
 TexturedTable::TexturedTable(const TableView& table) {
-    const AxisView &in = table.mu_in, &out = table.mu_out;
-    require(in.count == out.count && in.lowest == out.lowest && in.highest == out.highest,
-            "TexturedTable", "samples along mu_out", "those along mu_in", out.count);
     require(!table.has_mixture(), "TexturedTable", "mixture of the table", "no axis of it",
             table.mixture.count);
     const TexturedKernels& all = *kernels().textured;

@@ -52,18 +52,8 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
-bool has_ground(const Scene& scene) {
-    if (!scene.effects.background) return false;
-    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
-        return !planet->surface.is_black();
-    const Slab* const slab = std::get_if<Slab>(&scene.subject);
-    return slab && slab->surface;
-}
-
 /// Refuses a table that does not serve a scene.
 void check_table(const Scene& scene, const Table& table) {
-    require(scene.layer.channels.empty(), caller, "layer.phase_function",
-            "one phase function where a table is given", "three");
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
@@ -97,10 +87,6 @@ void check_table(const Scene& scene, const Table& table) {
 
 }  // namespace
 
-void widen(Range& range, double value) noexcept {
-    range = {std::min(range.min, value), std::max(range.max, value)};
-}
-
 std::optional<Matter> uniform_matter(const Scene& scene) {
     if (std::holds_alternative<Rings>(scene.subject) || !scene.layer.optical_depth.is_plain())
         return std::nullopt;
@@ -109,7 +95,9 @@ std::optional<Matter> uniform_matter(const Scene& scene) {
 
 std::optional<Recipe> needed_recipe(const Scene& scene) {
     const MatterRange range = matter_range(scene);
-    if (!scene.effects.multiple || range.optical_depth.max == 0 || range.albedo.max == 0)
+    const SeenLight seen = seen_light(scene);
+    if (!scene.effects.multiple || !seen.any() || range.optical_depth.max == 0 ||
+        range.albedo.max == 0)
         return std::nullopt;
     Recipe recipe;
     recipe.title = scene.title;
@@ -135,10 +123,9 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
                          std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
                 tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
-    const bool through = !std::holds_alternative<Planet>(scene.subject) || has_ground(scene);
-    recipe.transmission =
-        scene.effects.transmission && through && range.optical_depth.min < infinity;
-    recipe.reflection = scene.effects.reflection || !recipe.transmission;
+    recipe.transmission = scene.effects.transmission && (seen.transmission || seen.fluxes) &&
+                          range.optical_depth.min < infinity;
+    recipe.reflection = seen.reflection || !recipe.transmission;
     if (!scene.effects.azimuth) {
         recipe.discretisation.modes = recipe.discretisation.azimuth_samples = 1;
         recipe.discretisation.azimuth_scale = AxisScale::linear;
@@ -183,49 +170,70 @@ std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform) {
 }
 
 std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
-                                               const BakeOptions& options) {
+                                               const BakeOptions& options, TableCache* cache) {
     recipe.text = resolved_text(recipe);
-    return make_layer_tables(bake(recipe, options), uniform_matter(scene).has_value());
+    std::optional<Table> table;
+    if (cache) table = cache->find(recipe);
+    if (!table) {
+        table = bake(recipe, options);
+        if (cache) cache->keep(recipe, *table);
+    }
+    return make_layer_tables(std::move(*table), uniform_matter(scene).has_value());
 }
 
-std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table) {
-    for (const Scene& scene : scenes) check_table(scene, table);
-    return make_layer_tables(std::move(table), std::ranges::all_of(scenes, [](const Scene& scene) {
-                                 return uniform_matter(scene).has_value();
-                             }));
+std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
+                                                std::vector<Table> tables) {
+    const auto has_channels = [](const Scene& scene) { return !scene.layer.channels.empty(); };
+    const bool coloured = std::ranges::any_of(scenes, has_channels);
+    require(!coloured || std::ranges::all_of(scenes, has_channels), caller, "panels",
+            "alike in the number of their phase functions where tables are given", "one and three");
+    require(tables.size() == (coloured ? 3 : 1), caller, "--table",
+            coloured ? "given three times, for red, green and blue" : "given once",
+            std::to_string(tables.size()));
+    const bool uniform = std::ranges::all_of(
+        scenes, [](const Scene& scene) { return uniform_matter(scene).has_value(); });
+    for (const Scene& scene : scenes) {
+        const std::vector<Scene> channels = channel_scenes(scene);
+        for (std::size_t c = 0; c < channels.size(); ++c) check_table(channels[c], tables[c]);
+    }
+    if (!coloured) return make_layer_tables(std::move(tables[0]), uniform);
+    auto all = std::make_shared<LayerTables>();
+    for (std::size_t c = 0; c < tables.size(); ++c)
+        all->channels[c] = make_layer_tables(std::move(tables[c]), uniform);
+    return all;
+}
+
+std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
+    std::vector<SharedRecipe> all;
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        const std::optional<Recipe> needed = needed_recipe(scenes[s]);
+        if (!needed) continue;
+        const bool uniform = uniform_matter(scenes[s]).has_value();
+        bool found = false;
+        for (SharedRecipe& shared : all) {
+            const std::optional<Recipe> both = common_recipe(shared.recipe, *needed);
+            if (!both || shared.uniform != uniform) continue;
+            shared.recipe = *both;
+            shared.scenes.push_back(s);
+            found = true;
+            break;
+        }
+        if (!found) all.push_back({*needed, uniform, {s}});
+    }
+    return all;
 }
 
 namespace {
 
 /// Of scenes with one phase function each.
 std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Scene>& scenes,
-                                                            const BakeOptions& options) {
-    struct Group {
-        Recipe recipe;
-        bool uniform;
-        std::vector<std::size_t> scenes;
-    };
-    std::vector<Group> groups;
-    for (std::size_t s = 0; s < scenes.size(); ++s) {
-        const std::optional<Recipe> needed = needed_recipe(scenes[s]);
-        if (!needed) continue;
-        const bool uniform = uniform_matter(scenes[s]).has_value();
-        bool found = false;
-        for (Group& group : groups) {
-            const std::optional<Recipe> both = common_recipe(group.recipe, *needed);
-            if (!both || group.uniform != uniform) continue;
-            group.recipe = *both;
-            group.scenes.push_back(s);
-            found = true;
-            break;
-        }
-        if (!found) groups.push_back({*needed, uniform, {s}});
-    }
+                                                            const BakeOptions& options,
+                                                            TableCache* cache) {
     std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
-    for (const Group& group : groups) {
+    for (const SharedRecipe& shared : shared_recipes(scenes)) {
         const std::shared_ptr<const LayerTables> made =
-            bake_layer_tables(scenes[group.scenes[0]], group.recipe, options);
-        for (const std::size_t s : group.scenes) tables[s] = made;
+            bake_layer_tables(scenes[shared.scenes[0]], shared.recipe, options, cache);
+        for (const std::size_t s : shared.scenes) tables[s] = made;
     }
     return tables;
 }
@@ -233,11 +241,12 @@ std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Sc
 }  // namespace
 
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options) {
+                                                         const BakeOptions& options,
+                                                         TableCache* cache) {
     std::vector<Scene> channels;
     for (const Scene& scene : scenes)
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
-    const auto baked = bake_shared(channels, options);
+    const auto baked = bake_shared(channels, options, cache);
     std::vector<std::shared_ptr<const LayerTables>> tables;
     std::size_t next = 0;
     for (const Scene& scene : scenes) {

@@ -96,7 +96,8 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
     parallel_for(
         tiles, options.threads,
         [&](int t) {
-            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y)
+            for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y) {
+                if (y % options.row_step != options.row_step / 2) continue;
                 for (int x = 0; x < scene.width; ++x) {
                     const Rgb value = radiance(scene, light, rays, suns, x, y);
                     float* const pixel = image.pixel(x, y);
@@ -104,6 +105,7 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
                     pixel[1] = value.g;
                     pixel[2] = value.b;
                 }
+            }
         },
         [&](int done) {
             if (options.progress) options.progress(static_cast<double>(done) / tiles, "rendering");

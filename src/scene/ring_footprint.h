@@ -42,15 +42,16 @@ class RingFootprint {
     /// Calls visit(matter, radius, share), shares of the cell whose sum is 1, so that a mean over them is
     /// that over the cell: between two rows of the profile two Gauss nodes for each unit of
     /// `slant` times the change of optical depth, up to 16, so that light falling off as
-    /// exp(-slant tau) is right to 3e-4. Where more than 64 pairs of rows are covered, neighbouring
-    /// pairs are put together, and one radius, at a place that varies, stands for them: the mean
-    /// then has a standard deviation of 1/8 of that of the light within the pairs put together.
+    /// exp(-slant tau) is right to 3e-4. Where more than 8 pairs of rows are covered, one radius,
+    /// at a place that varies, stands for each pair, and where more than 64, for several of them.
+    /// The mean of many cells is right then too; that of one has a standard deviation of that of the
+    /// light within what a radius stands for, over the root of their number.
     template <class Visit>
     void visit(const RingProfile& profile, const std::array<double, 3>& tint, double slant,
                const Visit& visit) const;
 
   private:
-    static constexpr std::size_t max_pairs = 64;
+    static constexpr std::size_t max_exact_pairs = 8, max_places = 64;
 
     double centre_, wide_ = 0, narrow_ = 0;  // widths of the two distributions
 };
@@ -70,12 +71,12 @@ void RingFootprint::visit(const RingProfile& profile, const std::array<double, 3
     };
     const std::size_t first = row_before(from),
                       last = to <= radius[first + 1] ? first + 1 : row_before(to) + 1;
-    const std::size_t together = (last - first + max_pairs - 1) / max_pairs;
+    const std::size_t pairs = last - first, together = (pairs + max_places - 1) / max_places;
     double place = centre_ * 1e5;  // of the radius that stands for others
     for (std::size_t k = first; k < last; k += together) {
         const double lo = std::max(from, radius[k]),
                      hi = std::min(to, radius[std::min(k + together, last)]);
-        if (together > 1) {
+        if (pairs > max_exact_pairs) {
             place += std::numbers::phi;
             const double at = lo + (place - std::floor(place)) * (hi - lo);
             visit(profile.at(at, tint), at, within(hi) - within(lo));

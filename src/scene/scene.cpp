@@ -33,11 +33,13 @@ std::string subject_of(const Section& root) {
 
 bool is_figure(const std::string& subject) { return subject == "lobes" || subject == "lambert"; }
 
-SceneEffects read_effects(const Section& root) {
+void read_effects(const Section& root, Scene& scene) {
     constexpr const char* key = "effects";
     const std::vector<std::string> names =
         root.is_list(key) ? root.texts(key, 0, 100) : std::vector<std::string>{root.text(key)};
-    return root.placed(key, [&] { return parse_scene_effects(names); });
+    scene.effects = root.placed(key, [&] { return parse_scene_effects(names); });
+    for (const std::string& name : names)
+        if (!name.starts_with('-') && name != "all") scene.named.push_back(scene_effect(name));
 }
 
 Scene read_panel(const Section& root, const Source& source) {
@@ -46,7 +48,7 @@ Scene read_panel(const Section& root, const Source& source) {
     Scene scene;
     scene.title = root.text("title");
     scene.tolerance = root.number("tolerance");
-    scene.effects = read_effects(root);
+    read_effects(root, scene);
     read_picture(root, scene);
     scene.camera = read_camera(root);
     read_sun(root, scene);
@@ -55,6 +57,10 @@ Scene read_panel(const Section& root, const Source& source) {
     if (subject == "rings") scene.subject = read_rings(root, source);
     if (subject == "planet") scene.subject = read_planet(root, source);
     if (subject == "slab") scene.subject = read_slab(root, source, scene.camera);
+    if (scene.sun_diameter > 0) scene.named.push_back(&SceneEffects::sun_size);
+    if (scene.layer.density > 0) scene.named.push_back(&SceneEffects::density);
+    if (scene.layer.opposition.law != Opposition::Law::none)
+        scene.named.push_back(&SceneEffects::opposition);
     return scene;
 }
 

@@ -40,17 +40,19 @@ SceneEffects parse_scene_effects(const std::vector<std::string>& names) {
             set_all(on);
             continue;
         }
-        const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
-                                        [&](const auto& effect) { return effect.first == name; });
-        if (found == scene_effects().end()) {
-            std::vector<std::string> known{"all"};
-            for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
-            throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
-                                        nearest_name(name, known) + "'?");
-        }
-        effects.*found->second = on;
+        effects.*scene_effect(name) = on;
     }
     return effects;
+}
+
+bool SceneEffects::*scene_effect(const std::string& name) {
+    const auto found = std::find_if(scene_effects().begin(), scene_effects().end(),
+                                    [&](const auto& effect) { return effect.first == name; });
+    if (found != scene_effects().end()) return found->second;
+    std::vector<std::string> known{"all"};
+    for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
+    throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
+                                nearest_name(name, known) + "'?");
 }
 
 std::vector<std::string> scene_effect_names(const SceneEffects& effects) {

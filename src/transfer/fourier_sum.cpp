@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -119,15 +120,21 @@ std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in
 
 DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
                              std::vector<double> mu, std::vector<double> azimuth, int max_modes,
-                             std::shared_ptr<const PathOrders> path_law)
+                             std::shared_ptr<const PathOrders> path_law, CosinePairs pairs)
     : mu_(std::move(mu)),
+      pairs_(std::move(pairs)),
       azimuth_(std::move(azimuth)),
       cosines_(tabulate_cosines(azimuth_, max_modes)),
       path_law_(std::move(path_law)) {
-    for (const double in : mu_)
-        for (const double out : mu_)
+    if (pairs_.in.empty() && pairs_.out.empty()) {
+        pairs_.in.resize(mu_.size());
+        std::iota(pairs_.in.begin(), pairs_.in.end(), 0);
+        pairs_.out = pairs_.in;
+    }
+    for (int in = 0; in < in_count(); ++in)
+        for (int out = 0; out < out_count(); ++out)
             for (const double phi : azimuth_) {
-                const Geometry geometry{in, out, phi};
+                const Geometry geometry{mu_in(in), mu_out(out), phi};
                 reflected_.push_back(cos_scattering_angle_reflected(geometry));
                 transmitted_.push_back(cos_scattering_angle_transmitted(geometry));
                 reflected_phase_.push_back(phase_function(reflected_.back()));
@@ -137,7 +144,7 @@ DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBou
 }
 
 GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
-    const auto n = static_cast<int>(grid.mu().size());
+    const auto n = static_cast<Eigen::Index>(grid.mu().size());
     require(solution.mu.size() == n, "evaluate", "cosines of the solution", std::to_string(n),
             solution.mu.size());
     const auto modes = static_cast<Eigen::Index>(solution.reflection_modes.size());
@@ -149,9 +156,12 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
     require(path_law == nullptr || solution.path != nullptr, "evaluate", "path law",
             "that of a solution whose peak is narrow", "another");
     const std::size_t azimuths = grid.azimuth().size();
-    for (int in = 0; in < n; ++in)
-        for (int out = in; out < n; ++out) {
-            const std::size_t first = grid.at(in, out, 0), mirrored = grid.at(out, in, 0);
+    const bool symmetric = grid.pairs().are_symmetric();
+    for (int i = 0; i < grid.in_count(); ++i)
+        for (int j = symmetric ? i : 0; j < grid.out_count(); ++j) {
+            const int in = grid.pairs().in[static_cast<std::size_t>(i)];
+            const int out = grid.pairs().out[static_cast<std::size_t>(j)];
+            const std::size_t first = grid.at(i, j, 0);
             const auto part = [&](auto& all) { return std::span(all).subspan(first, azimuths); };
             const PairTable table{grid.cosines(), part(grid.cos_scattering_angle(side)),
                                   part(grid.phase(side)), part(grid.boundary_phase())};
@@ -165,8 +175,9 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
             for (std::size_t at = first; at < first + azimuths; ++at)
                 values.closed_form[at] +=
                     once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+            if (!symmetric) continue;
             for (std::vector<double>* all : {&values.closed_form, &values.tabulated})
-                std::copy_n(all->data() + first, azimuths, all->data() + mirrored);
+                std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
         }
     return values;
 }

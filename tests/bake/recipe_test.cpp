@@ -96,6 +96,48 @@ TEST(Recipe, HasDefaults) {
     EXPECT_EQ(d.scheme, Scheme::harmonic);
 }
 
+TEST(Recipe, KnowsAllDirectionsUnlessTheyAreNarrowed) {
+    const Recipe all = parse_recipe(recipe_with(""));
+    for (const Range& cosines : {all.mu_in, all.mu_out}) {
+        EXPECT_EQ(cosines.min, 0);
+        EXPECT_EQ(cosines.max, 1);
+    }
+    EXPECT_EQ(all.azimuth.min, 0);
+    EXPECT_EQ(all.azimuth.max, 180);
+    const Recipe some = parse_recipe(recipe_with(
+        "mu_in = 0.375\nmu_out = { min = 0.25, max = 0.5 }\nazimuth_deg = { min = 171, max = 180 "
+        "}\n"));
+    EXPECT_EQ(some.mu_in.min, 0.375);
+    EXPECT_EQ(some.mu_in.max, 0.375);
+    EXPECT_EQ(some.mu_out.min, 0.25);
+    EXPECT_EQ(some.mu_out.max, 0.5);
+    EXPECT_EQ(some.azimuth.min, 171);
+    EXPECT_EQ(some.azimuth.max, 180);
+}
+
+TEST(Recipe, RefusesDirectionsOutOfRange) {
+    for (const char* key : {"mu_in", "mu_out"}) {
+        const auto refused = [&](const std::string& value, const std::vector<const char*>& says) {
+            expect_recipe_refusal(recipe_with(key + (" = " + value) + "\n"), says);
+        };
+        refused("1.5", {"recipe", key, "[0, 1]", "got 1.5"});
+        refused("-0.5", {"recipe", key, "[0, 1]", "got -0.5"});
+        refused("nan", {"recipe", key, "[0, 1]", "got nan"});
+        refused("0.00001", {"recipe", key, ".max", "[0.0001, 1]", "got 1e-05"});
+        refused("'sun'", {"recipe", key, "a number"});
+        refused("[0.1, 0.2]", {"recipe", key, "a number"});
+        refused("{ min = 0.5, max = 0.25 }", {"recipe", key, ".min", "at most max", "got 0.5"});
+        refused("{ min = 0.5 }", {"recipe", key, ".max", "present"});
+        refused("{ min = 0.5, max = 0.50000001 }", {"recipe", key, "equal to min or 1e-06"});
+    }
+    expect_recipe_refusal(recipe_with("azimuth_deg = 181\n"), {"azimuth_deg", "[0, 180]", "181"});
+    expect_recipe_refusal(recipe_with("azimuth_deg = 0\n"),
+                          {"azimuth_deg.max", "[0.001, 180]", "got 0"});
+    expect_recipe_refusal(recipe_with("azimuth_deg = { min = -9, max = 9 }\n"),
+                          {"azimuth_deg.min", "[0, 180]", "got -9"});
+    expect_recipe_refusal(recipe_with("azimuth = 5\n"), {"'azimuth'", "'azimuth_deg'"});
+}
+
 TEST(Recipe, TakesTheAlbedoOfDroplets) {
     std::string text = recipe_but("albedo", "albedo = 'phase_function'");
     expect_recipe_refusal(text, {"albedo", "droplets", "phase_function"});
@@ -374,6 +416,10 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
     EXPECT_EQ(a.albedo.min, b.albedo.min);
     EXPECT_EQ(a.albedo.max, b.albedo.max);
+    for (const auto range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
+        EXPECT_EQ((a.*range).min, (b.*range).min);
+        EXPECT_EQ((a.*range).max, (b.*range).max);
+    }
     EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
     EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
     EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
@@ -441,6 +487,11 @@ TEST(ResolvedText, RoundTrips) {
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number
+    expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    recipe.mu_in = {1.0 / 3, 1.0 / 3};
+    recipe.mu_out = {0, 1.0 / 7};
+    recipe.azimuth = {100.0 / 3, 180};
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.optical_depth = {infinity, infinity};

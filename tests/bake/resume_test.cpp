@@ -70,6 +70,14 @@ Recipe recipe_of_mixtures() {
         "albedo = { min = 0.8, max = 0.9 }\n");
 }
 
+Recipe recipe_of_some_directions() {
+    Recipe recipe = rayleigh_recipe();
+    recipe.tolerance = 3e-2;
+    recipe.mu_in = {0.4, 0.4};
+    recipe.azimuth = {30, 60};
+    return recipe;
+}
+
 struct Case {
     const char* name;
     Recipe (*recipe)();
@@ -113,7 +121,8 @@ TEST_P(Resume, GivesTheBitsOfAnUninterruptedBake) {
 INSTANTIATE_TEST_SUITE_P(Recipes, Resume,
                          testing::Values(Case{"Attempts", recipe_of_attempts},
                                          Case{"OverGround", recipe_over_ground},
-                                         Case{"Mixtures", recipe_of_mixtures}),
+                                         Case{"Mixtures", recipe_of_mixtures},
+                                         Case{"SomeDirections", recipe_of_some_directions}),
                          [](const auto& row) { return row.param.name; });
 
 TEST(ResumeRefusal, NamesAPieceOfTheWrongSize) {

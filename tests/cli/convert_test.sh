@@ -35,7 +35,7 @@ printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\n0.5,0.8,60,1,0.8\n' >quer
 for command in "info $newer" "eval $newer --query query.csv" "convert $newer newer.h5"; do
     # shellcheck disable=SC2086  # words of a command
     expect_ok $command
-    expect_says "$err" "newer.exr: format 1.9 is newer than 1.3"
+    expect_says "$err" "newer.exr: format 1.9 is newer than 1.4"
 done
 expect_ok info newer.h5
 expect_silent "$err"

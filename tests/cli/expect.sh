@@ -22,6 +22,7 @@ folder=$(mktemp -d) || exit 1
 logs=$(mktemp -d) || exit 1
 trap 'rm -rf "$folder" "$logs"' EXIT
 cd "$folder" || exit 1
+export STRATUS_CACHE=$logs/cache  # nobody's own
 
 # Fontconfig, which draws the pictures' words, keeps its cache to the end: no leak of ours.
 echo leak:libfontconfig >"$logs/not_ours"

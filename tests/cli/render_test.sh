@@ -46,10 +46,45 @@ expect_same one.exr two.exr
 expect_same one.png two.png
 
 # a picture tells what its plan has left of the scene's effects: asked for, they make the same picture
-effects=$(grep -ao 'all,-[a-z_,-]*lineOrder' one.exr)
-[ -n "$effects" ] || fail "one.exr must tell its effects"
-expect_ok render slab.toml -o asked.exr --effects "${effects%lineOrder}" --quiet
-expect_same asked.exr one.exr
+sed 's/albedo = 0.9/albedo = 0.01/' slab.toml >dark.toml
+expect_ok render dark.toml -o dark.exr
+expect_says "$err" "without multiple"
+effects=$(grep -ao 'all,-[a-z_,-]*lineOrder' dark.exr)
+[ -n "$effects" ] || fail "dark.exr must tell its effects"
+expect_ok render dark.toml -o asked.exr --effects "${effects%lineOrder}" --quiet
+expect_same asked.exr dark.exr
+
+# what a scene names is kept, unless it is dropped
+sed 's/^tolerance/effects = ["all", "multiple"]\n&/' dark.toml >named.toml
+expect_ok render named.toml -o named.exr
+grep -q "without multiple" "$err" && fail "multiple was named"
+cmp -s named.exr dark.exr && fail "orders n >= 2 must count"
+expect_ok render named.toml -o dropped.exr --drop multiple --quiet
+expect_ok render dark.toml -o without.exr --effects=-multiple --quiet
+for picture in dropped without; do expect_ok render dark.toml -o $picture.png --drop multiple --quiet; done
+expect_same dropped.png without.png
+expect_refused 2 "unknown effect 'multipel'" "'multiple'" -- render named.toml -o a.png --drop multipel
+
+# tables are kept: the second picture is the same, bit for bit, whatever happened to the files
+kept=$(find "$STRATUS_CACHE" -name '*.h5' | head -n 1)
+[ -n "$kept" ] || fail "a table must be kept"
+expect_ok render slab.toml -o again.exr --quiet
+expect_same again.exr one.exr
+for file in "$STRATUS_CACHE"/*; do head -c 100 "$file" >damaged && cp damaged "$file"; done
+expect_ok render slab.toml -o again.exr --quiet
+expect_same again.exr one.exr
+for file in "$STRATUS_CACHE"/*; do [ "$(wc -c <"$file")" -eq 100 ] || mended=yes; done
+[ "${mended:-no}" = yes ] || fail "a damaged table must be replaced"
+rm -r "$STRATUS_CACHE"
+expect_ok render slab.toml -o again.exr --quiet --no-cache
+expect_same again.exr one.exr
+[ ! -e "$STRATUS_CACHE" ] || fail "--no-cache must keep nothing"
+expect_ok render slab.toml -o again.exr --quiet --cache-limit 0
+[ -z "$(ls "$STRATUS_CACHE")" ] || fail "--cache-limit 0 must keep nothing"
+STRATUS_CACHE=slab.toml/folder expect_ok render slab.toml -o again.exr
+expect_says "$err" "tables are not kept"
+expect_same again.exr one.exr
+expect_refused 2 --cache-limit "in [0," "got -1" -- render slab.toml -o a.png --cache-limit -1
 
 # effects change the picture; without higher orders nothing is baked; a table is looked up as it is
 expect_ok render slab.toml -o once.exr --effects all,-multiple --quiet
@@ -76,6 +111,12 @@ expect_ok render colours.toml -o colours.png --quiet
 cmp -s colours.png one.png && fail "blue must be scattered as by its own phase function"
 expect_ok plan colours.toml --quiet
 expect_says "$out" "layer: rayleigh" "isotropic" "One of the tables that colours.toml needs"
+expect_ok plan colours.toml --quiet --write needs.toml
+for colour in red green blue; do expect_ok bake needs_$colour.toml -o $colour.h5 --quiet; done
+expect_ok render colours.toml -o tables.png --table red.h5 --table green.h5 --table blue.h5 --quiet
+expect_same tables.png colours.png
+expect_refused 2 --table "three times" "got 1" -- render colours.toml -o a.png --table red.h5
+expect_ok plan colours.toml --quiet
 [ "$(grep -c '^phase_function' "$out")" = 3 ] || fail "three recipes must be printed"
 
 # another width keeps the shape; panels stand side by side
@@ -117,8 +158,6 @@ sed 's/rayleigh/isotropic/' slab.toml >other.toml
 expect_refused 2 table.phase_function "must be isotropic" "got rayleigh" -- render other.toml -o a.png --table rayleigh.h5
 sed 's/= 1.0$/= 4.0/' slab.toml >other.toml
 expect_refused 2 table.optical_depth.max "at least the scene's, 4" "got 2" -- render other.toml -o a.png --table rayleigh.h5
-expect_refused 2 layer.phase_function "one phase function" "got three" -- render colours.toml -o a.png --table rayleigh.h5
-expect_refused 2 --write "three phase functions" -- plan colours.toml --write needs.toml
 sed 's/^white/whit/; s/^width/widht/' slab.toml >other.toml
 expect_refused 2 "unknown key 'picture.widht'" "line 4" "'picture.width'" -- render other.toml -o a.png
 head -c 3000 /bin/sh >other.toml

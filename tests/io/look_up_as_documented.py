@@ -97,7 +97,9 @@ class Table:
         first, last = scale(values[0]), scale(values[-1])
         p = (scale(np.clip(value, values[0], values[-1])) - first) * (n - 1) / (last - first)
         cell, used = min(int(p), n - 2), 4 if name == "azimuth" else min(n, 4)
-        start = cell - 1 if name == "azimuth" else np.clip(cell - 1, 0, n - used)
+        before = name == "azimuth" and values[0] == 0  # an image of the samples lies there
+        beyond = name == "azimuth" and values[-1] >= np.pi - 1e-9
+        start = np.clip(cell - 1, -1 if before else 0, n - used + (1 if beyond else 0))
         at = np.arange(start, start + used)
         weights = np.array([np.prod([(p - j) / (i - j) for j in at if j != i]) for i in at])
         return np.array([abs(i) if i < n else 2 * (n - 1) - i for i in at]), weights
@@ -138,7 +140,7 @@ class Table:
     def of_mixture(self, side, row, m, q):
         albedos, depths, finite = self.data["albedo"], self.data["optical_depth"], self.finite["optical_depth"]
         exponents = self.data["diffusion_exponent"][m]
-        mu = [np.clip(row[name], self.data[name][0], 1) for name in ("mu_in", "mu_out")]
+        mu = [np.clip(row[name], self.data[name][0], self.data[name][-1]) for name in ("mu_in", "mu_out")]
         tau = row["optical_depth"] if np.isinf(depths[-1]) else min(row["optical_depth"], finite[-1])
         a_samples, a_weights = self.stencil("albedo", row["albedo"])
         k, plain = max(0, a_weights @ exponents[a_samples]), self.boundary is not None
@@ -258,6 +260,11 @@ albedo_samples = 3
 albedo_scale = "fourth_root_of_complement"
 """
 
+# Some directions alone.
+ONE_SUN = PEAKED.replace("[disc", "mu_in = 0.4\nazimuth_deg = { min = 0.0, max = 30.0 }\n[disc").replace("azimuth_samples = 9", "azimuth_samples = 29")
+ONE_AZIMUTH = PEAKED.replace("[disc", "mu_out = { min = 0.2, max = 0.7 }\nazimuth_deg = 75\n[disc")
+BETWEEN = PEAKED.replace("[disc", "azimuth_deg = { min = 60.0, max = 150.0 }\n[disc").replace("square_root\"\no", "linear\"\no")
+
 # With the path law, which the program interpolates.
 NARROW = PEAKED.replace("g=0.7", "g=0.9")
 
@@ -266,7 +273,7 @@ for name in ("plain.h5", "ground.h5", "mixture.h5"):
     check(program, golden / name)
 with tempfile.TemporaryDirectory() as folder:
     recipe, baked = pathlib.Path(folder) / "recipe.toml", pathlib.Path(folder) / "table.h5"
-    for text in (DEEP, OVER_LAYER, PEAKED):
+    for text in (DEEP, OVER_LAYER, PEAKED, ONE_SUN, ONE_AZIMUTH, BETWEEN):
         recipe.write_text(text)
         subprocess.run([program, "bake", recipe, "-o", baked, "--quiet"], check=False)  # 1 where its tolerance is missed
         check(program, baked)

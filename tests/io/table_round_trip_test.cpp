@@ -136,6 +136,13 @@ void take_other_scales(Table& table) {
                   table.albedo.values.back(), static_cast<int>(table.albedo.values.size()));
 }
 
+void narrow_directions(Table& table) {
+    table.mu_in =
+        make_axis(table.mu_in.scale, 0.2, 0.3, static_cast<int>(table.mu_in.values.size()));
+    table.azimuth =
+        make_axis(AxisScale::linear, 1.0 / 3, 1, static_cast<int>(table.azimuth.values.size()));
+}
+
 const std::vector<Case> cases{
     {"TwoSides", {}},
     {"ReflectionOnly", one_sided(true)},
@@ -154,6 +161,7 @@ const std::vector<Case> cases{
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
     {"Mixtures", mixtures()},
+    {"SomeDirections", {}, narrow_directions},
     {"OtherScales", {}, take_other_scales},
     {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},
 };

@@ -158,10 +158,6 @@ TEST(Binding, RefusesArgumentsOutOfRange) {
     Effects effects;
     effects.density = 1;
     expect_refusal<Error>([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
-    Table lopsided = empty_table({3, 3, 6, 5, 5}, {0.5, 8, false});
-    lopsided.reflection_multiple = samples_of(lopsided, small_table_reflection_scale);
-    prepare(lopsided);
-    expect_refusal<Error>([&] { bind(lopsided.view(), 1, 0.5); }, {"mu_out", "mu_in"});
 }
 
 }  // namespace

@@ -166,13 +166,60 @@ TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
             const double factor = opposition_factor(opposition, c, tau, g.mu_in, g.mu_out);
             const double expected =
                 plain.reflection(at.mu_in, at.mu_out, at.azimuth) + once * (factor - 1);
-            // Straight lines between samples of the phase function with its bump; and from an
-            // azimuth in single precision the phase angle is known to 0.03 degrees only.
-            const double accuracy = c < -0.9999 ? 1e-3 : 2e-5;
+            // Straight lines between samples of the phase function with its bump, or of Blinn's
+            // law; and from an azimuth in single precision the phase angle is known to 0.03 degrees
+            // only.
+            const bool of_blinn = opposition.law == Opposition::Law::blinn;
+            const double accuracy = c < -0.9999 || of_blinn ? 1e-3 : 2e-5;
             EXPECT_NEAR(bright.reflection(at.mu_in, at.mu_out, at.azimuth), expected,
                         accuracy * expected);
             EXPECT_EQ(bright.transmission(at.mu_in, at.mu_out, at.azimuth),
                       plain.transmission(at.mu_in, at.mu_out, at.azimuth));
+        }
+    }
+}
+
+TEST(Slice, TakesItsOppositionFromTheDensity) {
+    const PhaseFunction phase = PhaseFunction::rayleigh();
+    const Medium<1> medium{{3}, {0.9}};
+    for (const Opposition& opposition : {Opposition::blinn(), Opposition::hapke(0.8)}) {
+        Effects effects;
+        effects.density = 0.2;
+        effects.opposition = opposition;
+        const Slice of_density(phase, medium, effects);
+        effects.density = 0;
+        effects.opposition = seen_opposition(opposition, 0.2);
+        const Slice as_seen(phase, {{3 / 0.8}, {0.9}}, effects);
+        for (const Direction& at : random_directions(100))
+            EXPECT_EQ(of_density.reflection(at.mu_in, at.mu_out, at.azimuth),
+                      as_seen.reflection(at.mu_in, at.mu_out, at.azimuth));
+    }
+}
+
+TEST(Slice, HasTheSameOppositionInColoursAndInBatches) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(-0.3);
+    Effects effects;
+    effects.opposition = Opposition::blinn(0.2);
+    const double depth[] = {0.1, 1, infinity}, albedo[] = {0.9, 0.8, 0.7};
+    const RgbSlice colours(phase, {{depth[0], depth[1], depth[2]}, {0.9, 0.8, 0.7}}, effects);
+    std::vector<float> mu_in, mu_out, azimuth;
+    for (const Direction& at : random_directions(100)) {
+        mu_in.push_back(at.mu_in);
+        mu_out.push_back(at.mu_out);
+        azimuth.push_back(at.azimuth);
+    }
+    const std::size_t count = mu_in.size();
+    std::vector<float> many(3 * count), one(count);
+    colours.reflection(count, mu_in.data(), mu_out.data(), azimuth.data(), many.data());
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Slice slice(phase, {{depth[c]}, {albedo[c]}}, effects);
+        slice.reflection(count, mu_in.data(), mu_out.data(), azimuth.data(), one.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const Rgb rgb = colours.reflection(mu_in[i], mu_out[i], azimuth[i]);
+            const float expected = slice.reflection(mu_in[i], mu_out[i], azimuth[i]);
+            const float channel[] = {rgb.r, rgb.g, rgb.b};
+            for (const float value : {many[c * count + i], one[i], channel[c]})
+                EXPECT_NEAR(value, expected, 1e-5f * expected);
         }
     }
 }
@@ -184,6 +231,10 @@ TEST(Slice, HasTheFullOppositionPeakAtEqualVectors) {
     const Slice bright(phase, {{2}, {0.9}}, effects), plain(phase, {{2}, {0.9}});
     const Vectors v = vectors_of({0.3f, 0.3f, 0}, true);
     EXPECT_NEAR(bright.eval(v.wi, v.wi), 2 * plain.eval(v.wi, v.wi), 1e-4 * plain.eval(v.wi, v.wi));
+    effects.opposition = Opposition::blinn(0.01);
+    const double once = 1 + std::tanh(2 / (2 * double{v.wi.z}));  // [Blinn82] 5.2
+    EXPECT_NEAR(Slice(phase, {{2}, {0.9}}, effects).eval(v.wi, v.wi) / plain.eval(v.wi, v.wi), once,
+                single_precision);
 }
 
 TEST(Slice, OverALowerBoundaryOnlyReflects) {

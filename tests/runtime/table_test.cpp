@@ -149,12 +149,12 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"AzimuthBeyondPi",
                 [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 4, 6); },
                 {"azimuth", "[0, 3.14", "got 3.2"}},
-        Refusal{"AzimuthShortOfPi",
-                [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 3, 6); },
-                {"last azimuth", "pi", "got 3"}},
-        Refusal{"AzimuthNotFromZero",
-                [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0.5, pi, 6); },
-                {"first azimuth", "0", "got 0.5"}}),
+        Refusal{"FewAzimuthsShortOfPi",
+                [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 3, 3); },
+                {"samples of azimuth", "1, or 4 at least", "got 3"}},
+        Refusal{"FewAzimuthsNotFromZero",
+                [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0.5, pi, 2); },
+                {"samples of azimuth", "1, or 4 at least", "got 2"}}),
     [](const auto& row) { return row.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(

@@ -36,11 +36,17 @@ TEST(NeededRecipe, HasTheSidesThatTheSceneUses) {
     std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
     EXPECT_TRUE(needed_recipe(planet)->transmission) << "it lights the ground";
     Scene slab = small_slab(2, 0.4);
-    EXPECT_TRUE(needed_recipe(slab)->transmission);
+    EXPECT_TRUE(needed_recipe(slab)->transmission) << "the background shines through";
     slab.effects.transmission = false;
     EXPECT_FALSE(needed_recipe(slab)->transmission);
     slab.effects.transmission = true;
     slab.effects.reflection = false;
+    EXPECT_FALSE(needed_recipe(slab)->reflection);
+    slab.effects.reflection = true;
+    slab.background.colour = {0, 0, 0};
+    EXPECT_FALSE(needed_recipe(slab)->transmission) << "of the far side";
+    slab.to_sun = direction_at(radians(-50), 1);
+    EXPECT_TRUE(needed_recipe(slab)->transmission);
     EXPECT_FALSE(needed_recipe(slab)->reflection);
 }
 
@@ -108,18 +114,18 @@ TEST(BakeFor, SharesTheTablesOfChannels) {
     EXPECT_FALSE(tables[1]) << "scattered once";
 }
 
-TEST(AdoptTable, RefusesATableThatDoesNotCoverTheScene) {
+TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     const Scene scene = small_slab(1, 0.8);
     Recipe recipe = *needed_recipe(scene);
     recipe.tolerance = 0.05;
     recipe.optical_depth = {0.5, 2};
     recipe.albedo = {0.5, 0.9};
     const Table table = bake(recipe);
-    EXPECT_EQ(adopt_table({scene}, Table(table))->tables.size(), 1u);
+    EXPECT_EQ(adopt_tables({scene}, {table})->tables.size(), 1u);
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>(
             [&] {
-                adopt_table({scene, other}, Table(table));
+                adopt_tables({scene, other}, {table});
             },
             fragments);
     };
@@ -134,7 +140,14 @@ TEST(AdoptTable, RefusesATableThatDoesNotCoverTheScene) {
     other.layer.components = {PhaseFunction::isotropic()};
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
     other.layer.channels = {3, PhaseFunction::rayleigh()};
-    refuse(other, {"layer.phase_function", "one phase function", "got three"});
+    expect_refusal<std::invalid_argument>([&] { adopt_tables({other}, {table}); },
+                                          {"--table", "three times", "got 1"});
+    expect_refusal<std::invalid_argument>(
+        [&] {
+            adopt_tables({scene}, {table, table});
+        },
+        {"--table", "once", "got 2"});
+    EXPECT_TRUE(adopt_tables({other}, {table, table, table})->channels[2]);
 }
 
 }  // namespace

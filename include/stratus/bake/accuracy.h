@@ -80,7 +80,8 @@ struct Verification {
     double energy_defect = 0;
 
     /// Largest |integral of looked-up R - stored plane albedo|, over some samples of depth and of
-    /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection.
+    /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection or without all
+    /// directions.
     double furnace_defect = 0;
 
     /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
@@ -97,6 +98,7 @@ struct PointRange {
     PhaseFunction second_phase_function{};
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
+    AxisView azimuth{};      // no samples, or one at 0: all azimuths
 };
 
 /// About as many points as share one solved ladder of depths.

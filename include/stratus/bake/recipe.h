@@ -47,8 +47,11 @@ struct Recipe {
     double tolerance = 1e-3;              // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
-    int orders = 0;                // light scattered more often is left out, [2, 100]; 0: all
-    LowerBoundary lower_boundary;  // what the layer lies on; then there is reflection alone
+    // Directions that the table knows, all unless narrowed; min = max: one alone.
+    Range mu_in{0, 1}, mu_out{0, 1};  // [0, 1], max at least 1e-4
+    Range azimuth{0, 180};            // degrees, [0, 180], max above 0
+    int orders = 0;                   // light scattered more often is left out, [2, 100]; 0: all
+    LowerBoundary lower_boundary;     // what the layer lies on; then there is reflection alone
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;
@@ -65,6 +68,11 @@ Recipe parse_recipe(const std::string& text, const std::string& directory = "",
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// Checks the ranges of directions.
+///
+/// Errors   std::invalid_argument naming the key, the allowed range and the value met.
+void check_directions(const Recipe& recipe);
 
 /// The recipe of one mixture alone: its phase function is the sum of both. One that mixes nothing
 /// comes back as it is.

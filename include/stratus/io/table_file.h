@@ -17,9 +17,9 @@ namespace stratus {
 
 constexpr const char* table_format_name = "stratus-table";
 constexpr int table_format_major = 1;
-constexpr int table_format_minor = 3;
+constexpr int table_format_minor = 4;
 constexpr int table_format_major_of_path_law = 2;  // of files whose samples leave that to lookups
-constexpr int table_format_minor_of_path_law = 1;
+constexpr int table_format_minor_of_path_law = 2;
 
 struct ReadOptions {
     /// Limit in bytes for the file, its samples and the buffers to inflate them; 0: half of the

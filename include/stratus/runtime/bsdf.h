@@ -54,6 +54,8 @@ class BsdfOf {
     /// Owns the slice: a material needs to keep nothing else.
     ///
     ///     const Bsdf bsdf(bind(table.view(), optical_depth, albedo));
+    ///
+    /// Errors   std::invalid_argument for a slice of a table that was narrowed to some directions.
     explicit BsdfOf(SliceOf<channels> slice);
 
     /// BRDF or BTDF, R / pi or T / pi; symmetric.

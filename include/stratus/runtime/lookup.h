@@ -11,7 +11,7 @@
 //
 // Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
 // upper end of optical depth are clamped for the multiply scattered part (single scattering stays
-// exact). Below the first optical depth the multiply scattered part follows what it is divided by,
+// exact), and so are directions outside a table that was narrowed to some. Below the first optical depth the multiply scattered part follows what it is divided by,
 // in thin layers tau^2, as physics has it; over a surface it is in proportion to what the layer
 // extinguishes; over a semi-infinite layer it is clamped. Slices extend a table further, and refuse
 // what it does not know (slice.h).

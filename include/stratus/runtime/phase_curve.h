@@ -6,7 +6,7 @@
 // the angle itself, and are joined linearly.
 #pragma once
 
-#include <stratus/runtime/effects.h>
+#include <stratus/runtime/opposition.h>
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 
@@ -37,9 +37,11 @@ enum class PhaseForm {
     one_lobe,    // a polynomial and a Henyey-Greenstein lobe
     two_lobes,
     sampled,
-    with_opposition_and_boundary,  // all three sampled side by side; reflection alone
+    // Reflection alone: side by side with the phase function of a layer that is the lower boundary.
+    with_boundary,
+    with_opposition_and_boundary,  // the same, times Blinn's opposition (opposition.h)
 };
-constexpr int phase_forms = 7;
+constexpr int phase_forms = 8;
 
 /// A phase function made ready for fast lookups.
 class PhaseCurve {
@@ -57,12 +59,11 @@ class PhaseCurve {
     static PhaseCurve sampled(int width,
                               const std::function<void(double cos_theta, double* value)>& value);
 
-    /// What single scattering on the lit side needs, side by side: the phase function, the same
-    /// times the bump of an opposition whose amplitude depends on the depth, and the phase function
-    /// of a layer that is the lower boundary.
-    static PhaseCurve with_opposition_and_boundary(const PhaseFunction& phase_function,
-                                                   const Opposition& opposition,
-                                                   const LowerBoundary* boundary);
+    /// What single scattering on the lit side needs: the phase function, times Hapke's opposition
+    /// if that is the law, and side by side with it the phase function of a layer that is the lower
+    /// boundary, where there is one. Null: no lower boundary.
+    static PhaseCurve reflected(const PhaseFunction& phase_function, const Opposition& opposition,
+                                const LowerBoundary* boundary);
 
     PhaseCurveView view() const noexcept;
 

@@ -14,8 +14,8 @@
 //
 // Numbers are single precision. R and T are normalised as everywhere (single_scattering.h): a white
 // Lambert surface has R = 1, BRDF = R / pi. No lookup allocates, throws or takes a lock; any number
-// of threads may share a slice. Outside the table's cosines the orders n >= 2 are those of its
-// edge.
+// of threads may share a slice. Outside the table's cosines and azimuths the orders n >= 2 are
+// those of its edge: of a table that was narrowed to some directions ask for no others.
 #pragma once
 
 #include <stratus/runtime/direction.h>
@@ -58,8 +58,8 @@ class SliceOf {
     ///
     /// Range    layers that the table knows, see above.
     /// Errors   std::invalid_argument for a medium or effects out of range, for a layer that the
-    ///          table does not know, a table whose mu_in and mu_out differ, or one with a mixture
-    ///          axis of which none was chosen (TableView::at_mixture).
+    ///          table does not know, or a table with a mixture axis of which none was chosen
+    ///          (TableView::at_mixture).
     SliceOf(const TableView& table, const Medium<channels>& medium, const Effects& effects = {},
             OutsideTable outside = OutsideTable::refuse);
 
@@ -79,7 +79,7 @@ class SliceOf {
 
     /// BRDF or BTDF, R / pi or T / pi, by the hemispheres of the two directions; light may come
     /// from either side of the layer, over a lower boundary from above alone. Symmetric in wi and
-    /// wo.
+    /// wo where the table is; where its mu_in and mu_out differ wi is that of the incident light.
     Value eval(const Vector& wi, const Vector& wo) const noexcept;
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
@@ -114,6 +114,9 @@ class SliceOf {
     /// True over a lower boundary: light may come from above alone.
     bool is_one_sided() const noexcept { return one_sided_; }
 
+    /// False where orders n >= 2 are from a table that was narrowed to some directions.
+    bool has_all_directions() const noexcept { return has_all_directions_; }
+
     /// True where OutsideTable::clamp took the nearest layer that the table knows instead.
     bool clamped() const noexcept { return clamped_; }
 
@@ -137,6 +140,7 @@ class SliceOf {
     Medium<channels> medium_;  // optical depth with the effect of density
     bool one_sided_ = false;   // over a lower boundary
     bool clamped_ = false;
+    bool has_all_directions_ = true;
     float forward_phase_ = 0;  // phi(Theta = 0), 0 without single scattering
 
     // Diffuse transmittance divided by the share intercepted, over cosines; empty where it is 0.

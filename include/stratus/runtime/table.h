@@ -68,6 +68,16 @@ struct TableView {
     }
     bool has_mixture() const noexcept { return mixture.count > 0; }
 
+    /// True where mu_in and mu_out are sampled alike: R and T are then known on both ways, and
+    /// symmetric in them.
+    bool is_symmetric() const noexcept {
+        return mu_in.count == mu_out.count && mu_in.lowest == mu_out.lowest &&
+               mu_in.highest == mu_out.highest;
+    }
+
+    /// True where nothing narrows the directions: cosines from 0.01 or less to 1, all azimuths.
+    bool has_all_directions() const noexcept;
+
     /// The same table, seen at one mixture: for any number of lookups, slices, BSDFs. Beyond its
     /// samples the orders n >= 2 are those of the axis' end. Without one, a table that has a
     /// mixture axis answers lookups by not-a-number and refuses to be bound.
@@ -100,7 +110,7 @@ struct Table {
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
     Axis mu_out{AxisScale::arcsine_of_fourth_root, {}};
-    // Radians, 0 to pi, linear or square_root; linear 0 alone when nothing depends on it.
+    // Radians, within 0 to pi, linear or square_root; linear 0 alone when nothing depends on it.
     Axis azimuth{AxisScale::linear, {}};
 
     // Orders n >= 2 over (albedo, optical_depth, mu_in, mu_out, azimuth); empty when the side was
@@ -162,7 +172,7 @@ void for_each_of_mixtures(const Use& use, Tables&... tables) {
 
 /// Checks a table (axes, extents, finite samples) and works out what lookups need. Every reader and
 /// the bake end with it. A side or a flux may be absent (empty), but not both sides; an azimuth
-/// axis of more than one sample spans 0 to pi.
+/// axis that does not span 0 to pi has one sample or four at least.
 ///
 /// Errors   std::invalid_argument naming the dataset, what is required and what was met.
 void prepare(Table& table);

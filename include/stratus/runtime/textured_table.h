@@ -16,7 +16,7 @@
 //
 // Numbers are single precision; limits and clamping are those of lookup.h, except that below the
 // first cosine the multiply scattered part is scaled by the shares intercepted at the cosine
-// itself. No lookup allocates, throws, or takes a lock; any number of threads may share a textured
+// itself. A table that was narrowed to some directions is clamped to them. No lookup allocates, throws, or takes a lock; any number of threads may share a textured
 // table.
 #pragma once
 
@@ -43,8 +43,7 @@ class TexturedTable {
     /// Accuracy in 99.9 % of lookups adds at most 0.35 (R) or 0.6 (T) of the table's tolerance to
     ///          its errors, 1.2 at worst.
     /// Cost     seconds for tables of 100 MB; memory: see `bytes`.
-    /// Errors   std::invalid_argument for a table whose mu_in and mu_out differ or that has a
-    ///          mixture axis.
+    /// Errors   std::invalid_argument for a table that has a mixture axis.
     explicit TexturedTable(const TableView& table);
     TexturedTable(TexturedTable&&) noexcept;
     TexturedTable& operator=(TexturedTable&&) noexcept;

@@ -5,7 +5,9 @@
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/table.h>
 #include <stratus/runtime/textured_table.h>
+#include <stratus/scene/contents.h>
 #include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
 
 #include <array>
 #include <memory>
@@ -13,9 +15,6 @@
 #include <vector>
 
 namespace stratus {
-
-/// Extends a range to include a value.
-void widen(Range& range, double value) noexcept;
 
 /// The recipe of the table that a scene needs; none where its effects need no table. Channels with
 /// their own phase functions need a table each: that of `channel_scenes` (scene.h).
@@ -37,21 +36,35 @@ struct LayerTables {
 /// Prepares a table for lookups.
 std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform);
 
-/// Bakes `recipe` and prepares the table for a scene.
+/// Bakes `recipe`, or takes its table from the cache, and prepares it for a scene.
 std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
-                                               const BakeOptions& options = {});
+                                               const BakeOptions& options = {},
+                                               TableCache* cache = nullptr);
 
-/// Prepares an existing table for several scenes.
+/// Prepares existing tables for several scenes: one, or three for scenes whose channels have their
+/// own phase functions.
 ///
 /// Errors   std::invalid_argument for a table of another phase function, or that does not cover
-///          what a scene needs; for a scene whose channels have their own phase functions.
-std::shared_ptr<const LayerTables> adopt_table(const std::vector<Scene>& scenes, Table table);
+///          what a scene needs; for another number of tables.
+std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
+                                                std::vector<Table> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);
 
-/// Tables for each of several scenes, shared where possible.
+/// Recipes that serve several scenes, each of as many as it can.
+struct SharedRecipe {
+    Recipe recipe;
+    bool uniform;                     // the layers of all its scenes
+    std::vector<std::size_t> scenes;  // positions
+};
+
+/// Range    scenes of one phase function, or of two that mix (channel_scenes of others).
+std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes);
+
+/// Tables for each of several scenes, shared where possible, from the cache where that has them.
 std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene>& scenes,
-                                                         const BakeOptions& options = {});
+                                                         const BakeOptions& options = {},
+                                                         TableCache* cache = nullptr);
 
 }  // namespace stratus

@@ -1,14 +1,15 @@
-// Plans: which effects a scene needs for a tolerance, what each contributes to its picture and what
-// each costs.
+// Plans: which effects of a scene are left out because they change less than its tolerance, and,
+// for people, what each effect changes and costs.
 //
-// Contributions are measured: a sparse set of the scene's pixels is rendered with all effects and
-// without one. A pixel's change is relative to its brightest channel, or to 1 % of the brightest
-// pixel if that is more. Orders n >= 2 are looked up in tables of tolerance 1e-2, which are quick
-// to bake.
+// Only two effects are worth leaving out to save time: the orders n >= 2, which need a table, and
+// their azimuth. What the scene cannot see (the far side of its layer) is not in its recipe either
+// way. An effect is left out on a bound over all that the scene contains (order_bounds.h), never on
+// a sample, and not where the scene names it.
 #pragma once
 
 #include <stratus/bake/bake.h>
-#include <stratus/scene/layer_light.h>
+#include <stratus/scene/layer_tables.h>
+#include <stratus/scene/order_bounds.h>
 #include <stratus/scene/scene.h>
 
 #include <optional>
@@ -17,48 +18,93 @@
 
 namespace stratus {
 
-/// One effect of a scene.
+/// An effect, and the largest change that leaving it out makes.
+struct LeftOut {
+    std::string name;
+    ChangeBound change;
+};
+
+struct Plan {
+    double tolerance = 0;  // the scene's
+    SceneEffects effects;  // that remain
+    std::vector<LeftOut> left_out;
+};
+
+/// The share of a scene's tolerance that what is left out may change; the rest is the tables'.
+constexpr double share_left_out = 0.5;
+
+/// Cost     milliseconds; nothing where the scene needs no table.
+Plan plan_scene(const Scene& scene);
+
+// ---- for people ---------------------------------------------------------------------------------
+
+/// What one effect does to a scene's picture.
 struct EffectShare {
     std::string name;
     bool SceneEffects::*effect = nullptr;
-    double mean = 0;  // summed change of all pixels without it, over their summed light
-    double max = 0;   // relative change of a pixel
-    bool needed = true;
+    bool seen = true;      // by the camera; not: nothing below counts
+    bool bounded = false;  // `max` is a bound over the scene's contents, else the largest of pixels
+    double max = 0;        // relative change
+    double mean = 0;       // summed change of a sparse picture's pixels, over their summed light
+    std::string where;     // of `max`
+    std::string fate;      // "kept", "left out", and why
 };
 
-/// What a scene costs with some of its effects.
+/// A duration or the like, measured several times.
+struct Measured {
+    double median = 0, spread = 0;  // spread: half of largest minus smallest
+};
+
+/// What a scene takes with some of its effects.
 struct SceneCost {
-    double bake_seconds = 0;  // all threads; extrapolated from a bake of one albedo
-    double bytes = 0;         // of tables
-    double ray_ns = 0;        // a ray, on one thread
+    double choose_seconds = 0, solve_seconds = 0, check_seconds = 0;  // of the tables; all threads
+    double keep_seconds = 0;  // writing them, and preparing them for lookups
+    double bytes = 0;         // of tables in memory
+    Measured ray_ns;          // a ray, on one thread
+    double rays = 0;          // of the picture
+
+    double table_seconds() const {
+        return choose_seconds + solve_seconds + check_seconds + keep_seconds;
+    }
 };
 
 struct PlanCosts {
     SceneCost all, planned;
-    std::vector<SceneCost> without;  // one effect of the plan's `shares` each
+    std::vector<SceneCost> without;  // one effect of the report's `shares` each
 };
 
-struct Plan {
-    double tolerance = 0;             // the scene's
-    SceneEffects effects;             // needed
+/// What each further order of scattering adds where orders n >= 2 matter most.
+struct OrderReport {
+    std::vector<double> share;  // [n - 1]: order n's of all
+    std::optional<int> enough;  // orders that suffice for the tolerance; none: more than listed
+    std::string where;
+};
+
+struct PlanReport {
+    Plan plan;
+    double plan_seconds = 0;
     std::vector<EffectShare> shares;  // of the effects that are on in the scene
-    double max_change = 0;            // of a pixel, with no effect that is not needed
-    int pixels = 0;                   // measured
-    std::optional<PlanCosts> costs;
+    std::optional<OrderReport> orders;
+    int pixels = 0;  // of the sparse picture
+    PlanCosts costs;
 };
 
-struct PlanOptions {
-    BakeOptions bake;
-    bool costs = false;  // measure them as well
+/// What `render` takes for all scenes of a file, which share tables.
+struct RenderCost {
+    SceneCost tables;  // nothing of rays
+    double ray_seconds = 0, ray_spread = 0;
+
+    double seconds() const { return tables.table_seconds() + ray_seconds; }
 };
 
-/// A plan for each of several scenes, measured in tables that they share where possible. An effect
-/// is left out when no pixel then changes by more than half the scene's tolerance (the size of the
-/// sun: a quarter); the other half is for pixels between the measured ones. The most expensive
-/// effects are tried first.
-std::vector<Plan> plan_scenes(const std::vector<Scene>& scenes, const PlanOptions& options = {});
+struct FileReport {
+    std::vector<PlanReport> scenes;
+    RenderCost cost;  // by the plans
+};
 
-/// What the sparse set of a scene's pixels looks up of its layer.
-LookupRange measure_range(const Scene& scene);
+/// Reports on the scenes of a file. Mean changes, and those of effects that are never left out, are
+/// measured on a sparse picture, looked up in tables of tolerance 1e-2 that scenes share.
+FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options = {},
+                        TableCache* cache = nullptr);
 
 }  // namespace stratus

@@ -64,6 +64,11 @@ const std::vector<std::pair<const char*, bool SceneEffects::*>>& scene_effects()
 /// Errors   std::invalid_argument with the nearest known name.
 SceneEffects parse_scene_effects(const std::vector<std::string>& names);
 
+/// The effect of a name.
+///
+/// Errors   as above.
+bool SceneEffects::*scene_effect(const std::string& name);
+
 /// The inverse: "all", and "-NAME" for each that is off.
 std::vector<std::string> scene_effect_names(const SceneEffects& effects);
 
@@ -124,6 +129,7 @@ struct Scene {
     std::string title;
     double tolerance = 2e-3;
     SceneEffects effects;
+    std::vector<bool SceneEffects::*> named;      // asked for by name, or by a key that makes them
     int width = 1024, height = 768, samples = 2;  // pixels; samples squared a pixel
     double white = 1;                             // radiance
     Camera camera;

@@ -23,22 +23,39 @@
 
 namespace stratus {
 
-/// All pairs of the cosines of solutions, and azimuths, with the quantities that solutions share.
+/// Which cosines of a solution are paired: positions among them, every one of `in` with every one
+/// of `out`.
+struct CosinePairs {
+    std::vector<int> in, out;
+
+    /// All with all: values are then symmetric, and half of them are computed.
+    bool are_symmetric() const { return in == out; }
+};
+
+/// Pairs of the cosines of solutions, and azimuths, with the quantities that solutions share.
 class DirectionGrid {
   public:
     /// `max_modes`: as many as any solution has; 2 SolverOptions::nodes always suffice.
     /// `path_law`: null where nothing of it is left to lookups.
+    /// `pairs`: none given stands for all with all.
     DirectionGrid(const PhaseFunction& phase_function, const LowerBoundary& boundary,
                   std::vector<double> mu, std::vector<double> azimuth, int max_modes,
-                  std::shared_ptr<const PathOrders> path_law = {});
+                  std::shared_ptr<const PathOrders> path_law = {}, CosinePairs pairs = {});
 
+    /// Those of solutions.
     const std::vector<double>& mu() const { return mu_; }
+    const CosinePairs& pairs() const { return pairs_; }
     const std::vector<double>& azimuth() const { return azimuth_; }
 
-    std::size_t size() const { return mu_.size() * mu_.size() * azimuth_.size(); }
+    int in_count() const { return static_cast<int>(pairs_.in.size()); }
+    int out_count() const { return static_cast<int>(pairs_.out.size()); }
+    double mu_in(int in) const { return cosine(pairs_.in, in); }
+    double mu_out(int out) const { return cosine(pairs_.out, out); }
+
+    std::size_t size() const { return pairs_.in.size() * pairs_.out.size() * azimuth_.size(); }
     /// Position of (mu_in, mu_out, azimuth) in all values over a grid.
     std::size_t at(int in, int out, int azimuth) const {
-        return (static_cast<std::size_t>(in) * mu_.size() + static_cast<std::size_t>(out)) *
+        return (static_cast<std::size_t>(in) * pairs_.out.size() + static_cast<std::size_t>(out)) *
                    azimuth_.size() +
                static_cast<std::size_t>(azimuth);
     }
@@ -57,7 +74,13 @@ class DirectionGrid {
     const PathOrders* path_law() const { return path_law_.get(); }
 
   private:
-    std::vector<double> mu_, azimuth_;
+    double cosine(const std::vector<int>& places, int n) const {
+        return mu_[static_cast<std::size_t>(places[static_cast<std::size_t>(n)])];
+    }
+
+    std::vector<double> mu_;
+    CosinePairs pairs_;
+    std::vector<double> azimuth_;
     Eigen::MatrixXd cosines_;
     std::vector<double> reflected_, transmitted_;
     std::vector<double> reflected_phase_, transmitted_phase_, boundary_phase_;
@@ -70,7 +93,8 @@ struct GridValues {
     std::vector<double> tabulated;    // the rest of all orders
 };
 
-/// R (T) of a solution at every direction of the grid, symmetric in the two cosines. T over a lower
+/// R (T) of a solution at every direction of the grid, symmetric in the two cosines where the pairs
+/// are. T over a lower
 /// boundary is 0. The grid's path law counts as closed form.
 ///
 /// Range    the phase function and boundary of the grid are those of the solution, and so are its

@@ -61,25 +61,18 @@ struct BoundaryAlbedos {
 };
 
 /// R of order 1 of the layer and of its lower boundary, seen through it.
-template <PhaseForm form, bool with_opposition, class F, class N, class B>
+template <PhaseForm form, class F, class N, class B>
 STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValues<F>& phase,
                                   const Attenuation<F>& both, N quarter_albedo,
                                   const BoundaryAlbedos<B>& boundary) {
     const F single = phase.layer * both.extinguished * path.reciprocal_sum * quarter_albedo +
                      both.transmitted * boundary.surface;
-    if constexpr (form == PhaseForm::with_opposition_and_boundary) {
-        F more = phase.boundary * both.transmitted * boundary.quarter;
-        if constexpr (with_opposition) {
-            // [Blinn82] 5.2: tanh(x / 4) = extinguished / (1 + sqrt(transmitted))^2 at exp(-x)
-            const F root = square_root(both.transmitted) + 1.0f;
-            more = phase.opposition * (both.extinguished * both.extinguished) *
-                       reciprocal(root * root) * quarter_albedo +
-                   more;
-        }
-        return single + path.reciprocal_sum * more;
-    } else {
+    if constexpr (form == PhaseForm::with_boundary ||
+                  form == PhaseForm::with_opposition_and_boundary)
+        return single +
+               path.reciprocal_sum * (phase.boundary * both.transmitted * boundary.quarter);
+    else
         return single;
-    }
 }
 
 // ---- light transmitted

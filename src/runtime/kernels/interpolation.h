@@ -47,37 +47,43 @@ STRATUS_INLINE auto axis_place(F place) {
     return AxisPlace<F, std::remove_const_t<decltype(sample)>>{sample, place - as_float(sample)};
 }
 
-/// Of the places of two cosines, the higher one first.
+/// Of two cosines.
 template <class F, class Index>
-struct SortedPlaces {
-    AxisPlace<F, Index> high, low;
+struct CosinePlaces {
+    AxisPlace<F, Index> mu, other;
 };
 
 template <class F>
+STRATUS_INLINE auto places_of(F a, F b) {
+    const auto mu = axis_place(a), other = axis_place(b);
+    return CosinePlaces<F, decltype(mu.sample + 0)>{mu, other};
+}
+
+/// The higher one first.
+template <class F>
 STRATUS_INLINE auto sorted_places(F a, F b) {
-    const auto high = axis_place(maximum(a, b)), low = axis_place(minimum(a, b));
-    return SortedPlaces<F, decltype(high.sample + 0)>{high, low};
+    return places_of(maximum(a, b), minimum(a, b));
 }
 
 /// Of the first two quantities.
-STRATUS_INLINE SortedPlaces<float, std::int32_t> sorted_places(QuantityLanes both) {
+STRATUS_INLINE CosinePlaces<float, std::int32_t> sorted_places(QuantityLanes both) {
     const QuantityLanes swapped = quantities(both.v[1], both.v[0], both.v[2], both.v[3]);
     const QuantityLanes high = maximum(both, swapped), low = minimum(both, swapped);
     const auto [sample, fraction] = axis_place(quantities(high.v[0], low.v[0]));
     return {{sample.v[0], fraction.v[0]}, {sample.v[1], fraction.v[1]}};
 }
 
-/// Bilinear weights of the four samples around a place: over (high, low).
+/// Bilinear weights of the four samples around a place: over (mu, other).
 template <class F>
 struct CornerWeights {
     F at[4];
 };
 
 template <class F>
-STRATUS_INLINE CornerWeights<F> corner_weights(F high_fraction, F low_fraction) {
-    const F both = high_fraction * low_fraction;
-    const F low = low_fraction - both, high = high_fraction - both;
-    return {{(1.0f - high_fraction) - low, low, high, both}};
+STRATUS_INLINE CornerWeights<F> corner_weights(F mu_fraction, F other_fraction) {
+    const F both = mu_fraction * other_fraction;
+    const F other = other_fraction - both, mu = mu_fraction - both;
+    return {{(1.0f - mu_fraction) - other, other, mu, both}};
 }
 
 /// Weights of the cubic through the samples at 0, 1, 2 and 3.

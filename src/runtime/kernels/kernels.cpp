@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "opposition_values.h"
 #include "path_law.h"
 
 #include <utility>
@@ -11,23 +12,26 @@ namespace {
 
 // ---- orders n >= 2
 
-template <int channels, class F>
-STRATUS_INLINE F mu_place(const SliceSide<channels>& side, F mu) {
-    // Stays below the last sample, so that there is a next one.
-    const float last = static_cast<float>(side.last_mu) * (1 - 1e-6f);
-    return clamped((mu_coordinate(mu) - side.mu_first) * side.mu_step_inverse, 0.0f, last);
+template <class F>
+STRATUS_INLINE F place_of(const SlicePlaces& places, F coordinate) {
+    return clamped((coordinate - places.first) * places.step_inverse, 0.0f, places.last);
 }
 
+/// Places of mu and mu' (slice_side.h).
 template <int channels, class F>
 STRATUS_INLINE auto mu_places(const SliceSide<channels>& side, F mu_in, F mu_out) {
     if constexpr (std::is_same_v<F, ChannelLanes>) {  // all channels share a place
-        const auto [high, low] = mu_places(side, mu_in.v[0], mu_out.v[0]);
-        return SortedPlaces<F, std::int32_t>{{high.sample, F(high.fraction)},
-                                             {low.sample, F(low.fraction)}};
+        const auto [mu, other] = mu_places(side, mu_in.v[0], mu_out.v[0]);
+        return CosinePlaces<F, std::int32_t>{{mu.sample, F(mu.fraction)},
+                                             {other.sample, F(other.fraction)}};
     } else if constexpr (std::is_same_v<F, float>) {
-        return sorted_places(mu_place(side, quantities(mu_in, mu_out)));
+        const QuantityLanes v = mu_coordinate(quantities(mu_in, mu_out));
+        if (side.symmetric) return sorted_places(place_of(side.mu_in, v));
+        return places_of(place_of(side.mu_in, float{v.v[0]}), place_of(side.mu_out, float{v.v[1]}));
     } else {
-        return sorted_places(mu_place(side, mu_in), mu_place(side, mu_out));
+        const F in = place_of(side.mu_in, mu_coordinate(mu_in));
+        const F out = place_of(side.mu_out, mu_coordinate(mu_out));
+        return side.symmetric ? sorted_places(in, out) : places_of(in, out);
     }
 }
 
@@ -37,8 +41,7 @@ STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimut
         const auto at = azimuth_place(side, half_azimuth.v[0]);
         return AxisPlace<F, std::int32_t>{at.sample, F(at.fraction)};
     } else {
-        return axis_place(square_root(half_azimuth) *
-                          (static_cast<float>(side.azimuths - 1) * (1 - 1e-6f)));
+        return axis_place(place_of(side.azimuth, square_root(half_azimuth)));
     }
 }
 
@@ -46,11 +49,15 @@ STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimut
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
-    const auto [high, low] = mu_places(side, path.mu_in, path.mu_out);
+    const auto [mu, other] = mu_places(side, path.mu_in, path.mu_out);
     const int azimuths = orders == Orders::without_azimuth ? 1 : side.azimuths;
     const int column = azimuths * channels;
-    const auto row = (half_of(high.sample * (high.sample + 3)) + low.sample) * column;
-    const auto next = row + (high.sample + 2) * column;
+    auto row = mu.sample * (side.columns * column) + other.sample * column;
+    auto next = row + side.columns * column;
+    if (side.symmetric) {
+        row = (half_of(mu.sample * (mu.sample + 3)) + other.sample) * column;
+        next = row + (mu.sample + 2) * column;
+    }
     constexpr int steps = channel_steps<channels, F>;
     if constexpr (orders == Orders::without_azimuth) {
         for (int c = 0; c < steps; ++c) {
@@ -58,12 +65,12 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
             const F b = sample_at<F>(side.sample + column + c, row);
             const F d = sample_at<F>(side.sample + c, next);
             const F e = sample_at<F>(side.sample + column + c, next);
-            const F near = a + low.fraction * (b - a), far = d + low.fraction * (e - d);
-            value[c] = near + high.fraction * (far - near);
+            const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
+            value[c] = near + mu.fraction * (far - near);
         }
     } else {
         const auto [k, fraction] = azimuth_place(side, path.half_azimuth);
-        const CornerWeights<F> weight = corner_weights(high.fraction, low.fraction);
+        const CornerWeights<F> weight = corner_weights(mu.fraction, other.fraction);
         for (int c = 0; c < steps; ++c) {
             const auto at = row + k * channels, at_next = next + k * channels;
             const float* const sample = side.sample + c;
@@ -104,14 +111,32 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
     const ReflectedPath<F> directions(path);
     const PhaseValues<F> phase = phase_values<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
+    [[maybe_unused]] const PhaseAngle<F> angle(path);
+    [[maybe_unused]] const F eta = path_eta(directions);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto depth = channel_value<F>(side.optical_depth, c);
+        constexpr bool opposed = form == PhaseForm::with_opposition_and_boundary;
         BothWays<F> both;
+        [[maybe_unused]] Attenuation<F> quarter;  // at a quarter of the depth along both
         if constexpr (orders == Orders::none) {
-            both.sum = attenuation(directions.depth_of_both(depth));
+            const F along_both = directions.depth_of_both(depth);
+            if constexpr (opposed) {
+                Attenuation<F> of[2];
+                attenuate({along_both, along_both * 0.25f}, of);
+                both.sum = of[0];
+                quarter = of[1];
+            } else {
+                both.sum = attenuation(along_both);
+            }
         } else {
-            Attenuation<F> of[2];
-            attenuate({directions.depth_in(depth), directions.depth_out(depth)}, of);
+            const F in = directions.depth_in(depth), out = directions.depth_out(depth);
+            Attenuation<F> of[opposed ? 3 : 2];
+            if constexpr (opposed) {
+                attenuate({in, out, (in + out) * 0.25f}, of);
+                quarter = of[2];
+            } else {
+                attenuate({in, out}, of);
+            }
             both = both_ways(of[0], of[1]);
         }
         F single(0.0f);
@@ -119,8 +144,12 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
                 channel_value<F>(side.surface_albedo, c),
                 channel_value<F>(side.boundary_quarter_albedo, c)};
-            single = single_reflected<form, true>(
-                directions, phase, both.sum, channel_value<F>(side.quarter_albedo, c), boundary);
+            PhaseValues<F> seen = phase;
+            if constexpr (opposed)
+                seen.layer =
+                    seen.layer + seen.layer * opposition_bump(side.opposition, angle, eta, quarter);
+            single = single_reflected<form>(directions, seen, both.sum,
+                                            channel_value<F>(side.quarter_albedo, c), boundary);
         }
         if constexpr (orders == Orders::none)
             value[c] = single;
@@ -235,7 +264,8 @@ template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
     constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
     constexpr bool impossible =
-        side == Side::transmission && form == PhaseForm::with_opposition_and_boundary;
+        side == Side::transmission &&
+        (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
     if constexpr (nothing || impossible)
         return {nullptr, nullptr, nullptr};
     else

@@ -52,23 +52,23 @@ STRATUS_INLINE F phase_value(const PhaseCurveView& curve, const LightPathOf<F>& 
 /// All that single scattering on the lit side reads of a curve.
 template <class F>
 struct PhaseValues {
-    F layer;       // phase function
-    F opposition;  // the same times opposition's bump
-    F boundary;    // phase function of a layer that is the lower boundary
+    F layer;     // phase function
+    F boundary;  // of a layer that is the lower boundary
 };
 
-/// Without opposition and lower boundary where the curve is not composed.
+/// Without lower boundary where the curve is not composed.
 template <PhaseForm form, class F>
 STRATUS_INLINE PhaseValues<F> phase_values(const PhaseCurveView& curve,
                                            const LightPathOf<F>& path) {
-    if constexpr (form == PhaseForm::with_opposition_and_boundary) {
-        F value[3];
-        sampled_values<3>(curve, path, value);
-        return {value[0], value[1], value[2]};
+    if constexpr (form == PhaseForm::with_boundary ||
+                  form == PhaseForm::with_opposition_and_boundary) {
+        F value[2];
+        sampled_values<2>(curve, path, value);
+        return {value[0], value[1]};
     } else if constexpr (form == PhaseForm::none) {
         return {};
     } else {
-        return {phase_value<form>(curve, path), F(0.0f), F(0.0f)};
+        return {phase_value<form>(curve, path), F(0.0f)};
     }
 }
 

@@ -15,10 +15,18 @@ enum class Orders {
     with_azimuth_and_path,  // the path law is added to what is stored
 };
 
+/// Places along a coordinate that samples lie evenly in: (coordinate - first) * step_inverse, at
+/// most `last`.
+struct SlicePlaces {
+    float first, step_inverse;
+    float last;  // a little below the last sample, so that there is a next one
+};
+
 /// One side of a slice for `channels` colours.
 template <int channels>
 struct SliceSide {
     PhaseCurveView phase;
+    OppositionTableView opposition;  // with_opposition_and_boundary
     static constexpr int padded = channels == 1 ? 1 : 4;
     float optical_depth[padded];            // at most 1e30
     float quarter_albedo[padded];           // w / 4
@@ -26,11 +34,14 @@ struct SliceSide {
     float boundary_quarter_albedo[padded];  // lower boundary: w / 4 of a layer; 0: none
 
     // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
-    // end. R and T are symmetric in the cosines: row i over mu has mu' = 0 .. i + 1 alone, and a
-    // lookup takes the larger index for mu.
+    // end. Where R and T are known for the same cosines on both ways they are symmetric in them:
+    // row i over mu has mu' = 0 .. i + 1 alone, and a lookup takes the larger index for mu.
+    // Elsewhere mu is that of the incident light, and every row has `columns`.
     const float* sample;
-    int last_mu, azimuths;
-    float mu_first, mu_step_inverse;  // index = (coordinate - first) * step_inverse
+    bool symmetric;
+    int columns, azimuths;
+    SlicePlaces mu_in, mu_out;  // the same where it is symmetric
+    SlicePlaces azimuth;        // along sin(azimuth / 2)
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
 

@@ -46,10 +46,10 @@ constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
 
 /// Place of a cosine among those of a block, from its coordinate (mu_places.h).
 template <class F, class Index>
-STRATUS_INLINE F mu_place(const TexturedSide& side, Index block, F v) {
-    const F s = clamped((v - side.v_first) * side.segments_per_v, 0, segments * (1 - 1e-6f));
+STRATUS_INLINE F mu_place(const TexturedCosines& cosines, Index block, F v) {
+    const F s = clamped((v - cosines.v_first) * cosines.segments_per_v, 0, segments * (1 - 1e-6f));
     const auto segment = truncated(s);
-    const Neighbours<F> at = neighbours<1, F>(side.place, block * (segments + 1) + segment);
+    const Neighbours<F> at = neighbours<1, F>(cosines.place, block * (segments + 1) + segment);
     return at.here + (s - as_float(segment)) * (at.next - at.here);
 }
 
@@ -103,8 +103,7 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const TexturedSide& side, F albed
     const BothWays<F> both = both_ways(in, out);
     const PhaseValues<F> phase = phase_values<form>(side.phase, path);
     const BoundaryAlbedos<float> boundary{side.surface_albedo, side.boundary_quarter_albedo};
-    const F single =
-        single_reflected<form, false>(directions, phase, both.sum, albedo * 0.25f, boundary);
+    const F single = single_reflected<form>(directions, phase, both.sum, albedo * 0.25f, boundary);
     if (side.divided)
         return {single, both.shares * ReflectionDeficit<F>(length, deep).scale() *
                             clamped(albedo, side.min_albedo, side.max_albedo)};
@@ -184,22 +183,25 @@ template <bool azimuthal, class F, class Index>
 STRATUS_INLINE auto direction_window(const TexturedSide& side, Index block,
                                      const LightPathOf<F>& path, F azimuth) {
     const MuCoordinates<F> v = mu_coordinates(path.mu_in, path.mu_out);
-    const auto [high, low] =
-        sorted_places(mu_place(side, block, v.in), mu_place(side, block, v.out));
+    const F in = mu_place(side.mu_in, block, v.in), out = mu_place(side.mu_out, block, v.out);
+    const auto [mu, other] = side.symmetric ? sorted_places(in, out) : places_of(in, out);
     DirectionWindow<F, std::remove_const_t<decltype(truncated(azimuth))>> at{};
-    at.mu = high.sample;
-    at.other_mu = low.sample;
-    at.corner = corner_weights(high.fraction, low.fraction);
+    at.mu = mu.sample;
+    at.other_mu = other.sample;
+    at.corner = corner_weights(mu.fraction, other.fraction);
     if constexpr (azimuthal) {
-        const float last = static_cast<float>(side.azimuths - 1);
+        const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
         const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
         const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
         const F half_turn = maximum(turn, turn * -1.0f);
-        const F along = side.square_root_of_azimuth ? square_root(half_turn * 2.0f) * last
-                                                    : half_turn * (2 * last);
-        const auto place = axis_place(minimum(along, last * (1 - 1e-6f)));
-        at.first_azimuth = place.sample;
-        cubic_weights(place.fraction + 1.0f, at.azimuth);
+        const F along =
+            side.square_root_of_azimuth ? square_root(half_turn * 2.0f) : half_turn * 2.0f;
+        const F place =
+            clamped((along - side.azimuth_first) * side.azimuth_step_inverse, 0.0f, last);
+        const F cell = whole(place);
+        const F first = clamped(cell - 1.0f, side.azimuth_window, side.last_azimuth_window);
+        at.first_azimuth = truncated(first + 1.0f);  // a mirrored sample lies before the first
+        cubic_weights((place - cell) + (cell - first), at.azimuth);
     }
     return at;
 }
@@ -249,9 +251,9 @@ STRATUS_INLINE void set_addresses(const TexturedSide& side, const SampleIndices&
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     }
     const int rows = rows_of<azimuthal>(side);
-    plan.function[n] =
-        block.function + (at.mu * (at.mu + 3) / 2 + at.other_mu) * rows + at.first_azimuth;
-    plan.next_mu[n] = (at.mu + 2) * rows;
+    const int row = side.symmetric ? at.mu * (at.mu + 3) / 2 : at.mu * block.columns;
+    plan.function[n] = block.function + (row + at.other_mu) * rows + at.first_azimuth;
+    plan.next_mu[n] = (side.symmetric ? at.mu + 2 : block.columns) * rows;
     if constexpr (width > 1) prefetch<azimuthal>(plan, n, rows);
 }
 
@@ -445,8 +447,8 @@ void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size
 
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
-    if constexpr (form == PhaseForm::none ||
-                  (form == PhaseForm::with_opposition_and_boundary && which == Side::transmission))
+    if constexpr (form == PhaseForm::none || form == PhaseForm::with_opposition_and_boundary ||
+                  (form == PhaseForm::with_boundary && which == Side::transmission))
         return {nullptr, nullptr};
     else
         return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};

@@ -27,9 +27,11 @@ struct alignas(32) FunctionRow {
 
 /// The layers between two albedos and two optical depths.
 struct TexturedBlock {
-    /// Over (mu, mu', azimuth). R and T are symmetric in the cosines: row i over mu has
-    /// mu' = 0 .. i + 1 alone. Where there are azimuths, a mirrored sample lies beyond either end.
+    /// Over (mu, mu', azimuth). Where R and T are known for the same cosines on both ways they are
+    /// symmetric in them: row i over mu has mu' = 0 .. i + 1 alone. Elsewhere mu is that of the
+    /// incident light. Where there are azimuths, a mirrored sample lies beyond either end.
     const FunctionRow* function;
+    int columns;                        // mu' of a row that is not symmetric
     const CoefficientRow* coefficient;  // over (albedo, optical depth)
     int first_albedo, first_depth;      // of the coefficients: samples of the table
     int depths;                         // of the coefficients, infinity included
@@ -39,6 +41,14 @@ struct TexturedBlock {
 struct TexturedAxis {
     float first, inverse_step;
     float last;  // index
+};
+
+/// The cosines on one way. The axis of v (mu_places.h) is divided into segments, each into as many
+/// steps as its block needs there: over (block, segment), the index of the cosine where a segment
+/// begins.
+struct TexturedCosines {
+    const float* place;
+    float v_first, segments_per_v;
 };
 
 /// One side of a textured table.
@@ -66,13 +76,13 @@ struct TexturedSide {
 
     const TexturedBlock* block;
     const float* block_of_cell;  // over (albedo, optical depth), whole numbers
-    // The axis of v (mu_places.h) is divided into segments, each into as many steps as its block
-    // needs there: over (block, segment), the index of the cosine where a segment begins.
-    const float* place;
-    float v_first, segments_per_v;
-    int azimuths;                 // samples of the table; 1: nothing depends on azimuth
-    bool square_root_of_azimuth;  // what they lie evenly in
-    bool fourth_root_of_albedo;   // of 1 - albedo, in place of its square root
+    bool symmetric;              // in the cosines, which are then the same on both ways
+    TexturedCosines mu_in, mu_out;
+    int azimuths;  // samples of the table; 1: nothing depends on azimuth
+    float azimuth_first, azimuth_step_inverse;  // azimuth / pi or its square root
+    float azimuth_window, last_azimuth_window;  // first sample of the first and the last cubic
+    bool square_root_of_azimuth;                // what they lie evenly in
+    bool fourth_root_of_albedo;                 // of 1 - albedo, in place of its square root
 
     PathSheetView path;    // divided by w^2, over w^2; null samples: none
     float path_steps = 0;  // from w = 0 to 1

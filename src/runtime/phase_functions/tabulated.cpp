@@ -4,6 +4,8 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
+#include "../gauss_legendre.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -81,12 +83,6 @@ void add_legendre(double weight, double c, std::vector<double>& sums) {
     }
 }
 
-// Gauss-Legendre on [-1, 1], 8 nodes, the positive half.
-constexpr double gauss_node[4] = {0.18343464249564980494, 0.52553240991632898582,
-                                  0.79666647741362673959, 0.96028985649753623168};
-constexpr double gauss_weight[4] = {0.36268378337836198297, 0.31370664587788728734,
-                                    0.22238103445337447054, 0.10122853629037625915};
-
 /// Moments before normalisation: half the integral of value P_l(-cos a) sin a da.
 std::vector<double> raw_moments(const Tabulated& table, std::size_t count) {
     std::vector<double> sums(count, 0.0);
@@ -102,9 +98,9 @@ std::vector<double> raw_moments(const Tabulated& table, std::size_t count) {
             const double middle = begin + (2 * panel + 1) * half;
             for (int k = 0; k < 4; ++k)
                 for (const double side : {-1.0, 1.0}) {
-                    const double angle_deg = middle + side * half * gauss_node[k];
+                    const double angle_deg = middle + side * half * gauss_8_node[k];
                     const double angle = radians(angle_deg);
-                    const double weight = radians(half) * gauss_weight[k] * std::sin(angle);
+                    const double weight = radians(half) * gauss_8_weight[k] * std::sin(angle);
                     add_legendre(weight * hermite(table, i, angle_deg), -std::cos(angle), sums);
                 }
         }

@@ -1,0 +1,64 @@
+#include "scene_options.h"
+
+#include "allowed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+namespace stratus {
+
+std::vector<std::string> split(const std::string& list) {
+    std::vector<std::string> names;
+    std::istringstream text(list);
+    for (std::string name; std::getline(text, name, ',');) names.push_back(name);
+    return names;
+}
+
+void add_drop(CLI::App& command, std::string& names) {
+    command
+        .add_option("--drop", names,
+                    "Effects to leave out whatever they change, even those that the scene names: "
+                    "NAME[,NAME]")
+        ->check(file_name());
+}
+
+void add_width(CLI::App& command, int& width) {
+    command.add_option("--width", width, "Pixels, instead of the scene's; 0: the scene's")
+        ->capture_default_str()
+        ->check(whole_number(0, 16384));
+}
+
+void add_cache(CLI::App& command, CacheOptions& options) {
+    constexpr long long mebibyte = 1 << 20;
+    command.add_flag("--no-cache", options.off, "Neither look for kept tables nor keep any");
+    command
+        .add_option_function<long long>(
+            "--cache-limit",
+            [&options](const long long& size) {
+                options.limit = static_cast<std::uintmax_t>(size * mebibyte);
+            },
+            "Size of all kept tables, in MiB, beyond which those longest unused are removed. "
+            "Default: 2048")
+        ->check(whole_number(0, 1LL << 40));
+}
+
+void drop_effects(const std::string& names, Scene& scene) {
+    for (const std::string& name : split(names)) scene.effects.*scene_effect(name) = false;
+}
+
+void set_width(int width, Scene& scene) {
+    if (width == 0) return;
+    scene.height = std::max(
+        1, static_cast<int>(std::lround(static_cast<double>(scene.height) * width / scene.width)));
+    scene.width = width;
+}
+
+std::optional<TableCache> open_cache(const CacheOptions& options) {
+    const std::filesystem::path folder = default_cache_folder();
+    if (options.off || folder.empty()) return std::nullopt;
+    return TableCache(folder, options.limit);
+}
+
+}  // namespace stratus

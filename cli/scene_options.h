@@ -1,0 +1,37 @@
+// Options that the commands on scenes share: --drop, --width, and the cache of tables.
+#pragma once
+
+#include <stratus/scene/scene.h>
+#include <stratus/scene/table_cache.h>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+struct CacheOptions {
+    bool off = false;
+    std::uintmax_t limit = std::uintmax_t{2} << 30;
+};
+
+/// Names in a comma-separated list.
+std::vector<std::string> split(const std::string& list);
+
+void add_drop(CLI::App& command, std::string& names);
+void add_width(CLI::App& command, int& width);
+void add_cache(CLI::App& command, CacheOptions& options);
+
+/// Switches effects off, whether or not the scene names them.
+void drop_effects(const std::string& names, Scene& scene);
+
+/// Makes a picture so wide, in the same shape; 0: as it is.
+void set_width(int width, Scene& scene);
+
+/// None where it is switched off or no folder is known.
+std::optional<TableCache> open_cache(const CacheOptions& options);
+
+}  // namespace stratus

@@ -1,0 +1,56 @@
+// What a scene contains and sees of its layer, from its geometry and its profiles alone: no ray is
+// cast. Ranges may be wider than those of a picture's rays, never narrower.
+#pragma once
+
+#include <stratus/bake/recipe.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/scene/scene.h>
+
+#include <vector>
+
+namespace stratus {
+
+/// Extends a range to include a value.
+void widen(Range& range, double value) noexcept;
+
+/// What a scene asks its layer for.
+struct SeenLight {
+    bool reflection = false;    // of the lit side
+    bool transmission = false;  // diffuse, on the unlit side
+    bool fluxes = false;        // through the layer: of a ground, or of a background of one colour
+    bool underside = false;     // lit by the ground
+    bool shine = false;         // that rings and their planet exchange, along all directions
+
+    bool any() const noexcept { return reflection || transmission || fluxes; }
+};
+
+/// Follows from the side of the layer on which sun and camera stand, with the scene's effects.
+SeenLight seen_light(const Scene& scene) noexcept;
+
+/// Directions to the sun and to the eye, as geometries of one scattering: cosines, and the azimuth
+/// between the directions of propagation.
+struct SeenDirections {
+    Range mu_in{0, 1}, mu_out{0, 1};
+    Range azimuth{0, 180};                   // degrees
+    Range scattering_angle_lit{0, 180};      // degrees; of light that leaves on the lit side
+    Range scattering_angle_through{0, 180};  // of diffuse light through the layer
+};
+
+/// Exact for a point sun and an orthographic camera; of a perspective one over a plane, those of the
+/// part of the plane that the picture may show.
+SeenDirections seen_directions(const Scene& scene) noexcept;
+
+/// Matter between two places of the layer: all depths and albedos in these ranges may occur.
+struct MatterSpan {
+    Range optical_depth, albedo, mixture{1, 1};
+    double radius = 0;  // of rings: the span's outer end
+};
+
+/// All that the layer is made of, with the effect of density: the spans between the knots of a
+/// ring's profile; one span of a planet or slab. Empty parts are left out.
+std::vector<MatterSpan> matter_spans(const Scene& scene);
+
+/// The brightest Lambert albedo of the ground that is seen through the layer; 0 without one.
+double brightest_ground(const Scene& scene) noexcept;
+
+}  // namespace stratus

@@ -1,0 +1,45 @@
+// Tables kept between runs: a folder with a file for each, found again by recipe.
+//
+// A file is named by a hash of what must be the same (phase functions, tolerance, discretisation,
+// the program's version and the format's) and by what may be wider than asked: sides and ranges. It
+// says both in full in its attribute `cache_key`. A file that is damaged, foreign, or of another
+// program is passed over, and replaced by the next table of its name. Each use makes a file the
+// youngest; beyond the limit the oldest are removed.
+#pragma once
+
+#include <stratus/bake/recipe.h>
+#include <stratus/runtime/table.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace stratus {
+
+class TableCache {
+  public:
+    /// The folder is made when the first table is kept. `limit` in bytes.
+    TableCache(std::filesystem::path folder, std::uintmax_t limit);
+
+    /// A table that serves the recipe: its own, or one with more sides or wider ranges.
+    std::optional<Table> find(const Recipe& recipe);
+
+    /// Keeps a table, unless it alone exceeds the limit.
+    void keep(const Recipe& recipe, const Table& table);
+
+    /// Why tables could not be kept; empty: they could.
+    const std::string& trouble() const noexcept { return trouble_; }
+
+  private:
+    void remove_oldest(const std::filesystem::path& newest) const;
+
+    std::filesystem::path folder_;
+    std::uintmax_t limit_;
+    std::string trouble_;
+};
+
+/// $STRATUS_CACHE, else $XDG_CACHE_HOME/stratus, else $HOME/.cache/stratus; empty where none is set.
+std::filesystem::path default_cache_folder();
+
+}  // namespace stratus

@@ -1,0 +1,351 @@
+#include <stratus/scene/contents.h>
+
+#include <stratus/runtime/angle.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+constexpr double min_cosine = 1e-6;  // of scattering_geometry (space.h)
+
+double sun_radius(const Scene& scene) noexcept {
+    return scene.effects.sun_size ? scene.sun_diameter / 2 : 0;
+}
+
+/// The sun's height over z = 0, radians.
+double sun_elevation(const Scene& scene) noexcept {
+    return std::asin(std::clamp(scene.to_sun.z, -1.0, 1.0));
+}
+
+/// The ground of a planet or slab; null where it is black or there is none.
+const Texture* ground_of(const Scene& scene) noexcept {
+    const Texture* ground = nullptr;
+    if (const Planet* const planet = std::get_if<Planet>(&scene.subject)) ground = &planet->surface;
+    if (const Slab* const slab = std::get_if<Slab>(&scene.subject))
+        if (slab->surface) ground = &*slab->surface;
+    return ground && !ground->is_black() ? ground : nullptr;
+}
+
+bool has_ground(const Slab& slab) noexcept { return slab.surface.has_value(); }
+bool has_ground(const Rings&) noexcept { return false; }
+
+/// A plane in z = 0: its sides are told apart by the signs of z.
+template <class Plane>
+SeenLight seen_light_of_plane(const Scene& scene, const Plane& plane) noexcept {
+    const Camera& camera = scene.camera;
+    const double ahead = camera.forward().z;
+    const bool from_above = camera.orthographic ? ahead < 0 : camera.position.z > 0,
+               from_below = camera.orthographic ? ahead > 0 : camera.position.z < 0;
+    const double elevation = sun_elevation(scene), radius = sun_radius(scene);
+    const bool sun_above = elevation + radius > 0,
+               sun_below = elevation - radius <= 0 && !has_ground(plane);
+    SeenLight seen;
+    seen.reflection = (sun_above && from_above) || (sun_below && from_below);
+    seen.transmission = (sun_above && from_below) || (sun_below && from_above);
+    const bool shines_through =
+        !scene.background.is_black() && scene.background.pattern == Texture::Pattern::plain;
+    if (has_ground(plane)) {
+        const bool lit_ground = sun_above && ground_of(scene) != nullptr;
+        seen.fluxes = lit_ground || (from_below && shines_through);
+        seen.underside = lit_ground && from_below;
+    } else {
+        seen.fluxes = (from_above || from_below) && shines_through;
+    }
+    return seen;
+}
+
+SeenLight seen_light_of(const Scene& scene, const Rings& rings) noexcept {
+    SeenLight seen = seen_light_of_plane(scene, rings);
+    seen.shine =
+        !rings.surface.is_black() && (scene.effects.ringshine || scene.effects.planetshine);
+    if (seen.shine) seen.reflection = seen.transmission = true;
+    return seen;
+}
+SeenLight seen_light_of(const Scene& scene, const Slab& slab) noexcept {
+    return seen_light_of_plane(scene, slab);
+}
+SeenLight seen_light_of(const Scene& scene, const Planet&) noexcept {
+    SeenLight seen;
+    seen.reflection = true;
+    seen.fluxes = ground_of(scene) != nullptr;
+    return seen;
+}
+
+// ---- directions ---------------------------------------------------------------------------------
+
+/// z / |v| along v = start + t step, t in [0, 1]: its ends, and the one place between where it may
+/// be largest or smallest.
+void widen_along(Range& range, const Vector3& start, const Vector3& step) noexcept {
+    auto add = [&](double t) {
+        const Vector3 v = start + t * step;
+        widen(range, v.z / length(v));
+    };
+    add(0);
+    add(1);
+    const double b = dot(start, step), c = dot(step, step);
+    const double slope = step.z * b - start.z * c;
+    if (slope == 0) return;
+    const double turn = (start.z * b - step.z * dot(start, start)) / slope;
+    if (turn > 0 && turn < 1) add(turn);
+}
+
+/// Directions through a picture: z, and the azimuth about z, of all of its rays.
+struct PictureDirections {
+    Range z{1, -1};
+    Range azimuth{0, 2 * pi};  // from the x axis; unwrapped
+};
+
+PictureDirections picture_directions(const Scene& scene) noexcept {
+    const PictureRays rays(scene.camera, scene.width, scene.height);
+    const double w = scene.width, h = scene.height;
+    const Vector3 forward = scene.camera.forward();
+    PictureDirections all;
+    if (scene.camera.orthographic) {
+        const double azimuth = std::atan2(forward.y, forward.x);
+        return {{forward.z, forward.z}, {azimuth, azimuth}};
+    }
+    // The corners at distance 1 along the axis, in order around the picture.
+    std::array<Vector3, 4> corners{};
+    const std::array<std::array<double, 2>, 4> places{{{0, 0}, {w, 0}, {w, h}, {0, h}}};
+    for (std::size_t k = 0; k < 4; ++k) {
+        const Vector3 along = rays.through(places[k][0], places[k][1]).direction;
+        corners[k] = (1 / dot(along, forward)) * along;
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+        widen_along(all.z, corners[k], corners[(k + 1) % 4] - corners[k]);
+    // Straight up or down within the picture: every azimuth, and the pole itself.
+    auto shows = [&](double z) {
+        const Vector3 right = scene.camera.right(), up = scene.camera.up();
+        const double depth = z * forward.z;
+        if (depth <= 0) return false;
+        const double across = z * right.z / depth, along = z * up.z / depth;
+        const Vector3 corner = corners[1];  // upper right
+        return std::abs(across) <= std::abs(dot(corner, right)) &&
+               std::abs(along) <= std::abs(dot(corner, up));
+    };
+    bool pole = false;
+    for (const double z : {1.0, -1.0})
+        if (shows(z)) {
+            widen(all.z, z);
+            pole = true;
+        }
+    if (pole) return all;
+    const double middle = std::atan2(forward.y, forward.x);
+    all.azimuth = {middle, middle};
+    for (const Vector3& corner : corners)
+        widen(all.azimuth,
+              middle + std::remainder(std::atan2(corner.y, corner.x) - middle, 2 * pi));
+    return all;
+}
+
+/// Distances from the plane's axis at which there is a layer.
+Range extent_of(const Rings& rings) noexcept {
+    return {rings.profile.inner(), rings.profile.outer()};
+}
+Range extent_of(const Slab& slab) noexcept {
+    return {0, has_ground(slab) ? infinity : std::sqrt(2.0) * slab.half_size};
+}
+
+/// Of the plane's part that may be seen, the cosines at which it is.
+Range cosines_of_view(const Scene& scene, const Range& extent, const Range& z) noexcept {
+    const Camera& camera = scene.camera;
+    Range mu{0, 0};
+    if (camera.orthographic) {
+        mu = {std::abs(z.min), std::abs(z.min)};
+    } else {
+        // Only rays to the other side of the camera's height meet the plane.
+        mu = camera.position.z > 0 ? Range{std::max(0.0, -z.max), std::max(0.0, -z.min)}
+                                   : Range{std::max(0.0, z.min), std::max(0.0, z.max)};
+        const double height = std::abs(camera.position.z),
+                     aside = std::hypot(camera.position.x, camera.position.y);
+        const double near = std::max({0.0, extent.min - aside, aside - extent.max}),
+                     far = extent.max + aside;
+        mu.min = std::max(mu.min, std::isinf(far) ? 0 : height / std::hypot(height, far));
+        mu.max = std::min(mu.max, height > 0 ? height / std::hypot(height, near) : 0);
+        mu.max = std::max(mu.max, mu.min);
+    }
+    return {std::clamp(mu.min, min_cosine, 1.0), std::clamp(mu.max, min_cosine, 1.0)};
+}
+
+/// Azimuths between 0 and 180 degrees of a range of differences.
+Range folded(const Range& range) noexcept {
+    if (range.max - range.min >= 2 * pi) return {0, 180};
+    Range around{180, 0};
+    for (const double end : {range.min, range.max})
+        widen(around, degrees(std::abs(std::remainder(end, 2 * pi))));
+    const auto holds = [&](double angle) {
+        const double turn = 2 * pi * std::ceil((range.min - angle) / (2 * pi));
+        return angle + turn <= range.max;
+    };
+    if (holds(0)) around.min = 0;
+    if (holds(pi)) around.max = 180;
+    return around;
+}
+
+template <class Plane>
+SeenDirections directions_of_plane(const Scene& scene, const Plane& plane) noexcept {
+    const PictureDirections picture = picture_directions(scene);
+    const double elevation = sun_elevation(scene), radius = sun_radius(scene);
+    SeenDirections seen;
+    const auto cosine = [&](double angle) {
+        return std::clamp(std::abs(std::sin(angle)), min_cosine, 1.0);
+    };
+    seen.mu_in = {1, 0};
+    if (radius == 0)
+        widen(seen.mu_in, std::clamp(std::abs(scene.to_sun.z), min_cosine, 1.0));
+    else
+        for (const double end : {elevation - radius, elevation + radius})
+            widen(seen.mu_in, cosine(end));
+    if (std::abs(elevation) < radius) seen.mu_in.min = min_cosine;
+    if (std::abs(elevation) + radius > pi / 2) seen.mu_in.max = 1;
+    seen.mu_out = cosines_of_view(scene, extent_of(plane), picture.z);
+    // The sun's light travels away from it, towards the azimuth of -to_sun; an eye straight ahead
+    // of it, with the camera's rays reversed, sees azimuth 0.
+    const double aside = std::hypot(scene.to_sun.x, scene.to_sun.y);
+    if (aside <= std::sin(radius) || seen.mu_out.max >= 1 || aside == 0) {
+        seen.azimuth = {0, 180};
+    } else {
+        const double width = radius == 0 ? 0 : std::asin(std::sin(radius) / aside);
+        const double sun = std::atan2(scene.to_sun.y, scene.to_sun.x);
+        // travelling in: -to_sun; travelling out: -ray. The angle between is that of to_sun and ray.
+        seen.azimuth =
+            folded({picture.azimuth.min - sun - width, picture.azimuth.max - sun + width});
+    }
+    return seen;
+}
+
+/// Range of the scattering angle over a box of directions, degrees.
+void set_scattering_angles(SeenDirections& seen) noexcept {
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        Range& angles =
+            side == Side::reflection ? seen.scattering_angle_lit : seen.scattering_angle_through;
+        angles = {180, 0};
+        // Over cosines the angle may turn between the corners; so many steps miss little of it, and
+        // the range is widened by as much.
+        constexpr int steps = 64;
+        for (int i = 0; i <= steps; ++i)
+            for (int j = 0; j <= steps; ++j) {
+                const double mu_in =
+                    std::min(1.0, seen.mu_in.min + (seen.mu_in.max - seen.mu_in.min) * i / steps);
+                const double mu_out = std::min(
+                    1.0, seen.mu_out.min + (seen.mu_out.max - seen.mu_out.min) * j / steps);
+                for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
+                    const Geometry geometry{mu_in, mu_out, radians(azimuth)};
+                    const double cosine = side == Side::reflection
+                                              ? cos_scattering_angle_reflected(geometry)
+                                              : cos_scattering_angle_transmitted(geometry);
+                    widen(angles, degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));
+                }
+            }
+        const bool one = seen.mu_in.min == seen.mu_in.max && seen.mu_out.min == seen.mu_out.max;
+        const double margin = one ? 0 : 2;
+        angles = {std::max(0.0, angles.min - margin), std::min(180.0, angles.max + margin)};
+    }
+}
+
+SeenDirections directions_of(const Scene& scene, const Rings& rings) noexcept {
+    if (seen_light_of(scene, rings).shine) return {};
+    SeenDirections seen = directions_of_plane(scene, rings);
+    set_scattering_angles(seen);
+    return seen;
+}
+SeenDirections directions_of(const Scene& scene, const Slab& slab) noexcept {
+    SeenDirections seen = directions_of_plane(scene, slab);
+    set_scattering_angles(seen);
+    return seen;
+}
+
+/// On a globe all directions occur whose scattering angle is that between sun and eye.
+SeenDirections directions_of(const Scene& scene, const Planet&) noexcept {
+    SeenDirections seen;
+    const Camera& camera = scene.camera;
+    const double distance = length(camera.position);
+    double spread = sun_radius(scene);
+    Vector3 to_eye = -camera.forward();
+    if (!camera.orthographic) {
+        if (distance <= 1) return seen;
+        to_eye = normalised(camera.position);
+        spread += std::asin(1 / distance);
+    }
+    const double phase = std::acos(std::clamp(dot(to_eye, scene.to_sun), -1.0, 1.0));
+    const double least = std::max(0.0, phase - spread), most = std::min(pi, phase + spread);
+    seen.scattering_angle_lit = {180 - degrees(most), 180 - degrees(least)};
+    seen.scattering_angle_through = seen.scattering_angle_lit;
+    // Beyond a phase angle of 90 degrees the brightest point of the visible part lies on its edge.
+    seen.mu_in = seen.mu_out = {min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
+    return seen;
+}
+
+}  // namespace
+
+void widen(Range& range, double value) noexcept {
+    range = {std::min(range.min, value), std::max(range.max, value)};
+}
+
+SeenLight seen_light(const Scene& scene) noexcept {
+    SeenLight seen = std::visit([&](const auto& subject) { return seen_light_of(scene, subject); },
+                                scene.subject);
+    const SceneEffects& effects = scene.effects;
+    seen.reflection = seen.reflection && effects.reflection;
+    seen.transmission = seen.transmission && effects.transmission;
+    seen.fluxes = seen.fluxes && effects.background;
+    seen.underside = seen.underside && effects.background;
+    seen.shine = seen.shine && (seen.reflection || seen.transmission);
+    return seen;
+}
+
+SeenDirections seen_directions(const Scene& scene) noexcept {
+    return std::visit([&](const auto& subject) { return directions_of(scene, subject); },
+                      scene.subject);
+}
+
+std::vector<MatterSpan> matter_spans(const Scene& scene) {
+    const auto [least, most] =
+        std::minmax_element(scene.layer.albedo.begin(), scene.layer.albedo.end());
+    std::vector<MatterSpan> spans;
+    // Depths of red, green and blue.
+    const auto& extinction = scene.layer.extinction;
+    const Range channels{*std::min_element(extinction.begin(), extinction.end()),
+                         *std::max_element(extinction.begin(), extinction.end())};
+    const Rings* const rings = std::get_if<Rings>(&scene.subject);
+    if (!rings) {
+        const double deepest = seen_depth(scene, scene.layer.optical_depth.max);
+        const double thinnest = scene.layer.optical_depth.is_plain() ? deepest : 0;
+        if (deepest * channels.max > 0)
+            spans.push_back({{thinnest * channels.min, deepest * channels.max}, {*least, *most}});
+        return spans;
+    }
+    const RingProfile& profile = rings->profile;
+    for (std::size_t k = 1; k < profile.radius.size(); ++k) {
+        MatterSpan span{{infinity, 0}, {1, 0}, {1, 0}, profile.radius[k]};
+        for (const std::size_t knot : {k - 1, k}) {
+            const Matter matter = profile.at(profile.radius[knot], scene.layer.albedo);
+            for (const double factor : {channels.min, channels.max})
+                widen(span.optical_depth, factor * seen_depth(scene, matter.optical_depth));
+            for (const double albedo : matter.albedo) widen(span.albedo, albedo);
+            widen(span.mixture, matter.mixture);
+        }
+        if (span.optical_depth.max > 0) spans.push_back(span);
+    }
+    return spans;
+}
+
+double brightest_ground(const Scene& scene) noexcept {
+    const Texture* const ground = scene.effects.background ? ground_of(scene) : nullptr;
+    if (!ground) return 0;
+    const auto brightest = [](const Rgb& colour) {
+        return double{std::max({colour.r, colour.g, colour.b})};
+    };
+    if (ground->pattern == Texture::Pattern::image) {
+        float most = 0;
+        for (const float value : ground->image->rgb) most = std::max(most, value);
+        return double{most};
+    }
+    // Continents tint `other` by up to 1.1.
+    return std::max(brightest(ground->colour), 1.1 * brightest(ground->other));
+}
+
+}  // namespace stratus

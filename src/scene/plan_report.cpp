@@ -1,0 +1,432 @@
+// What each effect of a scene changes and costs, for people.
+#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/number_text.h>
+#include <stratus/scene/contents.h>
+#include <stratus/scene/plan.h>
+#include <stratus/scene/render.h>
+
+#include "forecast.h"
+#include "solve_table.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr double coarse_tolerance = 1e-2;  // of the sparse picture's tables
+constexpr double max_pixels = 16384;       // of the sparse picture
+constexpr double min_reference =
+    0.01;  // a pixel's change is relative to at least this share of the brightest
+constexpr int timings = 5;
+constexpr int timed_rows = 6;
+constexpr int listed_orders = 64;
+
+Scene without(Scene scene, bool SceneEffects::*effect) {
+    scene.effects.*effect = false;
+    return scene;
+}
+
+/// The same picture with at most so many pixels, one ray each.
+Scene sparse(Scene scene, double most) {
+    const double pixels = static_cast<double>(scene.width) * scene.height;
+    const double step = std::max(1.0, std::sqrt(pixels / most));
+    scene.width = std::max(1, static_cast<int>(scene.width / step));
+    scene.height = std::max(1, static_cast<int>(scene.height / step));
+    scene.samples = 1;
+    return scene;
+}
+
+// ---- changes ------------------------------------------------------------------------------------
+
+double brightest_channel(const float* pixel) {
+    return double{std::max({pixel[0], pixel[1], pixel[2]})};
+}
+
+struct PictureChange {
+    double mean = 0, max = 0;
+    int x = 0, y = 0;  // of max
+};
+
+PictureChange change_between(const Image& all, const Image& some) {
+    double brightest = 0, light = 0, sum = 0;
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            brightest = std::max(brightest, brightest_channel(all.pixel(x, y)));
+            light += brightest_channel(all.pixel(x, y));
+        }
+    PictureChange change;
+    if (brightest == 0) return change;
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            const float *const one = all.pixel(x, y), *const other = some.pixel(x, y);
+            double difference = 0;
+            for (int c = 0; c < 3; ++c)
+                difference = std::max(difference, std::abs(double{one[c]} - double{other[c]}));
+            sum += difference;
+            const double relative =
+                difference / std::max(brightest_channel(one), min_reference * brightest);
+            if (relative > change.max) {
+                change.max = relative;
+                change.x = x;
+                change.y = y;
+            }
+        }
+    change.mean = sum / light;
+    return change;
+}
+
+/// Shares of an azimuth axis' samples in the mean over azimuth.
+std::vector<double> azimuth_shares(const AxisView& axis) {
+    const int azimuths = 64 * axis.count;
+    std::vector<double> shares(static_cast<std::size_t>(axis.count));
+    for (int n = 0; n < azimuths; ++n) {
+        const Stencil stencil = axis.mirrored_stencil(pi * (n + 0.5) / azimuths);
+        for (int i = 0; i < std::min(stencil_size, axis.count); ++i)
+            shares[static_cast<std::size_t>(stencil.first + i)] +=
+                double{stencil.weight[i]} / azimuths;
+    }
+    return shares;
+}
+
+Table azimuth_mean(const Table& table) {
+    Table mean = table;
+    mean.azimuth = {AxisScale::linear, {0}};
+    const std::vector<double> shares = azimuth_shares(table.azimuth.view());
+    const std::size_t azimuths = shares.size();
+    if (azimuths > 1)
+        for (std::vector<float>* side : {&mean.reflection_multiple, &mean.transmission_multiple}) {
+            for (std::size_t row = 0; row < side->size() / azimuths; ++row) {
+                const float* const around = side->data() + row * azimuths;
+                double sum = 0;
+                for (std::size_t k = 0; k < azimuths; ++k) sum += shares[k] * double{around[k]};
+                (*side)[row] = static_cast<float>(sum);
+            }
+            side->resize(side->size() / azimuths);
+        }
+    prepare(mean);
+    return mean;
+}
+
+std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
+    auto mean = std::make_shared<LayerTables>();
+    mean->mixture = tables.mixture;
+    for (std::size_t c = 0; c < tables.channels.size(); ++c)
+        if (tables.channels[c]) mean->channels[c] = azimuth_mean(*tables.channels[c]);
+    for (const Table& table : tables.tables) mean->tables.push_back(azimuth_mean(table));
+    if (!tables.textured.empty())
+        for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());
+    return mean;
+}
+
+/// Of a whole picture.
+double rays_of(const Scene& scene) {
+    return static_cast<double>(scene.width) * scene.height *
+           std::max(static_cast<double>(scene.samples) * scene.samples,
+                    static_cast<double>(sun_directions(scene).size()));
+}
+
+/// Pictures of one scene with some of its effects, looked up in coarse tables.
+class CoarseScene {
+  public:
+    CoarseScene(const Scene& scene, int threads) : all_(scene), threads_(threads) {
+        all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
+    }
+
+    /// The scenes that one table has to serve.
+    std::vector<Scene> to_bake() const {
+        std::vector<Scene> scenes{all_};
+        if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
+        return scenes;
+    }
+    void set_tables(std::shared_ptr<const LayerTables> tables,
+                    std::shared_ptr<const LayerTables> without_azimuth) {
+        with_azimuth_ = std::move(tables);
+        without_azimuth_ = std::move(without_azimuth);
+    }
+
+    Image picture(const SceneEffects& effects) const {
+        Scene scene = all_;
+        scene.effects = effects;
+        const LayerLight light(scene, tables(effects));
+        RenderOptions options;
+        options.threads = threads_;
+        return render(sparse(scene, max_pixels), light, options);
+    }
+
+    Measured ray_ns(const SceneEffects& effects) const {
+        Scene scene = all_;
+        scene.effects = effects;
+        const LayerLight light(scene, tables(effects));
+        // A few whole rows: neighbouring rays, as in the picture, are faster than scattered ones.
+        RenderOptions options;
+        options.threads = 1;
+        options.row_step = std::max(1, scene.height / timed_rows);
+        const int rows = (scene.height - 1 - options.row_step / 2) / options.row_step + 1;
+        const double rays = rays_of(scene) * rows / scene.height;
+        std::vector<double> ns;
+        for (int round = 0; round < timings; ++round) {
+            const double started = processor_seconds();
+            render(scene, light, options);
+            ns.push_back(1e9 * (processor_seconds() - started) / rays);
+        }
+        std::ranges::sort(ns);
+        // The outermost two are left out: what the machine does besides.
+        return {ns[timings / 2], (ns[timings - 2] - ns[1]) / 2};
+    }
+
+    const LayerTables* tables() const { return with_azimuth_.get(); }
+
+  private:
+    const LayerTables* tables(const SceneEffects& effects) const {
+        return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
+    }
+
+    Scene all_;
+    int threads_;
+    std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+};
+
+/// What the opposition of single scattering adds, at the smallest phase angle that is seen.
+ChangeBound opposition_bound(const Scene& scene) {
+    ChangeBound change;
+    const SeenDirections seen = seen_directions(scene);
+    const double angle = seen.scattering_angle_lit.max;
+    for (const MatterSpan& span : matter_spans(scene))
+        for (const double mu_in : {seen.mu_in.min, seen.mu_in.max})
+            for (const double mu_out : {seen.mu_out.min, seen.mu_out.max}) {
+                const double share =
+                    1 - 1 / opposition_factor(scene.layer.opposition, std::cos(radians(angle)),
+                                              span.optical_depth.max, mu_in, mu_out);
+                if (share <= change.found) continue;
+                change.found = change.bound = share;
+                change.where = "phase angle " + short_number(180 - angle, 3) +
+                               " deg, optical depth " + short_number(span.optical_depth.max, 3);
+            }
+    return change;
+}
+
+bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
+    const SeenLight seen = seen_light(scene);
+    if (effect == &SceneEffects::reflection) return seen.reflection;
+    if (effect == &SceneEffects::transmission) return seen.transmission || seen.fluxes;
+    if (effect == &SceneEffects::sun_size) return scene.sun_diameter > 0;
+    if (effect == &SceneEffects::density) return scene.layer.density > 0;
+    if (effect == &SceneEffects::azimuth) return scene.effects.multiple && seen.any();
+    if (effect == &SceneEffects::shadows) return std::holds_alternative<Rings>(scene.subject);
+    if (effect == &SceneEffects::ringshine || effect == &SceneEffects::planetshine)
+        return seen.shine;
+    if (effect == &SceneEffects::opposition)
+        return seen.reflection && scene.layer.opposition.law != Opposition::Law::none;
+    return true;
+}
+
+std::vector<EffectShare> shares_of(const Scene& scene, const CoarseScene& coarse, const Plan& plan,
+                                   const OrderBounds& bounds) {
+    // The size of the sun is measured by itself and all else under a point sun, which needs far
+    // fewer rays.
+    const auto sun_size = &SceneEffects::sun_size;
+    SceneEffects point_sun = scene.effects;
+    point_sun.sun_size = false;
+    const Image all = coarse.picture(point_sun);
+    std::vector<EffectShare> shares;
+    for (const auto& [name, effect] : scene_effects()) {
+        if (!(scene.effects.*effect)) continue;
+        EffectShare share{name, effect, is_seen(scene, effect), false, 0, 0, "", "kept"};
+        if (!share.seen) {
+            share.fate = "not seen";
+            shares.push_back(share);
+            continue;
+        }
+        SceneEffects less = point_sun;
+        less.*effect = false;
+        const PictureChange change = effect == sun_size
+                                         ? change_between(coarse.picture(scene.effects), all)
+                                         : change_between(all, coarse.picture(less));
+        share.mean = change.mean;
+        share.max = change.max;
+        if (change.max > 0)
+            share.where = "pixel (" + std::to_string(change.x) + ", " + std::to_string(change.y) +
+                          ") of the sparse picture";
+        std::optional<ChangeBound> bound;
+        if (effect == &SceneEffects::multiple) bound = bounds.multiple;
+        if (effect == &SceneEffects::azimuth) bound = bounds.azimuth;
+        if (effect == &SceneEffects::opposition) bound = opposition_bound(scene);
+        if (bound && (bound->bound < 1 || bound->found > 0)) {
+            share.bounded = true;
+            share.max = bound->bound;
+            share.where = bound->where;
+        }
+        if (std::ranges::find(scene.named, effect) != scene.named.end())
+            share.fate = "kept, being named";
+        if (!(plan.effects.*effect)) share.fate = "left out";
+        shares.push_back(share);
+    }
+    return shares;
+}
+
+// ---- costs --------------------------------------------------------------------------------------
+
+/// Identifies a recipe, whatever its title.
+std::string text_of(Recipe recipe) {
+    recipe.title.clear();
+    return resolved_text(recipe);
+}
+
+/// Seconds that writing a table and preparing it for lookups take per byte of it, measured on
+/// another one.
+double keep_seconds_per_byte(const LayerTables* tables, bool writes) {
+    while (tables && tables->tables.empty()) {  // channels
+        const LayerTables* next = nullptr;
+        for (const auto& channel : tables->channels)
+            if (channel) next = channel.get();
+        tables = next;
+    }
+    if (!tables) return 0;
+    const Table& table = tables->tables[0];
+    const double bytes =
+        static_cast<double>(sizeof(float)) *
+        static_cast<double>(table.reflection_multiple.size() + table.transmission_multiple.size());
+    const double started = processor_seconds();
+    if (writes) {
+        const std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                           ("stratus-" + std::to_string(::getpid()) + ".h5");
+        write_table(table, path);
+        std::filesystem::remove(path);
+    }
+    if (!tables->textured.empty()) const TexturedTable prepared(table.view());
+    return (processor_seconds() - started) / bytes;
+}
+
+/// Costs of tables, each recipe's forecast made once.
+class TableCosts {
+  public:
+    explicit TableCosts(const BakeOptions& options) : options_(options) {}
+
+    /// Of scenes that share tables.
+    SceneCost of(const std::vector<Scene>& scenes, double keep_seconds_per_byte) {
+        std::vector<Scene> channels;
+        for (const Scene& scene : scenes)
+            for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
+        SceneCost sum;
+        for (const SharedRecipe& shared : shared_recipes(channels)) {
+            const SceneCost& one = of(shared.recipe);
+            sum.choose_seconds += one.choose_seconds;
+            sum.solve_seconds += one.solve_seconds;
+            sum.check_seconds += one.check_seconds;
+            sum.bytes += one.bytes;
+        }
+        sum.keep_seconds = keep_seconds_per_byte * sum.bytes;
+        return sum;
+    }
+
+  private:
+    const SceneCost& of(const Recipe& recipe) {
+        const auto [known, fresh] = known_.try_emplace(text_of(recipe));
+        if (!fresh) return known->second;
+        SceneCost& cost = known->second;
+        const double started = processor_seconds();
+        const Resolution resolution = resolve_as_first(recipe, options_);
+        cost.choose_seconds = (processor_seconds() - started) / thread_count(options_.threads);
+        const Forecast ahead = forecast_of(resolution, options_);
+        cost.solve_seconds = ahead.bake_seconds;
+        cost.check_seconds = ahead.check_seconds;
+        cost.bytes = ahead.bytes;
+        return cost;
+    }
+
+    BakeOptions options_;
+    std::map<std::string, SceneCost> known_;  // by recipe
+};
+
+PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const PlanReport& report,
+                   TableCosts& tables, bool writes) {
+    const double keeping = keep_seconds_per_byte(coarse.tables(), writes);
+    const auto cost = [&](const Scene& some) {
+        SceneCost all = tables.of({some}, keeping);
+        all.ray_ns = coarse.ray_ns(some.effects);
+        all.rays = rays_of(some);
+        return all;
+    };
+    PlanCosts costs;
+    costs.all = cost(scene);
+    Scene planned = scene;
+    planned.effects = report.plan.effects;
+    costs.planned = report.plan.left_out.empty() ? costs.all : cost(planned);
+    for (const EffectShare& share : report.shares)
+        costs.without.push_back(share.seen ? cost(without(scene, share.effect)) : costs.all);
+    return costs;
+}
+
+}  // namespace
+
+FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& options,
+                        TableCache* cache) {
+    std::vector<CoarseScene> coarse;
+    std::vector<Scene> to_bake;
+    std::vector<std::size_t> first;  // of each scene's
+    for (const Scene& scene : scenes) {
+        coarse.emplace_back(scene, options.threads);
+        first.push_back(to_bake.size());
+        for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
+    }
+    const auto tables = bake_for(to_bake, options, cache);
+    // Tables that scenes share are averaged over azimuth once.
+    std::map<std::shared_ptr<const LayerTables>, std::shared_ptr<const LayerTables>> means;
+    TableCosts table_costs(options);
+    FileReport file;
+    std::vector<Scene> planned;
+    double keeping = 0;
+    const double threads = thread_count(options.threads);
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        const Scene& scene = scenes[s];
+        const auto& shared = tables[first[s]];
+        auto& mean = means[shared];
+        if (shared && !mean) mean = azimuth_mean(*shared);
+        coarse[s].set_tables(shared, mean);
+
+        PlanReport report;
+        const auto started = Clock::now();
+        report.plan = plan_scene(scene);
+        report.plan_seconds = seconds_since(started);
+        OrderBounds bounds;
+        if (scene.effects.multiple)
+            for (const Scene& channel : channel_scenes(scene)) {
+                const OrderBounds one =
+                    bound_orders(channel, std::numeric_limits<double>::infinity());
+                join(bounds.multiple, one.multiple);
+                join(bounds.azimuth, one.azimuth);
+            }
+        report.shares = shares_of(scene, coarse[s], report.plan, bounds);
+        const Scene few = sparse(scene, max_pixels);
+        report.pixels = few.width * few.height;
+        if (bounds.multiple.place) {
+            report.orders.emplace();
+            report.orders->share = order_shares(*bounds.multiple.place, listed_orders);
+            report.orders->enough = orders_for(report.orders->share, scene.tolerance);
+            report.orders->where = bounds.multiple.place->text();
+        }
+        report.costs = costs_of(scene, coarse[s], report, table_costs, cache != nullptr);
+        const SceneCost& cost = report.costs.planned;
+        file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
+        file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
+        keeping = std::max(keeping, keep_seconds_per_byte(coarse[s].tables(), cache != nullptr));
+        planned.push_back(scene);
+        planned.back().effects = report.plan.effects;
+        file.scenes.push_back(std::move(report));
+    }
+    file.cost.tables = table_costs.of(planned, keeping);
+    return file;
+}
+
+}  // namespace stratus

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# stratus plan, bake, render --table: the recipe that a plan writes makes the table that its scene is rendered with, for every
+# picture of the gallery that needs one. At a coarse tolerance, so that bakes take little.
+scenes=$(realpath "$(dirname "$0")/../../tables/scenes")
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+chains=0
+for scene in "$scenes"/*.toml; do
+    grep -qE '^\[(lobes|lambert)\]' "$scene" && continue
+    name=$(basename "$scene" .toml)
+    expect_ok plan "$scene" --quiet --tolerance 0.05 --write "$name.toml"
+    expect_says "$out" "render takes about" "tolerance 0.05"
+    tables=()
+    for recipe in "$name.toml" "${name}"_{red,green,blue}.toml; do
+        [ -e "$recipe" ] || continue
+        expect_ok bake "$recipe" -o "${recipe%.toml}.h5" --quiet --accept
+        tables+=(--table "${recipe%.toml}.h5")
+    done
+    [ ${#tables[@]} -gt 0 ] || fail "$name must have a recipe"
+    expect_ok render "$scene" -o "$name.png" "${tables[@]}" --width 32 --quiet
+    chains=$((chains + 1))
+done
+[ $chains -ge 7 ] || fail "the gallery has seven pictures at least"
+
+# a table without what the scene looks up is refused
+expect_refused 2 --table "got 1" -- render "$scenes/fogbow.toml" -o a.png --table fogbow_red.h5
+expect_refused 2 table "one with reflection" -- render "$scenes/saturn_lit.toml" -o a.png --table saturn_unlit.h5
+finish

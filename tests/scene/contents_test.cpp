@@ -1,0 +1,136 @@
+#include <stratus/scene/contents.h>
+
+#include <stratus/runtime/constants.h>
+#include <stratus/scene/layer_light.h>
+#include <stratus/scene/order_bounds.h>
+#include <stratus/scene/render.h>
+
+#include "small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace stratus {
+namespace {
+
+TEST(SeenLight, IsOfTheSideOnWhichTheCameraStands) {
+    Scene slab = small_slab(1, 0.9);
+    EXPECT_TRUE(seen_light(slab).reflection);
+    EXPECT_FALSE(seen_light(slab).transmission);
+    EXPECT_TRUE(seen_light(slab).fluxes) << "the background shines through";
+    slab.to_sun = direction_at(radians(-50), 1);
+    slab.background.colour = {0, 0, 0};
+    EXPECT_FALSE(seen_light(slab).reflection);
+    EXPECT_TRUE(seen_light(slab).transmission);
+    EXPECT_FALSE(seen_light(slab).fluxes);
+    slab.effects.transmission = false;
+    EXPECT_FALSE(seen_light(slab).any());
+}
+
+TEST(SeenLight, IsOfBothSidesWhereTheSunLiesOnTheHorizon) {
+    Scene slab = small_slab(1, 0.9);
+    slab.to_sun = direction_at(radians(0.1), 1);
+    EXPECT_FALSE(seen_light(slab).transmission);
+    slab.sun_diameter = radians(0.5);
+    EXPECT_TRUE(seen_light(slab).transmission);
+    EXPECT_TRUE(seen_light(slab).reflection);
+}
+
+TEST(SeenLight, OfRingsIsOfBothSidesWhereTheyAndTheirPlanetLightOneAnother) {
+    Scene rings = small_rings(1);
+    EXPECT_TRUE(seen_light(rings).shine);
+    EXPECT_TRUE(seen_light(rings).transmission);
+    rings.effects.ringshine = rings.effects.planetshine = false;
+    EXPECT_FALSE(seen_light(rings).shine);
+    EXPECT_FALSE(seen_light(rings).transmission);
+}
+
+TEST(SeenLight, OfADeckFromBeneathIsTransmittedAndReflectedDown) {
+    Scene slab = small_slab(1, 0.9);
+    std::get<Slab>(slab.subject).surface.emplace();
+    std::get<Slab>(slab.subject).surface->colour = {0.5f, 0.5f, 0.5f};
+    std::get<Slab>(slab.subject).height = 1;
+    EXPECT_FALSE(seen_light(slab).underside);
+    slab.camera.orthographic = false;
+    slab.camera.position = {0, 0, -0.5};
+    EXPECT_TRUE(seen_light(slab).underside);
+    EXPECT_TRUE(seen_light(slab).transmission);
+    EXPECT_FALSE(seen_light(slab).reflection);
+    EXPECT_EQ(bound_orders(slab, 0.01).multiple.bound, 1);
+}
+
+TEST(SeenLight, OfPlanetsIsReflected) {
+    Scene planet = small_planet(30, 2, 0.4);
+    EXPECT_TRUE(seen_light(planet).reflection);
+    EXPECT_FALSE(seen_light(planet).fluxes);
+    std::get<Planet>(planet.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    EXPECT_TRUE(seen_light(planet).fluxes);
+    EXPECT_EQ(brightest_ground(planet), 0.5);
+}
+
+TEST(MatterSpans, LieBetweenKnots) {
+    Scene scene = small_rings(2);
+    std::get<Rings>(scene.subject).profile.optical_depth[1] = 0.5;
+    const std::vector<MatterSpan> spans = matter_spans(scene);
+    ASSERT_EQ(spans.size(), 1u);
+    EXPECT_EQ(spans[0].optical_depth.min, 0.5);
+    EXPECT_EQ(spans[0].optical_depth.max, 2);
+    EXPECT_DOUBLE_EQ(spans[0].albedo.max, 0.6);
+    EXPECT_NEAR(spans[0].mixture.min, 0.5, 1e-12);
+}
+
+/// Within a range, up to rounding.
+void expect_within(const Range& range, double value, double rounding, const char* what) {
+    EXPECT_GE(value, range.min - rounding) << what;
+    EXPECT_LE(value, range.max + rounding) << what;
+}
+
+/// All rays of a picture look up what its ranges tell.
+TEST(SeenDirections, HoldThoseOfEveryRay) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(0, 1);
+    int looked_up = 0;
+    for (int n = 0; n < 120; ++n) {
+        Scene scene = n % 3 == 0   ? small_slab(1, 0.5)
+                      : n % 3 == 1 ? small_rings(1)
+                                   : small_planet(0, 1, 0.5);
+        scene.width = 24;
+        scene.height = 16;
+        scene.effects.multiple = false;
+        scene.effects.ringshine = scene.effects.planetshine = false;
+        scene.camera.position =
+            (1.5 + 8 * unit(random)) *
+            direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
+        scene.camera.look_at =
+            n % 3 == 2 ? Vector3{0, 0, 0}
+                       : Vector3{3 * unit(random), 3 * unit(random), unit(random) - 0.5};
+        scene.camera.orthographic = n % 2 == 0;
+        scene.camera.width = n % 2 == 0 ? 4 : radians(20 + 100 * unit(random));
+        scene.to_sun = direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
+        if (n % 4 == 0) scene.sun_diameter = radians(4 * unit(random));
+        const SeenDirections seen = seen_directions(scene);
+        const SeenLight light = seen_light(scene);
+        LayerLight lookups(scene, nullptr);
+        LookupRange range;
+        lookups.record(&range);
+        RenderOptions one_thread;
+        one_thread.threads = 1;
+        render(scene, lookups, one_thread);
+        if (!range.reflection && !range.transmission) continue;
+        ++looked_up;
+        EXPECT_TRUE(light.reflection || !range.reflection) << n;
+        EXPECT_TRUE(light.transmission || !range.transmission) << n;
+        for (const double value : {range.mu_in.min, range.mu_in.max})
+            expect_within(seen.mu_in, value, 1e-9, "mu_in");
+        for (const double value : {range.mu_out.min, range.mu_out.max})
+            expect_within(seen.mu_out, value, 1e-9, "mu_out");
+        for (const double value : {range.azimuth.min, range.azimuth.max})
+            expect_within(seen.azimuth, value, 1e-6, "azimuth");
+    }
+    EXPECT_GT(looked_up, 60);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,140 @@
+#include <stratus/scene/table_cache.h>
+
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+#include <stratus/scene/layer_tables.h>
+
+#include "table_equality.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+namespace fs = std::filesystem;
+
+Recipe quick_recipe(double albedo) {
+    Recipe recipe;
+    recipe.phase_function = PhaseFunction::isotropic();
+    recipe.tolerance = 0.05;
+    recipe.optical_depth = {0.5, 1};
+    recipe.albedo = {albedo, albedo};
+    recipe.transmission = false;
+    return recipe;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+    return files;
+}
+
+TEST(TableCache, FindsWhatItKept) {
+    const test::TemporaryFolder folder;
+    TableCache cache(folder.path() / "new", 1 << 30);
+    const Recipe recipe = quick_recipe(0.5);
+    EXPECT_FALSE(cache.find(recipe));
+    const Table table = bake(recipe);
+    cache.keep(recipe, table);
+    EXPECT_TRUE(cache.trouble().empty());
+    const std::optional<Table> found = TableCache(folder.path() / "new", 1).find(recipe);
+    ASSERT_TRUE(found);
+    test::expect_same_bits(*found, table);
+}
+
+TEST(TableCache, FindsWiderTablesAndNoOthers) {
+    const test::TemporaryFolder folder;
+    TableCache cache(folder.path(), 1 << 30);
+    Recipe wide = quick_recipe(0.5);
+    wide.albedo = {0.5, 0.9};
+    wide.title = "another title";
+    cache.keep(wide, bake(wide));
+    Recipe narrow = quick_recipe(0.7);
+    EXPECT_TRUE(cache.find(narrow));
+    narrow.optical_depth = {1, 1};
+    EXPECT_TRUE(cache.find(narrow));
+    Recipe other = narrow;
+    other.albedo = {0.7, 0.95};
+    EXPECT_FALSE(cache.find(other)) << "albedo";
+    other = narrow;
+    other.optical_depth = {0.25, 1};
+    EXPECT_FALSE(cache.find(other)) << "optical depth";
+    other = narrow;
+    other.transmission = true;
+    EXPECT_FALSE(cache.find(other)) << "sides";
+    other = narrow;
+    other.tolerance = 0.04;
+    EXPECT_FALSE(cache.find(other)) << "tolerance";
+    other = narrow;
+    other.phase_function = PhaseFunction::rayleigh();
+    EXPECT_FALSE(cache.find(other)) << "phase function";
+    other = narrow;
+    other.discretisation.modes = 1;
+    EXPECT_FALSE(cache.find(other)) << "discretisation";
+}
+
+TEST(TableCache, PassesOverDamagedAndForeignFiles) {
+    const test::TemporaryFolder folder;
+    TableCache cache(folder.path(), 1 << 30);
+    const Recipe recipe = quick_recipe(0.5), other = quick_recipe(0.6);
+    cache.keep(other, bake(other));
+    const fs::path of_other = files_in(folder.path())[0];
+    const Table table = bake(recipe);
+    cache.keep(recipe, table);
+    fs::path own;
+    for (const fs::path& file : files_in(folder.path()))
+        if (file != of_other) own = file;
+    fs::copy_file(of_other, own, fs::copy_options::overwrite_existing);
+    EXPECT_FALSE(cache.find(recipe)) << "another's table under this name";
+    write_table(table, own);
+    EXPECT_FALSE(cache.find(recipe)) << "a table without a key";
+    std::ofstream(own) << "no table";
+    EXPECT_FALSE(cache.find(recipe));
+    cache.keep(recipe, table);
+    EXPECT_TRUE(cache.find(recipe));
+}
+
+TEST(TableCache, RemovesWhatWasLongestUnused) {
+    const test::TemporaryFolder folder;
+    TableCache plenty(folder.path(), 1 << 30);
+    std::vector<Recipe> recipes;
+    std::uintmax_t size = 0;
+    for (const double albedo : {0.1, 0.2, 0.3}) {
+        recipes.push_back(quick_recipe(albedo));
+        plenty.keep(recipes.back(), bake(recipes.back()));
+    }
+    const fs::path foreign = folder.path() / "notes.h5";
+    std::ofstream(foreign) << "not ours";
+    for (const fs::path& file : files_in(folder.path())) {
+        if (file == foreign) continue;
+        size += fs::file_size(file);
+        fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(1));
+    }
+    EXPECT_TRUE(plenty.find(recipes[0])) << "makes it the youngest";
+    TableCache small(folder.path(), size - 1);
+    const Recipe fourth = quick_recipe(0.4);
+    small.keep(fourth, bake(fourth));
+    EXPECT_TRUE(small.find(fourth));
+    EXPECT_TRUE(small.find(recipes[0]));
+    EXPECT_TRUE(!small.find(recipes[1]) || !small.find(recipes[2]));
+    EXPECT_TRUE(fs::exists(foreign));
+}
+
+TEST(TableCache, GoesOnWithoutAFolder) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder.path() / "file") << "in the way";
+    TableCache cache(folder.path() / "file" / "folder", 1 << 30);
+    const Recipe recipe = quick_recipe(0.5);
+    EXPECT_FALSE(cache.find(recipe));
+    cache.keep(recipe, bake(recipe));
+    EXPECT_FALSE(cache.trouble().empty());
+}
+
+}  // namespace
+}  // namespace stratus

@@ -26,7 +26,7 @@ class PlanetShine {
   public:
     /// `light` without planetshine.
     ///
-    /// Accuracy 2e-3 of the rings' radiance where that is above 0.02; see the tests.
+    /// Accuracy 2e-3 of the rings' radiance, or of 5e-3 where they are darker.
     PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
                 const LayerTables* tables, int threads);
 

@@ -40,6 +40,7 @@ TEST(SeenLight, IsOfBothSidesWhereTheSunLiesOnTheHorizon) {
 
 TEST(SeenLight, OfRingsIsOfBothSidesWhereTheyAndTheirPlanetLightOneAnother) {
     Scene rings = small_rings(1);
+    rings.effects.ringshine = rings.effects.planetshine = true;
     EXPECT_TRUE(seen_light(rings).shine);
     EXPECT_TRUE(seen_light(rings).transmission);
     rings.effects.ringshine = rings.effects.planetshine = false;

@@ -17,7 +17,7 @@ constexpr const char* caller = "scene";
 constexpr double min_mapped_depth = 0.02;
 
 /// Limits of recipes.
-constexpr double min_table_depth = 1e-6, max_table_depth = 1e9;
+constexpr double min_table_depth = 1e-6, max_table_depth = 1e9, min_table_cosine = 1e-4;
 
 /// A single value where two differ by rounding alone.
 Range merged(const Range& range) {
@@ -52,6 +52,15 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
+/// Cosines at which light falls on a plane layer: one of a point sun.
+Range incidence(const Scene& scene) {
+    constexpr Range all{0, 1};
+    if (std::holds_alternative<Planet>(scene.subject) || needs_all_incidence(scene)) return all;
+    const Range seen = seen_directions(scene).mu_in;
+    if (seen.max <= min_table_cosine) return {min_table_cosine, min_table_cosine};
+    return {seen.min <= min_table_cosine ? 0 : seen.min, seen.max};
+}
+
 /// Refuses a table that does not serve a scene.
 void check_table(const Scene& scene, const Table& table) {
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
@@ -79,6 +88,10 @@ void check_table(const Scene& scene, const Table& table) {
         require(depths.ends_at_infinity, caller, "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
+    constexpr double rounding = 1e-6;
+    covers("table.mu_in", table.mu_in.view(),
+           {std::max(min_table_cosine, needed->mu_in.min) * (1 + rounding),
+            needed->mu_in.max * (1 - rounding)});
     require(!needed->reflection || !table.reflection_multiple.empty(), caller, "table",
             "one with reflection", "none");
     require(!needed->transmission || !table.transmission_multiple.empty(), caller, "table",
@@ -123,6 +136,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
                          std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
                 tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
+    recipe.mu_in = incidence(scene);
     recipe.transmission = scene.effects.transmission && (seen.transmission || seen.fluxes) &&
                           range.optical_depth.min < infinity;
     recipe.reflection = seen.reflection || !recipe.transmission;
@@ -147,6 +161,8 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     widen(both.optical_depth, other.optical_depth.max);
     widen(both.albedo, other.albedo.min);
     widen(both.albedo, other.albedo.max);
+    widen(both.mu_in, other.mu_in.min);
+    widen(both.mu_in, other.mu_in.max);
     if (both.mixture) {
         widen(*both.mixture, other.mixture->min);
         widen(*both.mixture, other.mixture->max);

@@ -1,13 +1,17 @@
 #include <stratus/scene/layer_tables.h>
 
+#include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/scene/render.h>
 
 #include "refusal.h"
 #include "small_scene.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 
 namespace stratus {
@@ -65,6 +69,42 @@ TEST(NeededRecipe, CoversAllDepthsAndAlbedos) {
     EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 4);
     scene.effects.density = false;
     EXPECT_EQ(needed_recipe(scene)->optical_depth.max, 2);
+}
+
+TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
+    Scene slab = small_slab(2, 0.4);
+    slab.background.colour = {0, 0, 0};
+    const double mu_in = std::abs(slab.to_sun.z);
+    EXPECT_DOUBLE_EQ(needed_recipe(slab)->mu_in.min, mu_in);
+    EXPECT_DOUBLE_EQ(needed_recipe(slab)->mu_in.max, mu_in);
+    slab.sun_diameter = radians(2);
+    const Range of_disk = needed_recipe(slab)->mu_in;
+    EXPECT_LT(of_disk.min, mu_in - 0.005);
+    EXPECT_GT(of_disk.max, mu_in + 0.005);
+    slab.background.colour = {1, 1, 1};
+    EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "fluxes towards the eye";
+    EXPECT_EQ(needed_recipe(small_planet(0, 2, 0.4))->mu_in.min, 0);
+}
+
+TEST(NeededRecipe, NarrowedToOneCosineGivesTheSamePicture) {
+    for (Scene scene : {small_slab(2, 0.9), small_rings(2)}) {
+        scene.background.colour = {0, 0, 0};
+        scene.tolerance = 1e-2;
+        Recipe recipe = *needed_recipe(scene);
+        ASSERT_EQ(recipe.mu_in.min, recipe.mu_in.max);
+        const auto narrow = bake_layer_tables(scene, recipe);
+        recipe.mu_in = {0, 1};
+        const auto all = bake_layer_tables(scene, recipe);
+        EXPECT_EQ(narrow->tables[0].mu_in.values.size(), 1u);
+        const Image found = render(scene, LayerLight(scene, narrow.get())),
+                    expected = render(scene, LayerLight(scene, all.get()));
+        float brightest = 0;
+        for (const float value : expected.rgb) brightest = std::max(brightest, value);
+        EXPECT_GT(brightest, 0);
+        for (std::size_t n = 0; n < expected.rgb.size(); ++n)
+            EXPECT_NEAR(found.rgb[n], expected.rgb[n],
+                        2 * scene.tolerance * std::max(expected.rgb[n], 0.1f * brightest));
+    }
 }
 
 TEST(CommonRecipe, CoversBothScenes) {

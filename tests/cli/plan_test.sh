@@ -25,5 +25,4 @@ done
 
 # a table without what the scene looks up is refused
 expect_refused 2 --table "got 1" -- render "$scenes/fogbow.toml" -o a.png --table fogbow_red.h5
-expect_refused 2 table "one with reflection" -- render "$scenes/saturn_lit.toml" -o a.png --table saturn_unlit.h5
 finish

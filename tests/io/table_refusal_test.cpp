@@ -217,9 +217,9 @@ std::ostream& operator<<(std::ostream& stream, const Change& row) { return strea
 
 const std::vector<Change> changes{
     {"NewerMajor", "format_major", "3",
-     "format 3.3 is newer than this program reads (1.x and 2.x)"},
+     "format 3.4 is newer than this program reads (1.x and 2.x)"},
     {"OlderMajor", "format_major", "0",
-     "format 0.3 is not one that this program reads (1.x and 2.x)"},
+     "format 0.4 is not one that this program reads (1.x and 2.x)"},
     {"NegativeMinor", "format_minor", "-1",
      "format 1.-1 is not one that this program reads (1.x and 2.x)"},
     {"ForeignFormat", "format", "nimbus", "is not a stratus-table file: its format is \"nimbus\""},

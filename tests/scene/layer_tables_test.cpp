@@ -188,6 +188,14 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         },
         {"--table", "once", "got 2"});
     EXPECT_TRUE(adopt_tables({other}, {table, table, table})->channels[2]);
+    const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>([&] { adopt_tables({scene}, {changed}); }, fragments);
+    };
+    Table without_reflection = table, narrow = table;
+    without_reflection.reflection_multiple.clear();
+    refuse_table(without_reflection, {"one with reflection", "got none"});
+    narrow.mu_in = make_axis(AxisScale::arcsine_of_fourth_root, 0.5, 0.5, 1);
+    refuse_table(narrow, {"table.mu_in.min", "got 0.5"});
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/single_scattering.h>
+#include <stratus/scene/contents.h>
 
 #include "planet_shine.h"
 #include "ring_shine.h"
@@ -19,16 +20,6 @@ Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
-}
-
-/// True where light that the layer transmits diffusely falls on what lies behind it.
-bool lights_what_is_behind(const Scene& scene) {
-    if (!scene.effects.background || !scene.effects.transmission) return false;
-    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
-        return !planet->surface.is_black();
-    if (const Slab* const slab = std::get_if<Slab>(&scene.subject); slab && slab->surface)
-        return true;
-    return scene.background.pattern == Texture::Pattern::plain && !scene.background.is_black();
 }
 
 }  // namespace
@@ -48,12 +39,12 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
     require(!needed || tables != nullptr, "LayerLight", "tables", "there for orders n >= 2",
             "none");
     if (!needed) tables_ = nullptr;
-    for (const Table& table : tables_ ? tables_->tables : std::vector<Table>{})
-        require(!lights_what_is_behind(scene) || table.transmission_multiple.empty() ||
-                    !table.diffuse_transmittance.empty(),
-                "LayerLight", "table",
-                "one of all mu_in, whose fluxes light what lies behind the layer",
-                "one without diffuse_transmittance");
+    if (tables_ && seen_light(scene).fluxes)
+        for (const Table& table : tables_->tables)
+            require(table.transmission_multiple.empty() || !table.diffuse_transmittance.empty(),
+                    "LayerLight", "table",
+                    "one of all mu_in, whose fluxes light what lies behind the layer",
+                    "one without diffuse_transmittance");
     if (!scene.layer.channels.empty()) {
         channel_scenes_ = channel_scenes(scene);
         for (std::size_t c = 0; c < channel_scenes_.size(); ++c)

@@ -52,10 +52,11 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
-/// Cosines at which light falls on a plane layer: one of a point sun.
-Range incidence(const Scene& scene) {
-    constexpr Range all{0, 1};
-    if (std::holds_alternative<Planet>(scene.subject) || needs_all_incidence(scene)) return all;
+/// Cosines at which a scene looks its layer up as lit: that of a point sun over a plane. Planetshine
+/// comes from everywhere, and fluxes are asked for at the cosine of view.
+Range incidence(const Scene& scene, const SeenLight& light) {
+    const bool globe = std::holds_alternative<Planet>(scene.subject);
+    if (globe || light.fluxes || light.underside || light.shine) return {0, 1};
     const Range seen = seen_directions(scene).mu_in;
     if (seen.max <= min_table_cosine) return {min_table_cosine, min_table_cosine};
     return {seen.min <= min_table_cosine ? 0 : seen.min, seen.max};
@@ -136,7 +137,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
                          std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
                 tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
-    recipe.mu_in = incidence(scene);
+    recipe.mu_in = incidence(scene, seen);
     recipe.transmission = scene.effects.transmission && (seen.transmission || seen.fluxes) &&
                           range.optical_depth.min < infinity;
     recipe.reflection = seen.reflection || !recipe.transmission;

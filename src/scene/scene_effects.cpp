@@ -76,17 +76,6 @@ std::vector<Scene> channel_scenes(const Scene& scene) {
     return scenes;
 }
 
-bool needs_all_incidence(const Scene& scene) noexcept {
-    const SceneEffects& on = scene.effects;
-    if (const Rings* const rings = std::get_if<Rings>(&scene.subject))
-        if (on.planetshine && !rings->surface.is_black()) return true;
-    if (!on.background) return false;
-    if (const Planet* const planet = std::get_if<Planet>(&scene.subject))
-        return !planet->surface.is_black();
-    const Slab* const slab = std::get_if<Slab>(&scene.subject);
-    return (slab && slab->surface) || (on.transmission && !scene.background.is_black());
-}
-
 double seen_depth(const Scene& scene, double optical_depth) noexcept {
     return scene.effects.density ? effective_optical_depth(optical_depth, scene.layer.density)
                                  : optical_depth;

@@ -100,23 +100,6 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     }
 }
 
-TEST(Incidence, IsNotTheSunsAloneWherePlanetsShineOrGroundIsSeen) {
-    Scene slab = small_slab(1, 0.9);
-    EXPECT_TRUE(needs_all_incidence(slab)) << "background";
-    slab.background.colour = {0, 0, 0};
-    EXPECT_FALSE(needs_all_incidence(slab));
-    std::get<Slab>(slab.subject).surface = Texture{};
-    EXPECT_TRUE(needs_all_incidence(slab)) << "ground";
-    slab.effects.background = false;
-    EXPECT_FALSE(needs_all_incidence(slab));
-    Scene rings = small_rings(1);
-    EXPECT_FALSE(needs_all_incidence(rings));
-    rings.effects.planetshine = true;
-    EXPECT_TRUE(needs_all_incidence(rings));
-    std::get<Rings>(rings.subject).surface = Texture{};
-    EXPECT_FALSE(needs_all_incidence(rings)) << "a black planet";
-}
-
 TEST(LayerLight, TakesThreeOpticalDepths) {
     Scene scene = small_planet(0, 4, 0.9);
     scene.layer.extinction = {0.125, 0.5, 1};

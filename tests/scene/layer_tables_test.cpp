@@ -83,7 +83,21 @@ TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     EXPECT_GT(of_disk.max, mu_in + 0.005);
     slab.background.colour = {1, 1, 1};
     EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "fluxes towards the eye";
+    slab.background.colour = {0, 0, 0};
+    std::get<Slab>(slab.subject).surface = Texture{};
+    std::get<Slab>(slab.subject).surface->colour = {0.5f, 0.5f, 0.5f};
+    EXPECT_EQ(needed_recipe(slab)->mu_in.min, 0) << "ground";
+    slab.effects.background = false;
+    EXPECT_GT(needed_recipe(slab)->mu_in.min, 0);
     EXPECT_EQ(needed_recipe(small_planet(0, 2, 0.4))->mu_in.min, 0);
+    Scene rings = small_rings(1);
+    std::get<Rings>(rings.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    rings.effects.planetshine = false;
+    EXPECT_GT(needed_recipe(rings)->mu_in.min, 0);
+    rings.effects.planetshine = true;
+    EXPECT_EQ(needed_recipe(rings)->mu_in.min, 0);
+    std::get<Rings>(rings.subject).surface.colour = {0, 0, 0};
+    EXPECT_GT(needed_recipe(rings)->mu_in.min, 0) << "a black planet";
 }
 
 TEST(NeededRecipe, NarrowedToOneCosineGivesTheSamePicture) {

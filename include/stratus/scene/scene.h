@@ -166,11 +166,6 @@ SceneFile read_scene(const std::filesystem::path& path, std::vector<std::string>
 /// one's, its depth, and grey in its albedo; else the scene itself.
 std::vector<Scene> channel_scenes(const Scene& scene);
 
-/// Whether the layer is looked up at other cosines of incidence than the sun's: planetshine falls on
-/// rings from everywhere, and what is seen through a layer, ground or background, follows from its
-/// fluxes at the cosine of view.
-bool needs_all_incidence(const Scene& scene) noexcept;
-
 /// The optical depth with the effect of density, where that is on.
 double seen_depth(const Scene& scene, double optical_depth) noexcept;
 

@@ -381,13 +381,13 @@ class LadderPoints {
 
     std::vector<ErrorSample> samples_of(const std::vector<double>& solved) const {
         std::vector<ErrorSample> samples;
-        auto next = solved.begin();
+        const double* next = solved.data();
         for (std::size_t k = 0; k < layers_.size(); ++k) {
             const double depth = ladder_.depths.to_infinity
                                      ? infinity
                                      : std::ldexp(ladder_.depths.first, static_cast<int>(k));
             const double reflection_floor = next[0], transmission_floor = next[sides_.size() - 1];
-            next += static_cast<std::ptrdiff_t>(sides_.size());
+            next += sides_.size();
             for (const RandomPoint& point : layers_[k])
                 for (const Side side : point.sides) {
                     const bool reflected = side == Side::reflection;

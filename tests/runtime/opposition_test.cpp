@@ -236,7 +236,7 @@ TEST(Opposition, RefusesNumbersOutOfRange) {
     expect_refusal<Error>([] { Opposition::hapke(1, 0); }, {"width", "(0, inf)", "got 0"});
     expect_refusal<Error>([] { seen_opposition(Opposition::blinn(), 0); },
                           {"density", "(0, 1)", "got 0"});
-    expect_refusal<Error>([] { OppositionTable(Opposition::blinn()); }, {"opposition.width"});
+    expect_refusal<Error>([] { OppositionTable{Opposition::blinn()}; }, {"opposition.width"});
 }
 
 }  // namespace

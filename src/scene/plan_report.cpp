@@ -352,8 +352,7 @@ class TableCosts {
 };
 
 PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const PlanReport& report,
-                   TableCosts& tables, bool writes) {
-    const double keeping = keep_seconds_per_byte(coarse.tables(), writes);
+                   TableCosts& tables, double keeping) {
     const auto cost = [&](const Scene& some) {
         SceneCost all = tables.of({some}, keeping);
         all.ray_ns = coarse.ray_ns(some.effects);
@@ -418,11 +417,12 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
             report.orders->enough = orders_for(report.orders->share, scene.tolerance);
             report.orders->where = bounds.multiple.place->text();
         }
-        report.costs = costs_of(scene, coarse[s], report, table_costs, cache != nullptr);
+        const double keeping_here = keep_seconds_per_byte(coarse[s].tables(), cache != nullptr);
+        keeping = std::max(keeping, keeping_here);
+        report.costs = costs_of(scene, coarse[s], report, table_costs, keeping_here);
         const SceneCost& cost = report.costs.planned;
         file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
         file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
-        keeping = std::max(keeping, keep_seconds_per_byte(coarse[s].tables(), cache != nullptr));
         planned.push_back(scene);
         planned.back().effects = report.plan.effects;
         file.scenes.push_back(std::move(report));

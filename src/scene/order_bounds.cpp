@@ -10,13 +10,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace stratus {
 namespace {
 
 constexpr double thinnest_solved = 1e-4;  // below, ratios are smaller still
 constexpr int max_octaves = 24;
-constexpr std::size_t max_albedos = 8;  // solved side by side
 constexpr int max_rounds = 3;
 constexpr double agreement = 1.1;  // of bound and largest value
 
@@ -73,24 +73,6 @@ Levels levels_of(const std::vector<MatterSpan>& spans) {
         if (level.albedo > 0) levels.level.push_back(level);
     }
     return levels;
-}
-
-/// Albedos to solve for levels: theirs, some rounded up to that of another where they are many.
-std::vector<double> albedos_for(Levels& levels) {
-    std::vector<double> all;
-    for (const Levels::Level& level : levels.level) all.push_back(level.albedo);
-    std::ranges::sort(all);
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    std::vector<double> some;
-    const std::size_t step = (all.size() + max_albedos - 1) / max_albedos;
-    for (std::size_t k = all.size(); k > 0; k -= std::min(step, k)) some.push_back(all[k - 1]);
-    for (Levels::Level& level : levels.level)
-        for (const double albedo : some)
-            if (albedo >= level.albedo) level.albedo = std::max(level.albedo, albedo);
-    std::ranges::reverse(some);
-    for (Levels::Level& level : levels.level)
-        level.albedo = *std::ranges::lower_bound(some, level.albedo);
-    return some;
 }
 
 /// The phase functions of a scene's matter: of mixtures both ends and the middle.
@@ -297,16 +279,11 @@ Ratios ratios_of(const LayerSolution& solution, const Grid& grid, const std::vec
     return ratios;
 }
 
-/// Solutions of a scene's levels at all cosines of a grid.
+/// Solutions at all cosines of a grid.
 struct SolvedLevels {
     std::vector<double> mu;
-    std::vector<std::vector<LayerSolution>> solution;  // [albedo][octave]
-    std::vector<double> albedos;
+    std::vector<LayerSolution> solution;  // of each octave
 
-    const LayerSolution& of(const Levels::Level& level) const {
-        const auto at = std::ranges::find(albedos, level.albedo) - albedos.begin();
-        return solution[static_cast<std::size_t>(at)][level.octave];
-    }
     std::vector<int> places(const std::vector<double>& cosines) const {
         std::vector<int> found;
         for (const double cosine : cosines)
@@ -315,15 +292,18 @@ struct SolvedLevels {
     }
 };
 
+/// Of a scene's levels, all with the largest albedo of any.
 SolvedLevels solve_levels(const PhaseFunction& phase_function, Levels& levels,
                           const std::vector<double>& first, const std::vector<double>& second) {
+    double albedo = 0;
+    for (const Levels::Level& level : levels.level) albedo = std::max(albedo, level.albedo);
+    for (Levels::Level& level : levels.level) level.albedo = albedo;
     SolvedLevels solved;
-    solved.albedos = albedos_for(levels);
     solved.mu = first;
     for (const double cosine : second)
         if (std::ranges::find(solved.mu, cosine) == solved.mu.end()) solved.mu.push_back(cosine);
-    solved.solution = solve_ladder(phase_function, solved.albedos, levels.ladder, solved.mu,
-                                   quick_solver(phase_function));
+    solved.solution = std::move(solve_ladder(phase_function, {albedo}, levels.ladder, solved.mu,
+                                             quick_solver(phase_function))[0]);
     return solved;
 }
 
@@ -403,7 +383,7 @@ class Bounds {
     void add(const Grid& grid, const Levels::Level& level, const SolvedLevels& solved,
              OrderBounds& bounds) const {
         if (grid.side == Side::transmission && std::isinf(level.depth)) return;
-        const LayerSolution& solution = solved.of(level);
+        const LayerSolution& solution = solved.solution[level.octave];
         const Ratios ratios =
             ratios_of(solution, grid, solved.places(grid.mu_in), solved.places(grid.mu_out));
         std::vector<double> deviation;
@@ -449,7 +429,7 @@ class Bounds {
         const Levels::Level* deepest = nullptr;
         for (const Levels::Level& level : levels.level) {
             if (std::isinf(level.depth)) continue;
-            const LayerSolution& solution = solved.of(level);
+            const LayerSolution& solution = solved.solution[level.octave];
             for (std::size_t m = 0; m < solved.mu.size(); ++m) {
                 const double mu = solved.mu[m], direct = direct_transmittance(level.depth, mu),
                              diffuse = solution.diffuse_transmittance(static_cast<Eigen::Index>(m));

@@ -5,6 +5,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
+#include "axes.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +19,7 @@ constexpr const char* caller = "scene";
 constexpr double min_mapped_depth = 0.02;
 
 /// Limits of recipes.
-constexpr double min_table_depth = 1e-6, max_table_depth = 1e9, min_table_cosine = 1e-4;
+constexpr double min_table_depth = 1e-6, max_table_depth = 1e9;
 
 /// A single value where two differ by rounding alone.
 Range merged(const Range& range) {
@@ -56,10 +58,10 @@ MatterRange matter_range(const Scene& scene) {
 /// comes from everywhere, and fluxes are asked for at the cosine of view.
 Range incidence(const Scene& scene, const SeenLight& light) {
     const bool globe = std::holds_alternative<Planet>(scene.subject);
-    if (globe || light.fluxes || light.underside || light.shine) return {0, 1};
+    if (globe || light.fluxes || light.underside || light.shine) return all_cosines;
     const Range seen = seen_directions(scene).mu_in;
-    if (seen.max <= min_table_cosine) return {min_table_cosine, min_table_cosine};
-    return {seen.min <= min_table_cosine ? 0 : seen.min, seen.max};
+    if (seen.max <= min_mu) return {min_mu, min_mu};
+    return {seen.min <= min_mu ? all_cosines.min : seen.min, seen.max};
 }
 
 /// Refuses a table that does not serve a scene.
@@ -90,9 +92,9 @@ void check_table(const Scene& scene, const Table& table) {
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
     constexpr double rounding = 1e-6;
-    covers("table.mu_in", table.mu_in.view(),
-           {std::max(min_table_cosine, needed->mu_in.min) * (1 + rounding),
-            needed->mu_in.max * (1 - rounding)});
+    covers(
+        "table.mu_in", table.mu_in.view(),
+        {std::max(min_mu, needed->mu_in.min) * (1 + rounding), needed->mu_in.max * (1 - rounding)});
     require(!needed->reflection || !table.reflection_multiple.empty(), caller, "table",
             "one with reflection", "none");
     require(!needed->transmission || !table.transmission_multiple.empty(), caller, "table",

@@ -1,0 +1,347 @@
+// Random points of a range, solved: some albedos, each at a ladder of depths.
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/angle.h>
+#include <stratus/runtime/constants.h>
+
+#include "piece_of_work.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+/// One albedo and mixture at depths an octave apart, which are solved at once.
+struct RandomLadder {
+    double albedo, mixture;
+    DepthLadder depths;
+};
+
+int layers_of(const DepthLadder& depths) { return depths.octaves + (depths.to_infinity ? 1 : 0); }
+
+double octaves_of(const AxisView& tau) {
+    return tau.count == 0 ? 0 : std::log2(tau.highest / tau.lowest);
+}
+
+/// More where layers take long.
+int points_of_layer(const PointRange& range) {
+    if (!range.has_path_law) return 8;
+    return octaves_of(range.optical_depth) < 2 ? 24 : 12;
+}
+
+/// Depths evenly over octaves; of an axis that ends at infinity half as many in each octave beyond.
+DepthLadder random_depths(const AxisView& tau, std::mt19937& random) {
+    if (tau.count == 0) return {1, 0, true};
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double octaves = octaves_of(tau), first = std::min(1.0, octaves) * uniform(random);
+    constexpr int most_beyond = 10;
+    int beyond = 0;
+    while (tau.ends_at_infinity && beyond < most_beyond && uniform(random) < 0.5) ++beyond;
+    return {tau.lowest * std::exp2(first), 1 + static_cast<int>(octaves - first) + beyond, false};
+}
+
+/// Albedos and mixtures evenly over the cells of a range.
+RandomLadder random_ladder(const PointRange& range, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(0, 1);
+    auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
+    const AxisView& w = range.albedo;
+    const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
+    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest), 1,
+                        random_depths(range.optical_depth, random)};
+    if (range.mixture.count > 0)
+        ladder.mixture = between(range.mixture.lowest, range.mixture.highest);
+    return ladder;
+}
+
+/// Evenly spread over the square root.
+double random_cosine(double lowest, double highest, std::mt19937& random) {
+    std::uniform_real_distribution<double> x(std::sqrt(lowest), std::sqrt(highest));
+    const double root = x(random);
+    return std::clamp(root * root, lowest, highest);
+}
+
+/// The least cosine of an axis that is judged with the even points.
+double least_cosine(const PointRange& range, const AxisView& axis) {
+    return range.has_path_law ? std::clamp(least_judged_cosine, axis.lowest, axis.highest)
+                              : axis.lowest;
+}
+
+struct Azimuths {
+    double lowest, highest;
+
+    bool hold(double azimuth) const { return azimuth >= lowest && azimuth <= highest; }
+};
+
+Azimuths azimuths_of(const PointRange& range) {
+    const AxisView& azimuth = range.azimuth;
+    const bool any = azimuth.count == 0 || (azimuth.count == 1 && azimuth.lowest == 0);
+    return any ? Azimuths{0, pi} : Azimuths{azimuth.lowest, azimuth.highest};
+}
+
+struct RandomPoint {
+    Geometry at;
+    PointKind kind;
+    std::vector<Side> sides;
+};
+
+/// Directions within the cone around straight on, evenly over its angle, that leave on one side;
+/// none after a hundred trials.
+std::optional<Geometry> random_forward(const PointRange& range, Side side, std::mt19937& random) {
+    const double widest = radians(forward_cone);
+    std::uniform_real_distribution<double> angle(0, widest), turn(0, pi);
+    // Light comes back within the cone from grazing incidence alone.
+    const double highest = side == Side::reflection
+                               ? std::min(range.mu_in.highest, std::sin(widest))
+                               : range.mu_in.highest;
+    const double lowest = least_cosine(range, range.mu_in);
+    if (lowest > highest) return std::nullopt;
+    for (int trial = 0; trial < 100; ++trial) {
+        const double mu_in = random_cosine(lowest, highest, random);
+        const double sine_in = std::sqrt((1 - mu_in) * (1 + mu_in));
+        const double theta = angle(random), psi = turn(random);
+        const double down = std::cos(theta) * mu_in + std::sin(theta) * std::cos(psi) * sine_in;
+        const double along = std::cos(theta) * sine_in - std::sin(theta) * std::cos(psi) * mu_in;
+        const double mu_out = side == Side::reflection ? -down : down;
+        const double azimuth = std::atan2(std::sin(theta) * std::sin(psi), along);
+        if (mu_out >= least_cosine(range, range.mu_out) && mu_out <= range.mu_out.highest &&
+            azimuths_of(range).hold(azimuth))
+            return Geometry{mu_in, mu_out, azimuth};
+    }
+    return std::nullopt;
+}
+
+/// The points of a ladder's layers. All layers share a few directions: every cosine adds to the time
+/// that the ladder takes.
+class PointSource {
+  public:
+    PointSource(const PointRange& range, bool peaked, std::mt19937& random)
+        : has_path_law_(range.has_path_law), azimuths_(azimuths_of(range)), random_(random) {
+        if (range.reflection) sides_.push_back(Side::reflection);
+        if (range.transmission) sides_.push_back(Side::transmission);
+        constexpr int few = 10, few_forward = 5, few_grazing = 3;
+        for (int n = 0; n < few; ++n) {
+            mu_in_.push_back(anywhere(range, range.mu_in));
+            mu_out_.push_back(anywhere(range, range.mu_out));
+        }
+        of_peak_.seed(random());
+        if (!peaked) return;
+        for (const Side side : sides_) {
+            forward_.emplace_back();
+            for (int n = 0; n < few_forward; ++n)
+                if (const auto at = random_forward(range, side, of_peak_))
+                    forward_.back().push_back({*at, PointKind::forward, {side}});
+        }
+        if (range.mu_in.lowest >= grazing_cosine || range.mu_out.lowest >= grazing_cosine) return;
+        for (int n = 0; n < few_grazing; ++n) {
+            grazing_in_.push_back(grazing(range.mu_in));
+            grazing_out_.push_back(has_path_law_ ? one_of(mu_out_, of_peak_)
+                                                 : grazing(range.mu_out));
+        }
+    }
+
+    const std::vector<Side>& sides() const { return sides_; }
+
+    /// Evenly drawn points of a layer, then those of the other kinds where something is peaked.
+    std::vector<RandomPoint> draw(int count) {
+        std::vector<RandomPoint> points;
+        std::uniform_real_distribution<double> azimuth(azimuths_.lowest, azimuths_.highest);
+        for (int n = 0; n < count; ++n)
+            points.push_back({{one_of(mu_in_, random_), one_of(mu_out_, random_), azimuth(random_)},
+                              PointKind::even,
+                              sides_});
+        for (const std::vector<RandomPoint>& of_side : forward_)
+            for (int n = 0; n < (has_path_law_ ? count + 3 : 2 * count + 2) / 4; ++n)
+                if (!of_side.empty()) points.push_back(one_of(of_side, of_peak_));
+        if (!grazing_in_.empty())
+            for (int n = 0; n < (count + 3) / 4; ++n)
+                points.push_back({{one_of(grazing_in_, of_peak_), one_of(grazing_out_, of_peak_),
+                                   azimuth(of_peak_)},
+                                  PointKind::grazing,
+                                  sides_});
+        return points;
+    }
+
+  private:
+    double anywhere(const PointRange& range, const AxisView& axis) {
+        return random_cosine(least_cosine(range, axis), axis.highest, random_);
+    }
+    double grazing(const AxisView& axis) {
+        return random_cosine(axis.lowest, std::min(axis.highest, grazing_cosine), of_peak_);
+    }
+    template <class Any>
+    static const Any& one_of(const std::vector<Any>& all, std::mt19937& random) {
+        return all[random() % all.size()];
+    }
+
+    bool has_path_law_;
+    Azimuths azimuths_;
+    std::mt19937& random_;
+    std::mt19937 of_peak_;  // apart: even points are those of any phase function
+    std::vector<Side> sides_;
+    std::vector<double> mu_in_, mu_out_, grazing_in_, grazing_out_;
+    std::vector<std::vector<RandomPoint>> forward_;  // of each side
+};
+
+bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
+    const LowerBoundary& below = range.lower_boundary;
+    return is_peaked(phase_function) ||
+           (range.mixture.count > 0 && is_peaked(range.second_phase_function)) ||
+           (below.kind == LowerBoundary::Kind::layer && is_peaked(below.phase_function));
+}
+
+/// Cosines without repetition.
+class Cosines {
+  public:
+    explicit Cosines(std::vector<double> first) : all_(std::move(first)) {}
+
+    int place_of(double mu) {
+        const auto found = std::find(all_.begin(), all_.end(), mu);
+        const auto place = static_cast<int>(found - all_.begin());
+        if (found == all_.end()) all_.push_back(mu);
+        return place;
+    }
+    const std::vector<double>& all() const { return all_; }
+
+  private:
+    std::vector<double> all_;
+};
+
+/// Points of the first layers of a random ladder; `piece` names its solution in the log.
+class LadderPoints {
+  public:
+    LadderPoints(const PhaseFunction& phase_function, const PointRange& range, int most,
+                 unsigned seed)
+        : phase_function_(phase_function), range_(range), mu_(floor_cosines()) {
+        std::mt19937 random(seed);
+        ladder_ = random_ladder(range, random);
+        PointSource source(range, range.all_kinds && has_peak(phase_function, range), random);
+        sides_ = source.sides();
+        const int layers = layers_of(ladder_.depths);
+        while (points_ < most && static_cast<int>(layers_.size()) < layers) {
+            const int of_layer = std::min(points_of_layer(range), most - points_);
+            layers_.push_back(source.draw(of_layer));
+            points_ += of_layer;
+            count_ += sides_.size();
+            for (const RandomPoint& point : layers_.back()) {
+                count_ += point.sides.size();
+                places_.push_back({mu_.place_of(point.at.mu_in), mu_.place_of(point.at.mu_out)});
+            }
+        }
+        if (!ladder_.depths.to_infinity) ladder_.depths.octaves = static_cast<int>(layers_.size());
+    }
+
+    /// Evenly drawn ones, at most `most`.
+    int points() const { return points_; }
+
+    std::vector<ErrorSample> solve(const SolverOptions& solver, const WorkLog& log,
+                                   const std::string& piece) const {
+        if (const auto finished = find_finished<double>(log, piece, count_))
+            return samples_of(*finished);
+        const std::vector<double> solved = values(solver);
+        keep_finished(log, piece, solved);
+        return samples_of(solved);
+    }
+
+  private:
+    struct Places {
+        int mu_in, mu_out;  // in mu_
+    };
+
+    /// Of each layer a floor for each side, then the totals, point by point.
+    std::vector<double> values(const SolverOptions& solver) const {
+        const PhaseFunction mixed = range_.mixture.count == 0
+                                        ? phase_function_
+                                        : PhaseFunction::mixture(ladder_.mixture, phase_function_,
+                                                                 range_.second_phase_function);
+        const auto solutions = solve_ladder(mixed, {ladder_.albedo}, ladder_.depths, mu_.all(),
+                                            solver, range_.lower_boundary);
+        std::vector<double> solved;
+        const Places* at = places_.data();
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            const LayerSolution& solution = solutions[0][k];
+            for (const Side side : sides_)
+                solved.push_back(side == Side::reflection ? reflection_floor(solution)
+                                                          : transmission_floor(solution));
+            for (const RandomPoint& point : layers_[k]) {
+                const double phi = point.at.azimuth;
+                for (const Side side : point.sides)
+                    solved.push_back(side == Side::reflection
+                                         ? solution.reflection(at->mu_in, at->mu_out, phi).total
+                                         : solution.transmission(at->mu_in, at->mu_out, phi).total);
+                ++at;
+            }
+        }
+        return solved;
+    }
+
+    std::vector<ErrorSample> samples_of(const std::vector<double>& solved) const {
+        std::vector<ErrorSample> samples;
+        const double* next = solved.data();
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            const double depth = ladder_.depths.to_infinity
+                                     ? infinity
+                                     : std::ldexp(ladder_.depths.first, static_cast<int>(k));
+            const double reflection_floor = next[0], transmission_floor = next[sides_.size() - 1];
+            next += sides_.size();
+            for (const RandomPoint& point : layers_[k])
+                for (const Side side : point.sides) {
+                    const bool reflected = side == Side::reflection;
+                    const double cosine = reflected ? cos_scattering_angle_reflected(point.at)
+                                                    : cos_scattering_angle_transmitted(point.at);
+                    samples.push_back({side, ladder_.albedo, depth, point.at,
+                                       std::acos(std::clamp(cosine, -1.0, 1.0)), *next++, 0, 0,
+                                       reflected ? reflection_floor : transmission_floor,
+                                       ladder_.mixture, point.kind});
+                }
+        }
+        return samples;
+    }
+
+    const PhaseFunction& phase_function_;
+    const PointRange& range_;
+    RandomLadder ladder_;
+    std::vector<Side> sides_;
+    std::vector<std::vector<RandomPoint>> layers_;
+    std::vector<Places> places_;
+    Cosines mu_;
+    int points_ = 0;
+    std::size_t count_ = 0;  // of values
+};
+
+}  // namespace
+
+int points_of_ladder(const PointRange& range) {
+    return points_of_layer(range) * (1 + static_cast<int>(octaves_of(range.optical_depth)));
+}
+
+std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
+                                             const PointRange& range, const SolverOptions& solver,
+                                             const VerifyOptions& options) {
+    std::vector<LadderPoints> ladders;
+    for (int left = options.samples; left > 0;) {
+        const unsigned seed = options.seed * 1000003u + static_cast<unsigned>(ladders.size());
+        ladders.emplace_back(phase_function, range, left, seed);
+        left -= ladders.back().points();
+    }
+    const auto count = static_cast<int>(ladders.size());
+    std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());
+    const auto solve = [&](int ladder) {
+        stop_if_asked(options.log);
+        const auto k = static_cast<std::size_t>(ladder);
+        of_ladder[k] = ladders[k].solve(solver, options.log, "ladder " + std::to_string(ladder));
+    };
+    parallel_for(count, options.threads, solve, [&](int done) {
+        if (options.progress) options.progress(static_cast<double>(done) / count);
+    });
+    std::vector<ErrorSample> samples;
+    for (const auto& some : of_ladder) samples.insert(samples.end(), some.begin(), some.end());
+    return samples;
+}
+
+}  // namespace stratus

@@ -40,7 +40,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
             "none");
     if (!needed) tables_ = nullptr;
     if (tables_ && seen_light(scene).fluxes)
-        for (const Table& table : tables_->tables)
+        for (const Table& table : tables_->headers)
             require(table.transmission_multiple.empty() || !table.diffuse_transmittance.empty(),
                     "LayerLight", "table",
                     "one of all mu_in, whose fluxes light what lies behind the layer",
@@ -60,7 +60,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
             scattered_once_.emplace_back(component);
     background_scatters_ = background_scatters;
     std::optional<TableView> table;
-    if (tables_) table = tables_->tables[0].view();
+    if (tables_) table = tables_->packed->view();
     bind(table ? &*table : nullptr, needed);
     shine(threads);
 }
@@ -141,7 +141,7 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
     return own;
 }
 
-Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
+Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
                                 Side side) const noexcept {
     const bool reflected = side == Side::reflection;
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
@@ -160,26 +160,18 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
                    : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     };
     double single_depth = 0, single = 0;  // of the last channel
-    Stencil mixture{0, {1, 0, 0, 0}};
-    if (tables_ && !tables_->mixture.values.empty())
-        mixture = tables_->mixture.view().stencil(matter.mixture);
     return each_channel(matter, [&](const LayerLight&, double albedo, double depth) {
         if (depth == 0) return 0.0;
         if (scene_.effects.single && depth != single_depth) {
             single_depth = depth;
             single = single_of(depth);
         }
-        double value = albedo * single;
-        for (int k = 0; tables_ && k < stencil_size; ++k) {
-            const double share = double{mixture.weight[k]};
-            if (share == 0) continue;
-            const TexturedTable& table =
-                tables_->textured[static_cast<std::size_t>(mixture.first + k)];
-            value += share * (reflected ? table.reflection(albedo, depth, geometry)
-                                        : table.transmission(albedo, depth, geometry))
-                                 .multiple;
-        }
-        return value;
+        const double once = albedo * single;
+        if (!tables_) return once;
+        const PackedTable& table = *tables_->packed;
+        return once + (reflected ? table.reflection(albedo, depth, geometry, matter.mixture)
+                                 : table.transmission(albedo, depth, geometry, matter.mixture))
+                          .multiple;
     });
 }
 
@@ -192,7 +184,7 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
         return of_channels([&](const LayerLight& light, std::size_t c) {
             return light.light(channel_matter(matter, c), geometry, side);
         });
-    if (!slice_) return textured_light(matter, geometry, side);
+    if (!slice_) return packed_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
@@ -248,7 +240,7 @@ double LayerLight::transmittance(double albedo, double optical_depth, double mu)
     if (optical_depth == 0) return 1;
     const double beam = direct_transmittance(optical_depth, mu);
     if (!tables_ || !scene_.effects.transmission) return beam;
-    const Table& table = tables_->tables[0];
+    const Table& table = tables_->headers[0];
     if (table.diffuse_transmittance.empty()) return beam;
     const Stencil stencil = table.mu_in.view().stencil(mu);
     return beam + flux(table, table.diffuse_transmittance, albedo, optical_depth, &stencil);
@@ -256,7 +248,7 @@ double LayerLight::transmittance(double albedo, double optical_depth, double mu)
 
 double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
     if (!tables_ || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
+    const Table& table = tables_->headers[0];
     return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
 }
 
@@ -276,7 +268,7 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
     double all = 0;
     for (int k = 0; k < stencil_size; ++k) {
         if (mixture.weight[k] == 0) continue;
-        const Table& table = tables_->tables[static_cast<std::size_t>(mixture.first + k)];
+        const Table& table = tables_->headers[static_cast<std::size_t>(mixture.first + k)];
         if (table.diffuse_transmittance.empty()) continue;
         const Stencil cosine = table.mu_in.view().stencil(mu);
         all += double{mixture.weight[k]} *
@@ -287,7 +279,7 @@ double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, do
 
 double LayerLight::plane_albedo(double albedo, double optical_depth, double mu) const noexcept {
     if (!tables_ || !scene_.effects.reflection || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
+    const Table& table = tables_->headers[0];
     if (table.plane_albedo.empty()) return 0;
     const Stencil stencil = table.mu_in.view().stencil(mu);
     return flux(table, table.plane_albedo, albedo, optical_depth, &stencil);

@@ -120,13 +120,10 @@ Table azimuth_mean(const Table& table) {
 
 std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
     auto mean = std::make_shared<LayerTables>();
-    mean->mixture = tables.mixture;
     for (std::size_t c = 0; c < tables.channels.size(); ++c)
         if (tables.channels[c]) mean->channels[c] = azimuth_mean(*tables.channels[c]);
-    for (const Table& table : tables.tables) mean->tables.push_back(azimuth_mean(table));
-    if (!tables.textured.empty())
-        for (const Table& table : mean->tables) mean->textured.emplace_back(table.view());
-    return mean;
+    if (!tables.packed) return mean;
+    return make_layer_tables(PackedTable(pack(azimuth_mean(tables.packed->unpacked()))));
 }
 
 /// Of a whole picture.
@@ -306,7 +303,7 @@ double keep_seconds_per_byte(const LayerTables* tables, bool writes) {
         write_table(table, path);
         std::filesystem::remove(path);
     }
-    if (!tables->textured.empty()) const TexturedTable prepared(table.view());
+    if (!tables->packed.empty()) const PackedTable prepared(table.view());
     return (processor_seconds() - started) / bytes;
 }
 

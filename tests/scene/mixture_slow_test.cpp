@@ -27,7 +27,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
         const LayerSolution layer =
             solve_layer(phase, 0.95, 1.2, {geometry.mu_in, geometry.mu_out});
         const double R = layer.reflection(0, 1, 2.5).total, T = layer.transmission(0, 1, 2.5).total;
-        // The table's tolerance, and half as much again for the textured table's functions.
+        // The table's tolerance, and half as much again for the packed table's functions.
         EXPECT_NEAR(light.reflection(matter, geometry)[0] / R, 1, 1.5 * tolerance) << mixture;
         EXPECT_NEAR(light.transmission(matter, geometry)[0] / T, 1, 1.5 * tolerance) << mixture;
     }

@@ -1,5 +1,5 @@
 // The light of a scene's layer at any of its points, with the scene's effects: by a slice where the
-// layer is uniform, by textured tables where it varies; single scattering in closed form.
+// layer is uniform, by packed tables where it varies; single scattering in closed form.
 #pragma once
 
 #include <stratus/runtime/constants.h>
@@ -105,7 +105,7 @@ class LayerLight {
     void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
+    Rgb3 packed_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     double transmittance(double albedo, double optical_depth, double mu) const noexcept;
     double spherical_albedo(double albedo, double optical_depth) const noexcept;
     double plane_albedo(double albedo, double optical_depth, double mu) const noexcept;

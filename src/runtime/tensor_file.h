@@ -53,14 +53,20 @@ constexpr TensorType tensor_type<std::int32_t>() {
     return TensorType::i32;
 }
 
+/// How many numbers a shape has: its product.
+inline std::size_t count_of(const std::vector<std::size_t>& shape) noexcept {
+    std::size_t count = 1;
+    for (const std::size_t extent : shape) count *= extent;
+    return count;
+}
+
 /// An array of numbers, in place.
 struct Tensor {
     TensorType type;
-    std::vector<std::size_t> shape;  // no number is 0; empty for a single number
+    std::vector<std::size_t> shape;  // each at least 1; empty for a single number
     const void* data;                // aligned to the size of a number
 
-    /// How many numbers: the product of the shape.
-    std::size_t count() const noexcept;
+    std::size_t count() const noexcept { return count_of(shape); }
 };
 
 /// A tensor whose type and rank are known.
@@ -69,7 +75,7 @@ struct TensorOf {
     const Number* data;
     std::vector<std::size_t> shape;
 
-    std::size_t count() const noexcept { return Tensor{{}, shape, data}.count(); }
+    std::size_t count() const noexcept { return count_of(shape); }
     const Number* begin() const noexcept { return data; }
     const Number* end() const noexcept { return data + count(); }
 };

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #else
+#include <filesystem>
 #include <fstream>
 #include <new>
 #endif
@@ -68,6 +69,11 @@ constexpr std::align_val_t alignment{64};
 }  // namespace
 
 MappedFile::MappedFile(const std::string& path) {
+    std::error_code ignored;  // opening the file says it better
+    const auto status = std::filesystem::status(path, ignored);
+    if (std::filesystem::is_directory(status)) refuse(path, "is a directory");
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        refuse(path, "is not a regular file");
     errno = 0;
     std::ifstream file(path, std::ios::binary | std::ios::ate);
     const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : 0;

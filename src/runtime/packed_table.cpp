@@ -161,7 +161,7 @@ Table header_of(const TensorFile& file) {
     table.diffusion_exponent = copied(file.numbers<double>(diffusion_exponent_name, 2));
     for (const auto& [name, text] : file.strings())
         if (!is_reserved(name)) table.attributes[name] = text;
-    check_header(table);
+    prepare_header(table);
     if (!table.has_mixture())
         table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
     if (file.has(path_orders_name)) {

@@ -226,7 +226,7 @@ TableView Table::view() const noexcept {
     return view;
 }
 
-void check_header(const Table& table) {
+void prepare_header(Table& table) {
     check_mixture(table.mixture);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
@@ -242,12 +242,12 @@ void check_header(const Table& table) {
     check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
     check_numbers(table);
     check_boundary(table);
+    work_out_weights(table);
 }
 
 void prepare(Table& table) {
-    check_header(table);
+    prepare_header(table);
     check_samples(table);
-    work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 

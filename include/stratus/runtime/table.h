@@ -187,8 +187,8 @@ void for_each_of_mixtures(const Use& use, Tables&... tables) {
 /// Errors   std::invalid_argument naming the dataset, what is required and what was met.
 void prepare(Table& table);
 
-/// The checks of `prepare` but for those of the samples.
-void check_header(const Table& table);
+/// The same without samples, whatever there are, and without the phase curve.
+void prepare_header(Table& table);
 
 /// A sample of the mixture axis as a table of its own, its phase function the sum of both.
 ///

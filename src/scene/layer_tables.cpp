@@ -65,7 +65,8 @@ Range incidence(const Scene& scene, const SeenLight& light) {
 }
 
 /// Refuses a table that does not serve a scene.
-void check_table(const Scene& scene, const Table& table) {
+void check_table(const Scene& scene, const PackedTable& packed) {
+    const Table& table = packed.header();
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
@@ -95,9 +96,9 @@ void check_table(const Scene& scene, const Table& table) {
     covers(
         "table.mu_in", table.mu_in.view(),
         {std::max(min_mu, needed->mu_in.min) * (1 + rounding), needed->mu_in.max * (1 - rounding)});
-    require(!needed->reflection || !table.reflection_multiple.empty(), caller, "table",
+    require(!needed->reflection || packed.has_reflection(), caller, "table",
             "one with reflection", "none");
-    require(!needed->transmission || !table.transmission_multiple.empty(), caller, "table",
+    require(!needed->transmission || packed.has_transmission(), caller, "table",
             "one with transmission", "none");
 }
 
@@ -199,9 +200,9 @@ std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions&
     if (cache)
         if (std::optional<PackedTable> table = cache->find(recipe))
             return make_layer_tables(std::move(*table));
-    const std::vector<char> packed = pack(bake(recipe, options));
-    if (cache) cache->keep(recipe, packed);
-    return make_layer_tables(PackedTable(packed));
+    Table table = bake(recipe, options);
+    return make_layer_tables(
+        PackedTable(cache ? cache->keep(recipe, std::move(table)) : pack(table)));
 }
 
 std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
@@ -215,7 +216,7 @@ std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes
             std::to_string(tables.size()));
     for (const Scene& scene : scenes) {
         const std::vector<Scene> channels = channel_scenes(scene);
-        for (std::size_t c = 0; c < channels.size(); ++c) check_table(channels[c], tables[c].header());
+        for (std::size_t c = 0; c < channels.size(); ++c) check_table(channels[c], tables[c]);
     }
     if (!coloured) return make_layer_tables(std::move(tables[0]));
     auto all = std::make_shared<LayerTables>();

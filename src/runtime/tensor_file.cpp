@@ -288,10 +288,9 @@ void TensorWriter::require_count(const std::string& name, const std::vector<std:
 void TensorWriter::add(const std::string& name, TensorType type,
                        const std::vector<std::size_t>& shape, const void* data) {
     constexpr char function[] = "TensorWriter";
-    const bool is_taken = std::any_of(entries_.begin(), entries_.end(),
-                                      [&](const Entry& entry) { return entry.name == name; });
-    require(!is_taken && name != strings_key && name.rfind(padding_name, 0) != 0, function,
-            "name of a tensor", "new and neither '__metadata__' nor 'padding_...'", quoted(name));
+    require(names_.count(name) == 0 && name != strings_key && name.rfind(padding_name, 0) != 0,
+            function, "name of a tensor", "new and neither '__metadata__' nor 'padding_...'",
+            quoted(name));
     require(is_utf8(name), function, "name of a tensor", "UTF-8", quoted(name));
     const std::size_t count = count_up_to(max_numbers, shape);
     require(shape.size() <= max_tensor_rank && count <= max_numbers, function,
@@ -299,6 +298,7 @@ void TensorWriter::add(const std::string& name, TensorType type,
             "at most " + std::to_string(max_tensor_rank) + " numbers of at least 1",
             list_text(shape));
     const char* const begin = static_cast<const char*>(data);
+    names_.insert(name);
     entries_.push_back({name, type, shape, {begin, begin + count * name_of(type).size}});
 }
 
@@ -322,7 +322,7 @@ std::vector<char> TensorWriter::bytes() const {
                           ",\"data_offsets\":" + list_text({end, end + size}) + '}');
         end += size;
     };
-    int paddings = 0;
+    std::size_t paddings = 0;
     for (const Entry& entry : entries_) {
         if (const std::size_t padding = padding_after(end); padding != 0)
             append_member(padding_name + std::to_string(++paddings), TensorType::f16,
@@ -334,10 +334,12 @@ std::vector<char> TensorWriter::bytes() const {
     header.append(padding_after(tensor_header_start + header.size()), ' ');
     require(header.size() <= max_tensor_header, "TensorWriter", "the header",
             "at most " + std::to_string(max_tensor_header) + " bytes", header.size());
-    require(std::max(entries_.size() + static_cast<std::size_t>(paddings), strings_.size()) <=
-                max_tensors,
-            "TensorWriter", "the tensors", "at most " + std::to_string(max_tensors),
-            entries_.size());
+    const auto require_few = [](const char* what, std::size_t count) {
+        require(count <= max_tensors, "TensorWriter", what,
+                "at most " + std::to_string(max_tensors), count);
+    };
+    require_few("the tensors with their padding", entries_.size() + paddings);
+    require_few("the strings", strings_.size());
 
     const std::uint64_t length = header.size();
     std::vector<char> file;

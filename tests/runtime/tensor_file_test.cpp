@@ -490,6 +490,20 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
         "TensorWriter: the header must be at most 16777216 bytes, got 16777");
 }
 
+TEST(TensorWriter, RefusesMoreThanIsRead) {
+    TensorWriter strings, tensors;
+    for (std::size_t i = 0; i <= max_tensors; ++i) strings.set(std::to_string(i), "");
+    expect_refusal<std::invalid_argument>(
+        [&] { (void)strings.bytes(); },
+        {"TensorWriter: the strings must be at most 100000, got 100001"});
+    // Each but the first after a padding.
+    for (std::size_t i = 0; i <= max_tensors / 2; ++i)
+        tensors.add(std::to_string(i), {1}, std::vector<float>{1});
+    expect_refusal<std::invalid_argument>(
+        [&] { (void)tensors.bytes(); },
+        {"TensorWriter: the tensors with their padding must be at most 100000, got 100001"});
+}
+
 void read_numbers(const TensorFile& file, const std::string& name) {
     const Tensor& tensor = file.tensor(name);
     const std::size_t rank = tensor.shape.size();

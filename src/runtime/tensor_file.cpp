@@ -51,11 +51,11 @@ struct Extent {
 };
 
 Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& tensor) {
-    const std::string of = " of tensor " + quoted(name);
+    const auto of = [&] { return " of tensor " + quoted(name); };
     bool has_type = false, has_shape = false, has_offsets = false;
     std::vector<std::size_t> offsets;
     const auto once = [&](bool& has, const char* field) {
-        if (has) refuse_tensor_file(field + of, "given once", "two");
+        if (has) refuse_tensor_file(field + of(), "given once", "two");
         has = true;
     };
     header.read_object([&](const std::string& field) {
@@ -66,51 +66,51 @@ Extent read_tensor(TensorHeaderReader& header, const std::string& name, Tensor& 
                 std::find_if(std::begin(type_names), std::end(type_names),
                              [&](const TypeName& type) { return type.name == text; });
             if (found == std::end(type_names))
-                refuse_tensor_file("dtype" + of, "F16, F32, F64 or I32", quoted(text));
+                refuse_tensor_file("dtype" + of(), "F16, F32, F64 or I32", quoted(text));
             tensor.type = found->type;
         } else if (field == "shape") {
             once(has_shape, "shape");
-            tensor.shape = header.read_integers(max_tensor_rank, "shape" + of);
+            tensor.shape = header.read_integers(max_tensor_rank);
         } else if (field == "data_offsets") {
             once(has_offsets, "data_offsets");
-            offsets = header.read_integers(2, "data_offsets" + of);
+            offsets = header.read_integers(2);
         } else {
-            refuse_tensor_file("a field" + of, "dtype, shape or data_offsets", quoted(field));
+            refuse_tensor_file("a field" + of(), "dtype, shape or data_offsets", quoted(field));
         }
     });
-    if (!has_type) refuse_tensor_file("dtype" + of, "given", "none");
-    if (!has_shape) refuse_tensor_file("shape" + of, "given", "none");
-    if (!has_offsets) refuse_tensor_file("data_offsets" + of, "given", "none");
+    if (!has_type) refuse_tensor_file("dtype" + of(), "given", "none");
+    if (!has_shape) refuse_tensor_file("shape" + of(), "given", "none");
+    if (!has_offsets) refuse_tensor_file("data_offsets" + of(), "given", "none");
     if (offsets.size() != 2)
-        refuse_tensor_file("data_offsets" + of, "two numbers", list_text(offsets));
+        refuse_tensor_file("data_offsets" + of(), "two numbers", list_text(offsets));
     return {offsets[0], offsets[1], nullptr, &tensor};
 }
 
 /// Checks one tensor of a file whose data take `data_bytes` from byte `data_start` on.
 void require_extent(const Extent& extent, std::size_t data_start, std::size_t data_bytes) {
-    const std::string of = " of tensor " + quoted(*extent.name);
-    const std::vector<std::size_t> offsets = {extent.begin, extent.end},
-                                   &shape = extent.tensor->shape;
+    const auto of = [&] { return " of tensor " + quoted(*extent.name); };
+    const auto offsets = [&] { return list_text({extent.begin, extent.end}); };
+    const std::vector<std::size_t>& shape = extent.tensor->shape;
     const TypeName& type = name_of(extent.tensor->type);
     if (extent.begin > extent.end)
-        refuse_tensor_file("data_offsets" + of, "in ascending order", list_text(offsets));
+        refuse_tensor_file("data_offsets" + of(), "in ascending order", offsets());
     if (extent.end > data_bytes)
-        refuse_tensor_file("data_offsets" + of,
+        refuse_tensor_file("data_offsets" + of(),
                            "within the " + std::to_string(data_bytes) + " bytes of data",
-                           list_text(offsets));
+                           offsets());
     if (std::count(shape.begin(), shape.end(), std::size_t{0}) != 0)
-        refuse_tensor_file("shape" + of, "of numbers of at least 1", list_text(shape));
+        refuse_tensor_file("shape" + of(), "of numbers of at least 1", list_text(shape));
     const std::size_t count = count_up_to(max_numbers, shape);
     if (count > max_numbers)
-        refuse_tensor_file("shape" + of, "of at most " + std::to_string(max_numbers) + " numbers",
+        refuse_tensor_file("shape" + of(), "of at most " + std::to_string(max_numbers) + " numbers",
                            list_text(shape));
     if (count * type.size != extent.end - extent.begin)
-        refuse_tensor_file("data_offsets" + of,
+        refuse_tensor_file("data_offsets" + of(),
                            std::to_string(count * type.size) + " bytes apart, as its shape " +
                                list_text(shape) + " of " + type.name,
-                           list_text(offsets));
+                           offsets());
     if ((data_start + extent.begin) % type.size != 0)
-        refuse_tensor_file("the start" + of,
+        refuse_tensor_file("the start" + of(),
                            "a multiple of " + std::to_string(type.size) + " bytes",
                            std::to_string(data_start + extent.begin));
 }
@@ -288,10 +288,9 @@ void TensorWriter::require_count(const std::string& name, const std::vector<std:
 void TensorWriter::add(const std::string& name, TensorType type,
                        const std::vector<std::size_t>& shape, const void* data) {
     constexpr char function[] = "TensorWriter";
-    const bool is_taken = std::any_of(entries_.begin(), entries_.end(),
-                                      [&](const Entry& entry) { return entry.name == name; });
-    require(!is_taken && name != strings_key && name.rfind(padding_name, 0) != 0, function,
-            "name of a tensor", "new and neither '__metadata__' nor 'padding_...'", quoted(name));
+    require(names_.count(name) == 0 && name != strings_key && name.rfind(padding_name, 0) != 0,
+            function, "name of a tensor", "new and neither '__metadata__' nor 'padding_...'",
+            quoted(name));
     require(is_utf8(name), function, "name of a tensor", "UTF-8", quoted(name));
     const std::size_t count = count_up_to(max_numbers, shape);
     require(shape.size() <= max_tensor_rank && count <= max_numbers, function,
@@ -299,6 +298,7 @@ void TensorWriter::add(const std::string& name, TensorType type,
             "at most " + std::to_string(max_tensor_rank) + " numbers of at least 1",
             list_text(shape));
     const char* const begin = static_cast<const char*>(data);
+    names_.insert(name);
     entries_.push_back({name, type, shape, {begin, begin + count * name_of(type).size}});
 }
 
@@ -322,7 +322,7 @@ std::vector<char> TensorWriter::bytes() const {
                           ",\"data_offsets\":" + list_text({end, end + size}) + '}');
         end += size;
     };
-    int paddings = 0;
+    std::size_t paddings = 0;
     for (const Entry& entry : entries_) {
         if (const std::size_t padding = padding_after(end); padding != 0)
             append_member(padding_name + std::to_string(++paddings), TensorType::f16,
@@ -334,10 +334,12 @@ std::vector<char> TensorWriter::bytes() const {
     header.append(padding_after(tensor_header_start + header.size()), ' ');
     require(header.size() <= max_tensor_header, "TensorWriter", "the header",
             "at most " + std::to_string(max_tensor_header) + " bytes", header.size());
-    require(std::max(entries_.size() + static_cast<std::size_t>(paddings), strings_.size()) <=
-                max_tensors,
-            "TensorWriter", "the tensors", "at most " + std::to_string(max_tensors),
-            entries_.size());
+    const auto require_few = [](const char* what, std::size_t count) {
+        require(count <= max_tensors, "TensorWriter", what,
+                "at most " + std::to_string(max_tensors), count);
+    };
+    require_few("the tensors with their padding", entries_.size() + paddings);
+    require_few("the strings", strings_.size());
 
     const std::uint64_t length = header.size();
     std::vector<char> file;

@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -146,7 +147,8 @@ class TensorWriter {
 
     /// The file: tensors in the order in which they were added.
     ///
-    /// Errors   std::invalid_argument if TensorFile would refuse it for its size.
+    /// Errors   std::invalid_argument for a longer header, more tensors or more strings than
+    ///          TensorFile reads.
     std::vector<char> bytes() const;
 
   private:
@@ -162,6 +164,7 @@ class TensorWriter {
 
     std::map<std::string, std::string> strings_;
     std::vector<Entry> entries_;
+    std::set<std::string> names_;  // of the entries
 };
 
 }  // namespace stratus

@@ -127,14 +127,15 @@ std::size_t TensorHeaderReader::read_integer() {
     return number;
 }
 
-std::vector<std::size_t> TensorHeaderReader::read_integers(std::size_t max,
-                                                           const std::string& what) {
+std::vector<std::size_t> TensorHeaderReader::read_integers(std::size_t max) {
     std::vector<std::size_t> numbers;
     expect('[');
+    const char* const start = next_ - 1;
     if (take(']')) return numbers;
     do {
         if (numbers.size() == max)
-            refuse_tensor_file(what, "at most " + std::to_string(max) + " numbers", "more");
+            refuse_tensor_file("the list from " + place(start),
+                               "at most " + std::to_string(max) + " numbers", "more");
         numbers.push_back(read_integer());
     } while (take(','));
     expect(']');

@@ -49,8 +49,8 @@ class TensorHeaderReader {
 
     std::string read_string();
 
-    /// At most `max` integers, none negative; messages call the list `what`.
-    std::vector<std::size_t> read_integers(std::size_t max, const std::string& what);
+    /// At most `max` integers, none negative.
+    std::vector<std::size_t> read_integers(std::size_t max);
 
     /// Nothing but spaces is left.
     void expect_end();

@@ -251,7 +251,8 @@ TEST(TensorFile, RefusesNumbersThatAreNotIntegers) {
             "the number from byte 23 of the file must be at most 18446744073709551615, got more");
     refused("18446744073709551615,",
             "byte 44 of the file must be a digit, got the end of the header");
-    refused("1,1,1,1,1,1,1,1,1]", "shape of tensor 'a' must be at most 8 numbers, got more");
+    refused("1,1,1,1,1,1,1,1,1]",
+            "the list from byte 22 of the file must be at most 8 numbers, got more");
 }
 
 TEST(TensorFile, RefusesFieldsThatAreNot) {
@@ -281,7 +282,8 @@ TEST(TensorFile, RefusesFieldsThatAreNot) {
             "dtype of tensor 'a' must be F16, F32, F64 or I32, got '" + std::string(other) + '\'');
     refused(list({type, shape, "\"data_offsets\":[0]"}),
             "data_offsets of tensor 'a' must be two numbers, got [0]");
-    refused("\"data_offsets\":[0,1,2]", "data_offsets of tensor 'a' must be at most 2 numbers");
+    refused("\"data_offsets\":[0,1,2]",
+            "the list from byte 29 of the file must be at most 2 numbers, got more");
 }
 
 TEST(TensorFile, RefusesNamesGivenTwice) {
@@ -486,6 +488,20 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
             (void)writer.bytes();
         },
         "TensorWriter: the header must be at most 16777216 bytes, got 16777");
+}
+
+TEST(TensorWriter, RefusesMoreThanIsRead) {
+    TensorWriter strings, tensors;
+    for (std::size_t i = 0; i <= max_tensors; ++i) strings.set(std::to_string(i), "");
+    expect_refusal<std::invalid_argument>(
+        [&] { (void)strings.bytes(); },
+        {"TensorWriter: the strings must be at most 100000, got 100001"});
+    // Each but the first after a padding.
+    for (std::size_t i = 0; i <= max_tensors / 2; ++i)
+        tensors.add(std::to_string(i), {1}, std::vector<float>{1});
+    expect_refusal<std::invalid_argument>(
+        [&] { (void)tensors.bytes(); },
+        {"TensorWriter: the tensors with their padding must be at most 100000, got 100001"});
 }
 
 void read_numbers(const TensorFile& file, const std::string& name) {

@@ -247,6 +247,11 @@ void add_header(TensorWriter& file, const Table& table) {
 }  // namespace
 
 std::vector<char> pack(const Table& table) {
+    for (const std::vector<float>* const samples :
+         {&table.reflection_multiple, &table.transmission_multiple})
+        require(samples->empty() || samples->size() == table.sample_count(), "pack", "samples",
+                "as many as the axes say, " + std::to_string(table.sample_count()),
+                samples->size());
     TensorWriter file;
     add_header(file, table);
     add_path_law(file, table);

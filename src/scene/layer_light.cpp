@@ -41,7 +41,7 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
     if (!needed) tables_ = nullptr;
     if (tables_ && seen_light(scene).fluxes)
         for (const Table& table : tables_->headers)
-            require(table.transmission_multiple.empty() || !table.diffuse_transmittance.empty(),
+            require(!tables_->packed->has_transmission() || !table.diffuse_transmittance.empty(),
                     "LayerLight", "table",
                     "one of all mu_in, whose fluxes light what lies behind the layer",
                     "one without diffuse_transmittance");

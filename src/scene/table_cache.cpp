@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
-constexpr const char* ending = ".stratus";
+constexpr const char* ending = packed_ending;
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -169,7 +170,11 @@ std::vector<char> TableCache::keep(const Recipe& recipe, Table table) {
     try {
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);
-        write_atomically(path, packed);
+        write_atomically(path, [&](const fs::path& temporary) {
+            std::ofstream file(temporary, std::ios::binary);
+            file.exceptions(std::ios::failbit | std::ios::badbit);
+            file.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+        });
         remove_oldest(path);
     } catch (const std::exception& error) {
         trouble_ = error.what();

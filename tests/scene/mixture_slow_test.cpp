@@ -17,7 +17,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     Recipe recipe = *needed_recipe(scene);
     recipe.reflection = recipe.transmission = true;
     recipe.mu_in = {0, 1};
-    const auto tables = bake_layer_tables(scene, recipe);
+    const auto tables = bake_layer_tables(recipe);
     const LayerLight light(scene, tables.get());
     for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
         const Geometry geometry{0.6, 0.5, 2.5};

@@ -32,6 +32,9 @@
 
 namespace stratus {
 
+/// How names of packed tables' files end.
+constexpr const char* packed_ending = ".stratus";
+
 /// Arguments of many lookups, structure of arrays: `count` of each.
 struct PackedPoints {
     const float *albedo, *optical_depth, *mu_in, *mu_out, *azimuth;

@@ -19,7 +19,7 @@ namespace {
 
 // Shares of the tolerance by which the functions may miss a layer: those found, and by rounding
 // them to halves.
-constexpr double basis_share = 0.2, half_share = 0.1;
+constexpr double basis_share = 0.3, half_share = 0.5;
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 

@@ -439,10 +439,10 @@ double within_half_turn(double azimuth) noexcept {
     return azimuth >= 0 && azimuth <= pi ? azimuth : std::abs(std::remainder(azimuth, 2 * pi));
 }
 
-Scattered at_one(const SideMemory& side, const PackedSide& view, double albedo,
-                 double optical_depth, const Geometry& geometry) noexcept {
+Scattered at_one(const SideMemory& side, double albedo, double optical_depth,
+                 const Geometry& geometry) noexcept {
     float single_multiple[2];
-    side.kernel->one(view,
+    side.kernel->one(side.view,
                      {static_cast<float>(albedo), static_cast<float>(1 - albedo),
                       static_cast<float>(optical_depth), static_cast<float>(geometry.mu_in),
                       static_cast<float>(geometry.mu_out),
@@ -451,9 +451,10 @@ Scattered at_one(const SideMemory& side, const PackedSide& view, double albedo,
     return {double{single_multiple[0]}, double{single_multiple[1]}};
 }
 
-void at_many(const SideMemory& side, const PackedPoints& points, float* total) noexcept {
+void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoints& points,
+             float* total) noexcept {
     const std::size_t rest = points.count % points_at_once, whole = points.count - rest;
-    side.kernel->many(side.view, points, whole, total);
+    kernel.many(side, points, whole, total);
     if (rest == 0) return;
     alignas(64) float copy[5][points_at_once], found[points_at_once];
     const float* const from[5] = {points.albedo, points.optical_depth, points.mu_in, points.mu_out,
@@ -462,8 +463,8 @@ void at_many(const SideMemory& side, const PackedPoints& points, float* total) n
         std::fill(copy[q], copy[q] + points_at_once, 0.5f);
         std::copy(from[q] + whole, from[q] + points.count, copy[q]);
     }
-    side.kernel->many(side.view, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once},
-                      points_at_once, found);
+    kernel.many(side, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once},
+                points_at_once, found);
     std::copy(found, found + rest, total + whole);
 }
 
@@ -547,7 +548,7 @@ struct PackedTable::Contents {
         if (side == Side::transmission && header.lower_boundary.is_present()) return sum;
         each_mixture(share, [&](const MixtureSample& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
-            const Scattered at = at_one(memory, memory.view, albedo, optical_depth, geometry);
+            const Scattered at = at_one(memory, albedo, optical_depth, geometry);
             sum.single += weight * at.single;
             sum.multiple += weight * at.multiple;
         });
@@ -561,7 +562,8 @@ struct PackedTable::Contents {
         }
         const int index = side == Side::reflection ? 0 : 1;
         if (!header.has_mixture()) {
-            at_many(mixture[0].side[index], points, total);
+            const SideMemory& side = mixture[0].side[index];
+            at_many(side.view, *side.kernel, points, total);
             return;
         }
         std::fill(total, total + points.count, 0.0f);
@@ -570,7 +572,7 @@ struct PackedTable::Contents {
             float found[block];
             for (std::size_t first = 0; first < points.count; first += block) {
                 const std::size_t count = std::min(block, points.count - first);
-                at_many(sample.side[index],
+                at_many(sample.side[index].view, *sample.side[index].kernel,
                         {points.albedo + first, points.optical_depth + first, points.mu_in + first,
                          points.mu_out + first, points.azimuth + first, count},
                         found);
@@ -644,22 +646,49 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
     const Table& table = contents_->header;
     std::vector<float> values(table.mu_in.values.size() * table.mu_out.values.size() *
                               table.azimuth.values.size());
-    contents_->each_mixture(mixture, [&](const MixtureSample& sample, double weight) {
-        const SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
-        PackedSide view = side.view;
-        view.path = {};
-        std::size_t n = 0;
-        for (const double in : table.mu_in.values)
-            for (const double out : table.mu_out.values) {
+    // All directions, once of those that are symmetric.
+    const std::vector<double>&ins = table.mu_in.values, &outs = table.mu_out.values,
+                              &azimuths = table.azimuth.values;
+    const bool symmetric = table.view().is_symmetric();
+    std::vector<float> in, out, azimuth, scale;
+    for (std::size_t i = 0; i < ins.size(); ++i)
+        for (std::size_t j = 0; j < (symmetric ? i + 1 : outs.size()); ++j)
+            for (const double angle : azimuths) {
                 const double shares = table.lower_boundary.is_present()
                                           ? 1
-                                          : intercepted_share(optical_depth, in) *
-                                                intercepted_share(optical_depth, out);
-                for (const double azimuth : table.azimuth.values)
-                    values[n++] += static_cast<float>(
-                        weight / shares *
-                        at_one(side, view, albedo, optical_depth, {in, out, azimuth}).multiple);
+                                          : intercepted_share(optical_depth, ins[i]) *
+                                                intercepted_share(optical_depth, outs[j]);
+                in.push_back(static_cast<float>(ins[i]));
+                out.push_back(static_cast<float>(outs[j]));
+                azimuth.push_back(static_cast<float>(angle));
+                scale.push_back(static_cast<float>(1 / shares));
             }
+    const std::vector<float> albedos(in.size(), static_cast<float>(albedo)),
+        depths(in.size(), static_cast<float>(optical_depth));
+    std::vector<float> found(in.size());
+    contents_->each_mixture(mixture, [&](const MixtureSample& sample, double weight) {
+        const SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
+        PackedSide orders = side.view;  // without what is known in closed form
+        orders.path = {};
+        orders.phase = {};
+        orders.surface_albedo = orders.boundary_quarter_albedo = 0;
+        const PackedKernels& all = *kernels().packed;
+        const PackedKernel& kernel = (which == Side::reflection ? all.reflected : all.transmitted)
+                                         .of(PhaseForm::constant, azimuths.size() > 1);
+        at_many(orders, kernel,
+                {albedos.data(), depths.data(), in.data(), out.data(), azimuth.data(), in.size()},
+                found.data());
+        std::size_t n = 0;
+        const auto row = [&](std::size_t i, std::size_t j) {
+            return &values[(i * outs.size() + j) * azimuths.size()];
+        };
+        for (std::size_t i = 0; i < ins.size(); ++i)
+            for (std::size_t j = 0; j < (symmetric ? i + 1 : outs.size()); ++j)
+                for (std::size_t k = 0; k < azimuths.size(); ++k, ++n) {
+                    const float value = static_cast<float>(weight) * scale[n] * found[n];
+                    row(i, j)[k] += value;
+                    if (symmetric && i != j) row(j, i)[k] += value;
+                }
     });
     return values;
 }

@@ -89,7 +89,7 @@ TEST(PathLawTable, LookupsMeetTheSolver) {
 
 TEST(PathLawTable, SlicesColoursAndTexturesMeetLookups) {
     const TableView view = table().view();
-    const PackedTable packed(view);
+    const PackedTable packed(pack(table()));
     const double depths[] = {0.7, 1.5, 3.0}, albedos[] = {0.92, 0.97, 1.0};
     const RgbSlice colours = bind_rgb(view, depths, albedos);
     for (int c = 0; c < 3; ++c) {
@@ -137,7 +137,7 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
     EXPECT_EQ(bind(view, 2, 0).transmission(0.7f, 0.72f, 0.1f), 0);
     // not-a-number never becomes an index
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const PackedTable packed(view);
+    const PackedTable packed(pack(table()));
     for (const double bad : {nan, -nan}) {
         const auto of = static_cast<float>(bad);
         for (const Geometry& at : {Geometry{bad, 0.5, 1}, Geometry{0.5, 0.5, bad}}) {

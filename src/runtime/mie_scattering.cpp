@@ -24,6 +24,8 @@ std::size_t start_of_recurrence(double size, std::size_t count) {
            static_cast<std::size_t>(8 * std::cbrt(size)) + 15;
 }
 
+std::size_t padded(std::size_t terms) { return (terms + mie_lanes - 1) / mie_lanes * mie_lanes; }
+
 // ---- Spheres
 
 /// Coefficients of up to mie_lanes spheres, the last in the lanes beyond.
@@ -79,28 +81,28 @@ SectionLanes sections_of(const std::vector<CoefficientLanes>& series) {
 }
 
 /// Of several spheres: a row of the real and one of the imaginary parts of (2n+1) / (n(n+1))
-/// (a_n + b_n), and as many with a_n - b_n, times the root of how many spheres there are.
+/// (a_n + b_n), and as many with a_n - b_n, times the root of how many spheres there are. See
+/// sphere_sums.h.
 struct SphereRows {
-    std::size_t stride;  // from row to row, a multiple of mie_lanes
-    std::size_t count = 0;
+    std::size_t size, rows;  // terms, a multiple of mie_lanes, and rows that there is place for
+    std::size_t count = 0;   // spheres
     std::vector<double> sum, difference;
 
     SphereRows(std::size_t most_terms, std::size_t most)
-        : stride((most_terms + mie_lanes - 1) / mie_lanes * mie_lanes),
-          sum(2 * most * stride),
-          difference(2 * most * stride) {}
+        : size(padded(most_terms)), rows(2 * most), sum(rows * size), difference(rows * size) {}
 
     void add(const std::vector<CoefficientLanes>& series, std::size_t k, double number) {
-        const std::size_t first = 2 * count++ * stride;
+        const std::size_t first = 2 * count++;
         const double root = std::sqrt(number);
         for (std::size_t i = 0; i < series.size(); ++i) {
             const CoefficientLanes& at = series[i];
             const double n = static_cast<double>(i + 1);
             const double factor = root * (2 * n + 1) / (n * (n + 1));
-            sum[first + i] = factor * (at.a_re[k] + at.b_re[k]);
-            sum[first + stride + i] = factor * (at.a_im[k] + at.b_im[k]);
-            difference[first + i] = factor * (at.a_re[k] - at.b_re[k]);
-            difference[first + stride + i] = factor * (at.a_im[k] - at.b_im[k]);
+            const std::size_t re = (i / mie_lanes * rows + first) * mie_lanes + i % mie_lanes;
+            sum[re] = factor * (at.a_re[k] + at.b_re[k]);
+            sum[re + mie_lanes] = factor * (at.a_im[k] + at.b_im[k]);
+            difference[re] = factor * (at.a_re[k] - at.b_re[k]);
+            difference[re + mie_lanes] = factor * (at.a_im[k] - at.b_im[k]);
         }
     }
 
@@ -113,11 +115,11 @@ struct SphereRows {
 
 // ---- Angles
 
-/// Terms at mie_lanes cosines.
-void fill_angle_terms(const double* cosine, std::vector<AngleLanes>& terms) {
+/// `count` terms at mie_lanes cosines.
+void fill_angle_terms(const double* cosine, std::size_t count, AngleLanes* terms) {
     double before[mie_lanes] = {}, here[mie_lanes];  // pi_{n-1}, pi_n
     std::fill(here, here + mie_lanes, 1.0);
-    for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const double n = static_cast<double>(i + 1), growth = (n + 1) / n;
         for (std::size_t k = 0; k < mie_lanes; ++k) {
             const double along = cosine[k] * here[k], step = along - before[k];
@@ -136,18 +138,21 @@ struct AtNodes {
     std::vector<double> value;
 };
 
-/// Calls `add(angle terms, values)` for mie_lanes nodes at a time.
+/// Calls `add(angle terms, groups, values)` for groups of mie_lanes nodes.
 template <class Add>
 void at_all_nodes(AtNodes& nodes, std::size_t terms, const Add& add) {
-    std::vector<AngleLanes> angle(terms);
+    constexpr std::size_t most_groups = 8, most = most_groups * mie_lanes;
+    std::vector<AngleLanes> angle(most_groups * terms);
     const std::size_t count = nodes.value.size();
-    for (std::size_t first = 0; first < count; first += mie_lanes) {
-        const std::size_t some = std::min(mie_lanes, count - first);
-        double cosine[mie_lanes] = {}, value[mie_lanes] = {};
+    for (std::size_t first = 0; first < count; first += most) {
+        const std::size_t some = std::min(most, count - first), groups = padded(some) / mie_lanes;
+        double cosine[most] = {}, value[most_groups][mie_lanes] = {};
         std::copy_n(&nodes.nodes.x[first], some, cosine);
-        fill_angle_terms(cosine, angle);
-        add(angle.data(), value);
-        for (std::size_t k = 0; k < some; ++k) nodes.value[first + k] += value[k];
+        for (std::size_t g = 0; g < groups; ++g)
+            fill_angle_terms(cosine + g * mie_lanes, terms, &angle[g * terms]);
+        add(angle.data(), groups, value);
+        for (std::size_t j = 0; j < some; ++j)
+            nodes.value[first + j] += value[j / mie_lanes][j % mie_lanes];
     }
 }
 
@@ -156,51 +161,52 @@ void at_all_nodes(AtNodes& nodes, std::size_t terms, const Add& add) {
 
 /// From the amplitudes of each sphere.
 void add_intensities(const SphereRows& spheres, AtNodes& nodes) {
-    at_all_nodes(nodes, spheres.stride, [&](const AngleLanes* angle, double* value) {
-        for (std::size_t i = 0; i < spheres.count; ++i) {
-            double S[4][mie_lanes];
-            const std::size_t row = 2 * i * spheres.stride;
-            sphere_sums().amplitudes(&spheres.sum[row], &spheres.difference[row], spheres.stride,
-                                     spheres.stride, angle, S);
-            for (const auto& part : S)
-                for (std::size_t k = 0; k < mie_lanes; ++k) value[k] += part[k] * part[k];
-        }
-    });
+    at_all_nodes(nodes, spheres.size,
+                 [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
+                     for (std::size_t g = 0; g < groups; ++g)
+                         for (std::size_t i = 0; i < spheres.count; ++i) {
+                             double S[4][mie_lanes];
+                             sphere_sums().amplitudes(spheres.sum.data(), spheres.difference.data(),
+                                                      2 * i, spheres.rows, spheres.size,
+                                                      angle + g * spheres.size, S);
+                             for (const auto& part : S)
+                                 for (std::size_t k = 0; k < mie_lanes; ++k)
+                                     value[g][k] += part[k] * part[k];
+                         }
+                 });
 }
 
-/// From sums over spheres of products of two terms, each of which all angles share: for far more
-/// spheres than terms.
+/// From sums over spheres of products of two terms, which all angles share: for many spheres.
 class ProductSums {
   public:
-    explicit ProductSums(std::size_t stride)
-        : stride_(stride), sum_(stride * stride), difference_(stride * stride) {}
+    explicit ProductSums(std::size_t size)
+        : size_(size), sum_(size * size), difference_(size * size) {}
 
     void add(const SphereRows& spheres, std::size_t most_terms) {
-        const std::size_t size = (most_terms + mie_lanes - 1) / mie_lanes * mie_lanes;
-        sphere_sums().add_products(spheres.sum.data(), 2 * spheres.count, size, stride_,
-                                   sum_.data());
-        sphere_sums().add_products(spheres.difference.data(), 2 * spheres.count, size, stride_,
+        const std::size_t used = padded(most_terms);
+        sphere_sums().add_products(spheres.sum.data(), spheres.rows, used, size_, sum_.data());
+        sphere_sums().add_products(spheres.difference.data(), spheres.rows, used, size_,
                                    difference_.data());
     }
 
     /// Once all spheres have been added.
     void add_intensities(AtNodes& nodes) {
         for (std::vector<double>* const matrix : {&sum_, &difference_})
-            for (std::size_t n = 0; n < stride_; ++n) {
-                double* const row = matrix->data() + n * stride_;
+            for (std::size_t n = 0; n < size_; ++n) {
+                double* const row = matrix->data() + n * size_;
                 std::fill(row, row + n, 0.0);
-                for (std::size_t column = n + 1; column < stride_; ++column) row[column] *= 2;
+                for (std::size_t m = n + 1; m < size_; ++m) row[m] *= 2;
             }
-        at_all_nodes(nodes, stride_, [&](const AngleLanes* angle, double* value) {
-            double part[mie_lanes];
-            sphere_sums().sum_form(sum_.data(), stride_, stride_, angle, value);
-            sphere_sums().difference_form(difference_.data(), stride_, stride_, angle, part);
-            for (std::size_t k = 0; k < mie_lanes; ++k) value[k] += part[k];
-        });
+        at_all_nodes(nodes, size_,
+                     [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
+                         sphere_sums().add_sum_form(sum_.data(), size_, angle, groups, value);
+                         sphere_sums().add_difference_form(difference_.data(), size_, angle, groups,
+                                                           value);
+                     });
     }
 
   private:
-    std::size_t stride_;
+    std::size_t size_;
     std::vector<double> sum_, difference_;  // of terms n and m >= n
 };
 
@@ -253,11 +259,11 @@ MieCoefficients mie_coefficients(double x, Complex m) {
 MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
     SphereRows row(sphere.a.size(), 1);
     row.add(lanes_of(sphere), 0, 1);
-    std::vector<AngleLanes> angle(row.stride);
+    std::vector<AngleLanes> angle(row.size);
     const double cosine[mie_lanes] = {cos_theta};
-    fill_angle_terms(cosine, angle);
+    fill_angle_terms(cosine, angle.size(), angle.data());
     double S[4][mie_lanes];
-    sphere_sums().amplitudes(row.sum.data(), row.difference.data(), row.stride, row.stride,
+    sphere_sums().amplitudes(row.sum.data(), row.difference.data(), 0, row.rows, row.size,
                              angle.data(), S);
     const Complex sum(S[0][0], S[1][0]), difference(S[2][0], S[3][0]);
     return {(sum + difference) / 2.0, (sum - difference) / 2.0};
@@ -276,8 +282,8 @@ SphereScattering scattering_of(const std::vector<SphereSize>& spheres, Complex m
     AtNodes nodes{GaussLegendre(count), std::vector<double>(count, 0.0)};
     constexpr std::size_t batch = 4 * mie_lanes;  // spheres whose rows are kept
     SphereRows rows(most_terms, batch);
-    const bool many = spheres.size() > most_terms;
-    ProductSums products(many ? rows.stride : 0);
+    const bool many = spheres.size() > most_terms / 3;  // which way is faster
+    ProductSums products(many ? rows.size : 0);
     std::size_t terms = 0;  // of the longest series in the batch
     for (std::size_t first = 0; first < spheres.size(); first += mie_lanes) {
         const std::size_t some = std::min(mie_lanes, spheres.size() - first);

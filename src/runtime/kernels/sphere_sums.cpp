@@ -101,57 +101,69 @@ void coefficients(const SphereLanes& spheres, double m_re, double m_im, const Se
 
 // ---- Sums
 
-void add_products(const double* row, std::size_t rows, std::size_t size, std::size_t stride,
+void add_products(const double* term, std::size_t rows, std::size_t used, std::size_t size,
                   double* matrix) {
-    for (std::size_t n = 0; n < size; n += rows_at_once)
-        for (std::size_t column = n / mie_lanes * mie_lanes; column < size; column += mie_lanes) {
+    const std::size_t block = rows * mie_lanes;
+    for (std::size_t n = 0; n < used; n += rows_at_once) {
+        const double* const across = term + n / mie_lanes * block + n % mie_lanes;
+        for (std::size_t m = n / mie_lanes * mie_lanes; m < used; m += mie_lanes) {
+            const double* const along = term + m / mie_lanes * block;
             Lanes sum[rows_at_once] = {};
-            for (std::size_t k = 0; k < rows; ++k) {
-                const double* const from = row + k * stride;
-                const Lanes along = load(from + column);
-                for (std::size_t i = 0; i < rows_at_once; ++i) sum[i] += from[n + i] * along;
+            for (std::size_t k = 0; k < block; k += mie_lanes) {
+                const Lanes numbers = load(along + k);
+                for (std::size_t i = 0; i < rows_at_once; ++i) sum[i] += across[k + i] * numbers;
             }
             for (std::size_t i = 0; i < rows_at_once; ++i) {
-                double* const to = matrix + (n + i) * stride + column;
+                double* const to = matrix + (n + i) * size + m;
                 store(load(to) + sum[i], to);
             }
         }
+    }
 }
 
-void amplitudes(const double* plus, const double* minus, std::size_t size, std::size_t stride,
-                const AngleLanes* angle, double (*value)[mie_lanes]) {
-    Lanes sum[4] = {};
+void amplitudes(const double* sum, const double* difference, std::size_t first, std::size_t rows,
+                std::size_t size, const AngleLanes* angle, double (*value)[mie_lanes]) {
+    Lanes part[4] = {};
     for (std::size_t n = 0; n < size; ++n) {
-        const Lanes with_plus = load(angle[n].sum), with_minus = load(angle[n].difference);
-        sum[0] += plus[n] * with_plus;
-        sum[1] += plus[stride + n] * with_plus;
-        sum[2] += minus[n] * with_minus;
-        sum[3] += minus[stride + n] * with_minus;
+        const std::size_t re = (n / mie_lanes * rows + first) * mie_lanes + n % mie_lanes,
+                          im = re + mie_lanes;
+        const Lanes plus = load(angle[n].sum), minus = load(angle[n].difference);
+        part[0] += sum[re] * plus;
+        part[1] += sum[im] * plus;
+        part[2] += difference[re] * minus;
+        part[3] += difference[im] * minus;
     }
-    for (int part = 0; part < 4; ++part) store(sum[part], value[part]);
+    for (int k = 0; k < 4; ++k) store(part[k], value[k]);
 }
 
 template <double (AngleLanes::*part)[mie_lanes]>
-void form(const double* matrix, std::size_t size, std::size_t stride, const AngleLanes* angle,
-          double* value) {
-    Lanes sum = {};
-    for (std::size_t n = 0; n < size; n += rows_at_once) {
-        Lanes product[rows_at_once] = {};
-        for (std::size_t column = n; column < size; ++column) {
-            const Lanes along = load(angle[column].*part);
-            for (std::size_t i = 0; i < rows_at_once; ++i)
-                product[i] += matrix[(n + i) * stride + column] * along;
-        }
-        for (std::size_t i = 0; i < rows_at_once; ++i) sum += product[i] * load(angle[n + i].*part);
+void add_form(const double* matrix, std::size_t size, const AngleLanes* angle, std::size_t groups,
+              double (*value)[mie_lanes]) {
+    constexpr std::size_t chunk = 128;  // columns: what the first cache holds of so many rows
+    for (std::size_t begin = 0; begin < size; begin += chunk) {
+        const std::size_t end = begin + chunk < size ? begin + chunk : size;
+        for (std::size_t n = 0; n < end; n += rows_at_once)
+            for (std::size_t g = 0; g < groups; ++g) {
+                const AngleLanes* const at = angle + g * size;
+                Lanes product[rows_at_once] = {};
+                for (std::size_t m = n > begin ? n : begin; m < end; ++m) {
+                    const Lanes along = load(at[m].*part);
+                    for (std::size_t i = 0; i < rows_at_once; ++i)
+                        product[i] += matrix[(n + i) * size + m] * along;
+                }
+                Lanes sum = load(value[g]);
+                for (std::size_t i = 0; i < rows_at_once; ++i)
+                    sum += product[i] * load(at[n + i].*part);
+                store(sum, value[g]);
+            }
     }
-    store(sum, value);
 }
 
 }  // namespace
 
 namespace STRATUS_ISA {
-const SphereSums sphere_sums{coefficients, add_products, amplitudes, form<&AngleLanes::sum>,
-                             form<&AngleLanes::difference>};
+const SphereSums sphere_sums{coefficients, add_products, amplitudes, add_form<&AngleLanes::sum>,
+                             add_form<&AngleLanes::difference>};
 }
 
 }  // namespace stratus

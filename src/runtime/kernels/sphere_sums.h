@@ -39,23 +39,26 @@ struct SphereSums {
                          const SeriesLength& length, double* scratch,
                          CoefficientLanes* coefficients);
 
-    /// Adds row^T row of each of `rows` rows of `size` numbers, a multiple of mie_lanes, to a square
-    /// matrix; rows of both lie `stride` apart. Only what is right of its diagonal, and that, is
-    /// complete.
-    void (*add_products)(const double* row, std::size_t rows, std::size_t size, std::size_t stride,
+    // Terms of several spheres lie as [n / mie_lanes][row][n % mie_lanes], `rows` of them; matrices
+    // row by row, `size` numbers each, a multiple of mie_lanes.
+
+    /// Adds row^T row of each row to a matrix, up to the terms n < `used`, a multiple of mie_lanes.
+    /// Only its diagonal and what is right of that are complete.
+    void (*add_products)(const double* term, std::size_t rows, std::size_t used, std::size_t size,
                          double* matrix);
 
-    /// Sums over the real and over the imaginary numbers of a sphere, two rows `stride` apart: of
-    /// `sum` times the sums of the angles' terms, then of `difference` times their differences.
-    void (*amplitudes)(const double* sum, const double* difference, std::size_t size,
-                       std::size_t stride, const AngleLanes* angle, double (*value)[mie_lanes]);
+    /// Sums over the terms of the two rows from `first` on: of `sum` times the sums of the angles'
+    /// terms, then of `difference` times their differences.
+    void (*amplitudes)(const double* sum, const double* difference, std::size_t first,
+                       std::size_t rows, std::size_t size, const AngleLanes* angle,
+                       double (*value)[mie_lanes]);
 
-    /// v^T matrix v at the angles, v the sums or the differences of their terms, of a matrix whose
-    /// left lower half is 0; `size` is a multiple of mie_lanes.
-    void (*sum_form)(const double* matrix, std::size_t size, std::size_t stride,
-                     const AngleLanes* angle, double* value);
-    void (*difference_form)(const double* matrix, std::size_t size, std::size_t stride,
-                            const AngleLanes* angle, double* value);
+    /// Adds v^T matrix v at `groups` times mie_lanes angles, v the sums or the differences of their
+    /// terms, `size` of each group; the matrix is 0 left of its diagonal.
+    void (*add_sum_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
+                         std::size_t groups, double (*value)[mie_lanes]);
+    void (*add_difference_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
+                                std::size_t groups, double (*value)[mie_lanes]);
 };
 
 /// For this machine.

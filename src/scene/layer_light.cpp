@@ -5,11 +5,13 @@
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/scene/contents.h>
 
+#include "layer_fluxes.h"
 #include "planet_shine.h"
 #include "ring_shine.h"
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace stratus {
 namespace {
@@ -60,7 +62,10 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
             scattered_once_.emplace_back(component);
     background_scatters_ = background_scatters;
     std::optional<TableView> table;
-    if (tables_) table = tables_->tables[0].view();
+    if (tables_) {
+        table = tables_->tables[0].view();
+        fluxes_ = std::make_shared<const LayerFluxes>(tables_->tables, scene.layer.albedo);
+    }
     bind(table ? &*table : nullptr, needed);
     shine(threads);
 }
@@ -114,15 +119,16 @@ double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noex
 }
 
 template <class Function>
-Rgb3 LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
+auto LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
     const auto& extinction = scene_.layer.extinction;
-    Rgb3 value{};
-    for (std::size_t c = 0; c < 3; ++c) {
+    std::array<std::invoke_result_t<Function, const Channel&>, 3> value{};
+    for (std::size_t c = 0; c < value.size(); ++c) {
         const LayerLight& own = channels_.empty() ? *this : channels_[c];
         const bool as_before = channels_.empty() && c > 0 &&
                                matter.albedo[c] == matter.albedo[c - 1] &&
                                extinction[c] == extinction[c - 1];
-        value[c] = as_before ? value[c - 1] : of(own, matter.albedo[c], seen_depth_of(matter, c));
+        value[c] = as_before ? value[c - 1]
+                             : of(Channel{own, c, matter.albedo[c], seen_depth_of(matter, c)});
     }
     return value;
 }
@@ -163,7 +169,8 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
     Stencil mixture{0, {1, 0, 0, 0}};
     if (tables_ && !tables_->mixture.values.empty())
         mixture = tables_->mixture.view().stencil(matter.mixture);
-    return each_channel(matter, [&](const LayerLight&, double albedo, double depth) {
+    return each_channel(matter, [&](const Channel& channel) {
+        const double albedo = channel.albedo, depth = channel.optical_depth;
         if (depth == 0) return 0.0;
         if (scene_.effects.single && depth != single_depth) {
             single_depth = depth;
@@ -201,134 +208,117 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight&, double, double depth) {
-        return direct_transmittance(depth, mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return direct_transmittance(channel.optical_depth, mu);
     });
 }
 
-double LayerLight::flux(const Table& table, const std::vector<float>& flux, double albedo,
-                        double optical_depth, const Stencil* mu) const noexcept {
-    const AxisView albedos = table.albedo.view(), depths = table.optical_depth.view();
-    const std::size_t mus = mu ? table.mu_in.values.size() : 1;
-    const auto depth_count = static_cast<std::size_t>(depths.size());
-    auto at = [&](int a, int d) {
-        const std::size_t row =
-            (static_cast<std::size_t>(std::min(a, albedos.count - 1)) * depth_count +
-             static_cast<std::size_t>(d)) *
-            mus;
-        if (!mu) return double{flux[row]};
-        double sum = 0;
-        for (int i = 0; i < stencil_size; ++i)
-            if (mu->weight[i] != 0)
-                sum += double{mu->weight[i]} *
-                       double{flux[row + static_cast<std::size_t>(mu->first + i)]};
-        return sum;
-    };
-    const Stencil in_albedo = albedos.stencil(albedo);
-    double sum = 0;
-    for (int a = 0; a < stencil_size; ++a) {
-        if (in_albedo.weight[a] == 0) continue;
-        const double share = double{in_albedo.weight[a]};
-        if (depths.count == 0 || std::isinf(optical_depth)) {
-            sum += share * at(in_albedo.first + a, depths.size() - 1);
-            continue;
-        }
-        const Stencil in_depth = depths.stencil(optical_depth);
-        for (int d = 0; d < stencil_size; ++d)
-            if (in_depth.weight[d] != 0)
-                sum += share * double{in_depth.weight[d]} *
-                       at(in_albedo.first + a, in_depth.first + d);
+/// Where channels find their fluxes at a cosine, one after another: what they share is found once.
+class LayerLight::FluxLookup {
+  public:
+    explicit FluxLookup(double mu) noexcept : mu_(mu) {}
+
+    double mu() const noexcept { return mu_; }
+
+    const LayerFluxes::Place& place(const Channel& channel) noexcept {
+        const LayerFluxes* const fluxes = channel.light.fluxes_.get();
+        const bool other = fluxes != fluxes_;
+        if (other) place_.mu = fluxes->cosine(mu_);
+        if (other || channel.optical_depth != optical_depth_)
+            fluxes->set_optical_depth(place_, channel.optical_depth);
+        fluxes->set_albedo(place_, channel.index, channel.albedo);
+        fluxes_ = fluxes;
+        optical_depth_ = channel.optical_depth;
+        return place_;
     }
-    // Thinner than the table: proportional to the depth.
-    if (depths.count > 0 && optical_depth < depths.lowest) sum *= optical_depth / depths.lowest;
-    return sum;
+
+  private:
+    double mu_;
+    const LayerFluxes* fluxes_ = nullptr;  // of the last channel
+    double optical_depth_ = 0;
+    LayerFluxes::Place place_;
+};
+
+double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (channel.optical_depth == 0) return 1;
+    const double beam = direct_transmittance(channel.optical_depth, fluxes.mu());
+    if (!fluxes_ || !scene_.effects.transmission) return beam;
+    return beam + fluxes_->at(fluxes.place(channel), LayerFluxes::diffuse_transmittance);
 }
 
-double LayerLight::transmittance(double albedo, double optical_depth, double mu) const noexcept {
-    if (optical_depth == 0) return 1;
-    const double beam = direct_transmittance(optical_depth, mu);
-    if (!tables_ || !scene_.effects.transmission) return beam;
-    const Table& table = tables_->tables[0];
-    if (table.diffuse_transmittance.empty()) return beam;
-    const Stencil stencil = table.mu_in.view().stencil(mu);
-    return beam + flux(table, table.diffuse_transmittance, albedo, optical_depth, &stencil);
+double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (!fluxes_ || channel.optical_depth == 0) return 0;
+    return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
-double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
-    if (!tables_ || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
-    return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
-}
-
-double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
-                                         double mu) const noexcept {
+double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& channel,
+                                         FluxLookup& fluxes) const noexcept {
     double once = 0;
     if (!scattered_once_.empty()) {
-        once = scattered_once_[0](optical_depth, mu);
+        once = scattered_once_[0](channel.optical_depth, fluxes.mu());
         if (scattered_once_.size() > 1)
             once = matter.mixture * once +
-                   (1 - matter.mixture) * scattered_once_[1](optical_depth, mu);
-        once *= albedo;
+                   (1 - matter.mixture) * scattered_once_[1](channel.optical_depth, fluxes.mu());
+        once *= channel.albedo;
     }
-    if (!tables_) return scene_.effects.single ? once : 0;
+    if (!fluxes_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
     if (!tables_->mixture.values.empty()) mixture = tables_->mixture.view().stencil(matter.mixture);
+    const LayerFluxes::Place& place = fluxes.place(channel);
     double all = 0;
-    for (int k = 0; k < stencil_size; ++k) {
-        if (mixture.weight[k] == 0) continue;
-        const Table& table = tables_->tables[static_cast<std::size_t>(mixture.first + k)];
-        if (table.diffuse_transmittance.empty()) continue;
-        const Stencil cosine = table.mu_in.view().stencil(mu);
-        all += double{mixture.weight[k]} *
-               flux(table, table.diffuse_transmittance, albedo, optical_depth, &cosine);
-    }
+    for (int k = 0; k < stencil_size; ++k)
+        if (mixture.weight[k] != 0)
+            all += double{mixture.weight[k]} *
+                   fluxes_->at(place, LayerFluxes::diffuse_transmittance,
+                               static_cast<std::size_t>(mixture.first + k));
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
-double LayerLight::plane_albedo(double albedo, double optical_depth, double mu) const noexcept {
-    if (!tables_ || !scene_.effects.reflection || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
-    if (table.plane_albedo.empty()) return 0;
-    const Stencil stencil = table.mu_in.view().stencil(mu);
-    return flux(table, table.plane_albedo, albedo, optical_depth, &stencil);
+double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (!fluxes_ || !scene_.effects.reflection || channel.optical_depth == 0) return 0;
+    return fluxes_->at(fluxes.place(channel), LayerFluxes::plane_albedo);
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        const double direct = direct_transmittance(depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        const LayerLight& light = channel.light;
+        const double depth = channel.optical_depth, direct = direct_transmittance(depth, mu);
         return light.background_scatters_ && depth > 0 && depth < infinity
-                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, albedo, depth, mu))
+                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, channel, fluxes))
                    : direct;
     });
 }
 
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
     if (!scene_.effects.background) return {};
-    const Rgb3 transmitted =
-        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
-            return light.transmittance(albedo, depth, mu_in);
-        });
-    const Rgb3 returned =
-        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
-            return light.spherical_albedo(albedo, depth);
-        });
+    struct Passed {
+        double transmitted, returned;
+    };
+    FluxLookup fluxes(mu_in);
+    const std::array<Passed, 3> passed = each_channel(lit, [&](const Channel& channel) {
+        return Passed{channel.light.transmittance(channel, fluxes),
+                      channel.light.spherical_albedo(channel, fluxes)};
+    });
     const double ground[] = {double{ground_albedo.r}, double{ground_albedo.g},
                              double{ground_albedo.b}};
     Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] = ground[c] * transmitted[c] / (1 - ground[c] * returned[c]);
+        value[c] = ground[c] * passed[c].transmitted / (1 - ground[c] * passed[c].returned);
     return value;
 }
 
 Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        return light.transmittance(albedo, depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return channel.light.transmittance(channel, fluxes);
     });
 }
 
 Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        return light.plane_albedo(albedo, depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return channel.light.plane_albedo(channel, fluxes);
     });
 }
 

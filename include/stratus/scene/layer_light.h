@@ -36,6 +36,7 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+class LayerFluxes;
 class RingShine;
 class PlanetShine;
 
@@ -94,9 +95,15 @@ class LayerLight {
   private:
     /// The depth that one channel sees.
     double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
-    /// `of(light, albedo, seen depth)` of each channel, evaluated once where neighbours are alike.
+    /// One channel of the layer where it is looked up.
+    struct Channel {
+        const LayerLight& light;  // with its tables
+        std::size_t index;
+        double albedo, optical_depth;  // as seen
+    };
+    /// `of(channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
-    Rgb3 each_channel(const Matter& matter, const Function& of) const noexcept;
+    auto each_channel(const Matter& matter, const Function& of) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
     Rgb3 of_channels(const Function& of) const noexcept;
@@ -106,21 +113,19 @@ class LayerLight {
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
     Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    double transmittance(double albedo, double optical_depth, double mu) const noexcept;
-    double spherical_albedo(double albedo, double optical_depth) const noexcept;
-    double plane_albedo(double albedo, double optical_depth, double mu) const noexcept;
-    double diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
-                                 double mu) const noexcept;
-    /// `flux` of a table, over (albedo, optical_depth) or, where `mu` is not null, over
-    /// (albedo, optical_depth, mu).
-    double flux(const Table& table, const std::vector<float>& flux, double albedo,
-                double optical_depth, const Stencil* mu) const noexcept;
+    class FluxLookup;
+    double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double diffuse_transmittance(const Matter& matter, const Channel& channel,
+                                 FluxLookup& fluxes) const noexcept;
 
     const Scene& scene_;
     const LayerTables* tables_;
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
     std::vector<LayerLight> channels_;
     std::optional<RgbSlice> slice_;
+    std::shared_ptr<const LayerFluxes> fluxes_;               // null without tables
     Opposition opposition_;                                   // as it is seen
     OppositionTable opposition_table_;                        // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -99,8 +100,6 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
-    const Medium<3> medium{{depth(0), depth(1), depth(2)},
-                           {matter->albedo[0], matter->albedo[1], matter->albedo[2]}};
     Effects effects;
     effects.single = scene_.effects.single;
     effects.multiple = multiple;
@@ -108,10 +107,18 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     effects.transmission = scene_.effects.transmission;
     effects.background = false;  // see LayerLight::background
     effects.opposition = opposition_;
-    if (table)
-        slice_.emplace(*table, medium, effects);
+    const auto bound = [&]<int channels>(const Medium<channels>& medium) {
+        return table ? SliceOf<channels>(*table, medium, effects)
+                     : SliceOf<channels>(scene_.layer.components[0], medium, effects);
+    };
+    const auto& albedo = matter->albedo;
+    const bool grey = depth(0) == depth(1) && depth(1) == depth(2) && albedo[0] == albedo[1] &&
+                      albedo[1] == albedo[2];
+    if (grey)
+        slice_ = bound(Medium<1>{{depth(0)}, {albedo[0]}});
     else
-        slice_.emplace(scene_.layer.components[0], medium, effects);
+        slice_ =
+            bound(Medium<3>{{depth(0), depth(1), depth(2)}, {albedo[0], albedo[1], albedo[2]}});
 }
 
 double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
@@ -199,12 +206,73 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
         return of_channels([&](const LayerLight& light, std::size_t c) {
             return light.light(channel_matter(matter, c), geometry, side);
         });
-    if (!slice_) return textured_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
-    return widened(reflected ? slice_->reflection(mu_in, mu_out, azimuth)
-                             : slice_->transmission(mu_in, mu_out, azimuth));
+    const auto value = [&](const auto& slice) {
+        return reflected ? slice.reflection(mu_in, mu_out, azimuth)
+                         : slice.transmission(mu_in, mu_out, azimuth);
+    };
+    if (const Slice* const grey = std::get_if<Slice>(&slice_)) {
+        const double light = double{value(*grey)};
+        return {light, light, light};
+    }
+    if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
+        return widened(value(*coloured));
+    return textured_light(matter, geometry, side);
+}
+
+bool LayerLight::has_sums() const noexcept {
+    if (recorded_) return false;
+    if (channels_.empty()) return !std::holds_alternative<std::monostate>(slice_);
+    return std::ranges::all_of(channels_, &LayerLight::has_sums);
+}
+
+void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
+    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    const std::size_t k = all.count++;
+    all.mu_in[k] = static_cast<float>(geometry.mu_in);
+    all.mu_out[k] = static_cast<float>(geometry.mu_out);
+    all.azimuth[k] = static_cast<float>(geometry.azimuth);
+    all.share[k] = share;
+    if (all.count == most) look_up(side);
+}
+
+template <int channels>
+void LightSum::add(const SliceOf<channels>& slice, Side side, std::size_t begin,
+                   std::size_t end) noexcept {
+    const OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    std::array<float, channels * most> value;  // channel after channel
+    if (side == Side::reflection)
+        slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                         value.data());
+    else
+        slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                           value.data());
+    for (std::size_t c = begin; c < end; ++c)
+        for (std::size_t k = 0; k < all.count; ++k)
+            sum_[c] += all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
+}
+
+void LightSum::look_up(Side side) noexcept {
+    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    if (all.count == 0) return;
+    const auto add_light = [&](const LayerLight& light, std::size_t begin, std::size_t end) {
+        if (const Slice* const grey = std::get_if<Slice>(&light.slice_))
+            add(*grey, side, begin, end);
+        else
+            add(std::get<RgbSlice>(light.slice_), side, begin, end);
+    };
+    if (light_.channels_.empty()) add_light(light_, 0, 3);
+    for (std::size_t c = 0; c < light_.channels_.size(); ++c)
+        add_light(light_.channels_[c], c, c + 1);
+    all.count = 0;
+}
+
+Rgb3 LightSum::take() noexcept {
+    look_up(Side::reflection);
+    look_up(Side::transmission);
+    return std::exchange(sum_, Rgb3{});
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {

@@ -33,9 +33,9 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const SurfacePoint point = sphere_point(normal);
     const SceneLayer& layer = view.scene.layer;
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
-    return irradiance(view, geometry.mu_in) *
-           (view.light.reflection(matter, geometry) +
-            view.light.total_transmittance(matter, geometry.mu_out) *
+    return layer_light(view, matter, geometry, Side::reflection) +
+           irradiance(view, geometry.mu_in) *
+               (view.light.total_transmittance(matter, geometry.mu_out) *
                 view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 

@@ -23,6 +23,8 @@ Rgb3 radiance_seen(const View& view) {
 Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
              const std::vector<Vector3>& suns, int x, int y) {
     Rgb3 sum{};
+    LightSum scattered(light);
+    LightSum* const to_sum = light.has_sums() ? &scattered : nullptr;
     const int n = scene.samples, count = n * n;
     for (int k = 0; k < count; ++k) {
         // A sheared grid: no two samples share a row, column or diagonal, so that an edge along one
@@ -34,8 +36,9 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& ray
         const Cell around{rays, left, top, left + cell, top + cell};
         for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
              s += static_cast<std::size_t>(count))
-            sum = sum + radiance_seen({scene, light, ray, suns[s], &around});
+            sum = sum + radiance_seen({scene, light, ray, suns[s], &around, to_sum});
     }
+    if (to_sum) sum = sum + to_sum->take();
     const double share = 1.0 / std::max(count, static_cast<int>(suns.size()));
     return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
             static_cast<float>(share * sum[2])};
@@ -44,14 +47,19 @@ Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& ray
 }  // namespace
 
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
-    const Rgb colour = scene.background.at(sphere_point(direction));
+    const bool plain = scene.background.pattern == Texture::Pattern::plain;
+    const Rgb colour =
+        plain ? scene.background.colour : scene.background.at(sphere_point(direction));
     return {double{colour.r}, double{colour.g}, double{colour.b}};
 }
 
+bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept {
+    return scene.sun_visible &&
+           length(direction - scene.to_sun) <= 2 * std::sin(scene.sun_diameter / 4);
+}
+
 Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
-    if (!scene.sun_visible ||
-        length(direction - scene.to_sun) > 2 * std::sin(scene.sun_diameter / 4))
-        return {};
+    if (!is_sun_along(scene, direction)) return {};
     const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
     return 1 / (4 * quarter * quarter) *
            Rgb3{scene.sun_colour[0], scene.sun_colour[1], scene.sun_colour[2]};

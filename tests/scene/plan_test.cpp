@@ -179,7 +179,7 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     EXPECT_EQ(costs.without[multiple].bytes, 0);
     // What is counted is what a bake fills: samples and some fluxes.
     const auto tables = bake_layer_tables(*needed_recipe(scene));
-    const double samples = static_cast<double>(tables->tables[0].sample_count());
+    const double samples = static_cast<double>(tables->headers[0].sample_count());
     EXPECT_NEAR(costs.all.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 

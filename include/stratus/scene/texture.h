@@ -23,9 +23,9 @@ SurfacePoint sphere_point(const Vector3& point) noexcept;
 /// On a plane whose images are `extent` wide and high, starting at the origin.
 SurfacePoint plane_point(double x, double y, double extent) noexcept;
 
-/// Perlin's gradient noise (Improving noise, 2002), about -1 to 1; each octave is twice as fine and
-/// half as strong as the one before.
-double noise(Vector3 point, unsigned seed, int octaves = 8) noexcept;
+/// Perlin's gradient noise (Improving noise, 2002), about -1 to 1: eight octaves, each twice as fine
+/// and half as strong as the one before. The same bits on every machine.
+double noise(const Vector3& point, unsigned seed) noexcept;
 
 /// Colour of a Lambert surface (its albedo) or of a background (its radiance).
 struct Texture {

@@ -156,8 +156,8 @@ double scattering_angle(Side side, const Geometry& geometry) {
     return degrees(std::acos(std::clamp(cosine, -1.0, 1.0)));
 }
 
-Grid grid_of(Side side, const SeenDirections& seen, const PhaseFunction& phase_function,
-             const LeastPhase& least, int refinement) {
+Grid grid_of(Side side, const SeenDirections& seen, const Range& scattering_angles,
+             const PhaseFunction& phase_function, const LeastPhase& least, int refinement) {
     const int mus = 8 * refinement + 1, azimuths = 12 * refinement + 1;
     Grid grid{side,
               cosines_over(seen.mu_in, mus),
@@ -178,8 +178,6 @@ Grid grid_of(Side side, const SeenDirections& seen, const PhaseFunction& phase_f
         angle[grid.at(i, j, k)] = here;
         grid.phase.push_back(phase_function(std::cos(radians(here))));
     });
-    const Range& asked =
-        side == Side::reflection ? seen.scattering_angle_lit : seen.scattering_angle_through;
     each([&](std::size_t i, std::size_t j, std::size_t k) {
         Range near{180, 0};
         const auto around = [](std::size_t at, std::size_t count) {
@@ -191,7 +189,8 @@ Grid grid_of(Side side, const SeenDirections& seen, const PhaseFunction& phase_f
         for (std::size_t a = i0; a <= i1; ++a)
             for (std::size_t b = j0; b <= j1; ++b)
                 for (std::size_t c = k0; c <= k1; ++c) widen(near, angle[grid.at(a, b, c)]);
-        const Range both{std::max(near.min, asked.min), std::min(near.max, asked.max)};
+        const Range both{std::max(near.min, scattering_angles.min),
+                         std::min(near.max, scattering_angles.max)};
         grid.seen.push_back(both.min <= both.max);
         grid.least_phase.push_back(both.min <= both.max ? least.between(both) : 0);
     });
@@ -307,16 +306,32 @@ SolvedLevels solve_levels(const PhaseFunction& phase_function, Levels& levels,
     return solved;
 }
 
+/// A side of the layer that is seen.
+struct SeenSide {
+    Side side;
+    Range scattering_angles;
+};
+
+std::vector<SeenSide> seen_sides(const Scene& scene, const SeenLight& light) {
+    std::vector<SeenSide> sides;
+    for (const Side side : {Side::reflection, Side::transmission})
+        if (side == Side::reflection ? light.reflection : light.transmission)
+            sides.push_back({side, seen_scattering_angles(scene, side)});
+    return sides;
+}
+
 /// One phase function of a scene.
 class Bounds {
   public:
     Bounds(const Scene& scene, const PhaseFunction& phase_function, Levels levels,
-           const SeenLight& light, const SeenDirections& directions)
+           const SeenLight& light, const SeenDirections& directions,
+           const std::vector<SeenSide>& sides)
         : scene_(scene),
           phase_function_(phase_function),
           levels_(std::move(levels)),
           light_(light),
           directions_(directions),
+          sides_(sides),
           least_phase_(phase_function) {}
 
     /// The change at one geometry of the matter that scatters most.
@@ -363,12 +378,9 @@ class Bounds {
     void measure(Levels levels, const SeenDirections& directions, int refinement,
                  OrderBounds& bounds) {
         std::vector<Grid> grids;
-        if (light_.reflection)
-            grids.push_back(
-                grid_of(Side::reflection, directions, phase_function_, least_phase_, refinement));
-        if (light_.transmission)
-            grids.push_back(
-                grid_of(Side::transmission, directions, phase_function_, least_phase_, refinement));
+        for (const SeenSide& seen : sides_)
+            grids.push_back(grid_of(seen.side, directions, seen.scattering_angles, phase_function_,
+                                    least_phase_, refinement));
         const std::vector<double> mu_in = cosines_over(directions.mu_in, 8 * refinement + 1),
                                   mu_out = cosines_over(directions.mu_out, 8 * refinement + 1);
         const SolvedLevels solved = solve_levels(phase_function_, levels, mu_in, mu_out);
@@ -463,6 +475,7 @@ class Bounds {
     const Levels levels_;
     const SeenLight light_;
     const SeenDirections directions_;
+    const std::vector<SeenSide> sides_;
     const LeastPhase least_phase_;
 };
 
@@ -497,6 +510,7 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
     OrderBounds all;
     if (levels.level.empty() || !light.any()) return all;
     const SeenDirections directions = seen_directions(scene);
+    const std::vector<SeenSide> sides = seen_sides(scene, light);
     std::vector<double> found;  // of each mixture
     for (const PhaseFunction& phase_function : phase_functions_of(scene, spans)) {
         if (is_peaked(phase_function)) {
@@ -504,7 +518,7 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
                                       std::nullopt};
             return {unknown, unknown};
         }
-        Bounds bounds(scene, phase_function, levels, light, directions);
+        Bounds bounds(scene, phase_function, levels, light, directions, sides);
         OrderBounds one = bounds.sample();
         const bool isotropic = phase_function.is_isotropic(), smooth = is_smooth(phase_function);
         const bool needed =

@@ -156,7 +156,7 @@ class CoarseScene {
 ChangeBound opposition_bound(const Scene& scene) {
     ChangeBound change;
     const SeenDirections seen = seen_directions(scene);
-    const double angle = seen.scattering_angle_lit.max;
+    const double angle = seen_scattering_angles(scene, Side::reflection).max;
     const Opposition opposition =
         seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
     for (const MatterSpan& span : matter_spans(scene))

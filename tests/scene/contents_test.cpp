@@ -147,5 +147,28 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
     EXPECT_LT(narrow, looked_up);
 }
 
+TEST(SeenScatteringAngles, AreThoseBetweenSunAndEye) {
+    Scene slab = small_slab(1, 0.5);
+    const auto angle_of = [&](const Vector3& ray) {
+        return 180 - degrees(std::acos(dot(slab.to_sun, -ray)));
+    };
+    Range seen = seen_scattering_angles(slab, Side::reflection);
+    EXPECT_NEAR(seen.min, angle_of(slab.camera.forward()), 1e-9);
+    EXPECT_NEAR(seen.max, angle_of(slab.camera.forward()), 1e-9);
+    slab.camera.orthographic = false;
+    slab.camera.width = radians(30);
+    seen = seen_scattering_angles(slab, Side::reflection);
+    const PictureRays rays(slab.camera, slab.width, slab.height);
+    for (const double x : {0, slab.width})
+        for (const double y : {0, slab.height})
+            expect_within(seen, angle_of(rays.through(x, y).direction), 0, "of a corner");
+    EXPECT_LT(seen.max - seen.min, 60);
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        seen = seen_scattering_angles(small_planet(30, 1, 0.5), side);
+        EXPECT_NEAR(seen.min, 150, 1e-9);
+        EXPECT_NEAR(seen.max, 150, 1e-9);
+    }
+}
+
 }  // namespace
 }  // namespace stratus

@@ -140,6 +140,16 @@ class CoarseScene {
         return {ns[timings / 2], (ns[timings - 2] - ns[1]) / 2};
     }
 
+    /// Seconds on one thread until a picture may begin: binding the layer, and what rings and their
+    /// planet send one another.
+    double light_seconds(const SceneEffects& effects) const {
+        Scene scene = all_;
+        scene.effects = effects;
+        const double started = processor_seconds();
+        const LayerLight light(scene, tables(effects), 1);
+        return processor_seconds() - started;
+    }
+
     const LayerTables* tables() const { return with_azimuth_.get(); }
 
   private:
@@ -370,6 +380,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         keeping = std::max(keeping, keeping_here);
         report.costs = costs_of(scene, coarse[s], report, table_costs, keeping_here);
         const SceneCost& cost = report.costs.planned;
+        file.cost.light_seconds += coarse[s].light_seconds(report.plan.effects) / threads;
         file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
         file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
         planned.push_back(scene);

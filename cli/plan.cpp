@@ -174,9 +174,10 @@ void print_cost(const RenderCost& cost, double reading) {
     std::cout << text(
         "\nrender takes about %.2f s: reading %.2f, choosing %.2f, solving %.2f, checking %.2f, "
         "keeping and "
-        "preparing tables %.2f, rays %.2f (+- %.2f)\n",
+        "preparing tables %.2f, preparing light %.2f, rays %.2f (+- %.2f)\n",
         reading + cost.seconds(), reading, tables.choose_seconds, tables.solve_seconds,
-        tables.check_seconds, tables.keep_seconds, cost.ray_seconds, cost.ray_spread);
+        tables.check_seconds, tables.keep_seconds, cost.light_seconds, cost.ray_seconds,
+        cost.ray_spread);
 }
 
 /// Recipes of tables that serve all panels: one, or one each for red, green and blue.

@@ -216,66 +216,58 @@ SeenDirections directions_of_plane(const Scene& scene, const Plane& plane) noexc
     return seen;
 }
 
-/// Range of the scattering angle over a box of directions, degrees.
-void set_scattering_angles(SeenDirections& seen) noexcept {
-    for (const Side side : {Side::reflection, Side::transmission}) {
-        Range& angles =
-            side == Side::reflection ? seen.scattering_angle_lit : seen.scattering_angle_through;
-        angles = {180, 0};
-        // Over cosines the angle may turn between the corners; so many steps miss little of it, and
-        // the range is widened by as much.
-        constexpr int steps = 64;
-        for (int i = 0; i <= steps; ++i)
-            for (int j = 0; j <= steps; ++j) {
-                const double mu_in =
-                    std::min(1.0, seen.mu_in.min + (seen.mu_in.max - seen.mu_in.min) * i / steps);
-                const double mu_out = std::min(
-                    1.0, seen.mu_out.min + (seen.mu_out.max - seen.mu_out.min) * j / steps);
-                for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
-                    const Geometry geometry{mu_in, mu_out, radians(azimuth)};
-                    const double cosine = side == Side::reflection
-                                              ? cos_scattering_angle_reflected(geometry)
-                                              : cos_scattering_angle_transmitted(geometry);
-                    widen(angles, degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));
-                }
-            }
-        const bool one = seen.mu_in.min == seen.mu_in.max && seen.mu_out.min == seen.mu_out.max;
-        const double margin = one ? 0 : 2;
-        angles = {std::max(0.0, angles.min - margin), std::min(180.0, angles.max + margin)};
-    }
-}
-
 SeenDirections directions_of(const Scene& scene, const Rings& rings) noexcept {
-    if (seen_light_of(scene, rings).shine) return {};
-    SeenDirections seen = directions_of_plane(scene, rings);
-    set_scattering_angles(seen);
-    return seen;
+    return seen_light_of(scene, rings).shine ? SeenDirections{} : directions_of_plane(scene, rings);
 }
 SeenDirections directions_of(const Scene& scene, const Slab& slab) noexcept {
-    SeenDirections seen = directions_of_plane(scene, slab);
-    set_scattering_angles(seen);
-    return seen;
+    return directions_of_plane(scene, slab);
 }
 
-/// On a globe all directions occur whose scattering angle is that between sun and eye.
-SeenDirections directions_of(const Scene& scene, const Planet&) noexcept {
-    SeenDirections seen;
+/// Between the directions to the sun and to the eye on a globe, radians.
+Range phase_angles(const Scene& scene) noexcept {
     const Camera& camera = scene.camera;
     const double distance = length(camera.position);
     double spread = sun_radius(scene);
     Vector3 to_eye = -camera.forward();
     if (!camera.orthographic) {
-        if (distance <= 1) return seen;
+        if (distance <= 1) return {0, pi};
         to_eye = normalised(camera.position);
         spread += std::asin(1 / distance);
     }
     const double phase = std::acos(std::clamp(dot(to_eye, scene.to_sun), -1.0, 1.0));
-    const double least = std::max(0.0, phase - spread), most = std::min(pi, phase + spread);
-    seen.scattering_angle_lit = {180 - degrees(most), 180 - degrees(least)};
-    seen.scattering_angle_through = seen.scattering_angle_lit;
-    // Beyond a phase angle of 90 degrees the brightest point of the visible part lies on its edge.
-    seen.mu_in = seen.mu_out = {min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
-    return seen;
+    return {std::max(0.0, phase - spread), std::min(pi, phase + spread)};
+}
+
+/// On a globe all directions occur whose scattering angle is that between sun and eye. Beyond a phase
+/// angle of 90 degrees the brightest point of the visible part lies on its edge.
+SeenDirections directions_of(const Scene& scene, const Planet&) noexcept {
+    const double least = phase_angles(scene).min;
+    const Range mu{min_cosine, least > pi / 2 ? std::sin(least) : 1.0};
+    return {mu, mu};
+}
+
+/// Over a box of directions, degrees.
+Range scattering_angles_of(const SeenDirections& seen, Side side) noexcept {
+    Range angles{180, 0};
+    // Over cosines the angle may turn between the corners; so many steps miss little of it, and the
+    // range is widened by as much.
+    constexpr int steps = 64;
+    const auto step_of = [](const Range& range, int k) {
+        return std::min(1.0, range.min + (range.max - range.min) * k / steps);
+    };
+    for (int i = 0; i <= steps; ++i)
+        for (int j = 0; j <= steps; ++j)
+            for (const double azimuth : {seen.azimuth.min, seen.azimuth.max}) {
+                const Geometry geometry{step_of(seen.mu_in, i), step_of(seen.mu_out, j),
+                                        radians(azimuth)};
+                const double cosine = side == Side::reflection
+                                          ? cos_scattering_angle_reflected(geometry)
+                                          : cos_scattering_angle_transmitted(geometry);
+                widen(angles, degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));
+            }
+    const bool one = seen.mu_in.min == seen.mu_in.max && seen.mu_out.min == seen.mu_out.max;
+    const double margin = one ? 0 : 2;
+    return {std::max(0.0, angles.min - margin), std::min(180.0, angles.max + margin)};
 }
 
 }  // namespace
@@ -299,6 +291,14 @@ SeenLight seen_light(const Scene& scene) noexcept {
 SeenDirections seen_directions(const Scene& scene) noexcept {
     return std::visit([&](const auto& subject) { return directions_of(scene, subject); },
                       scene.subject);
+}
+
+Range seen_scattering_angles(const Scene& scene, Side side) noexcept {
+    if (std::holds_alternative<Planet>(scene.subject)) {
+        const Range phase = phase_angles(scene);
+        return {180 - degrees(phase.max), 180 - degrees(phase.min)};
+    }
+    return scattering_angles_of(seen_directions(scene), side);
 }
 
 std::vector<MatterSpan> matter_spans(const Scene& scene) {

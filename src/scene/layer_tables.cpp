@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace stratus {
 namespace {
@@ -54,14 +55,59 @@ MatterRange matter_range(const Scene& scene) {
     return range;
 }
 
-/// Cosines at which a scene looks its layer up as lit: that of a point sun over a plane. Planetshine
-/// comes from everywhere, and fluxes are asked for at the cosine of view.
-Range incidence(const Scene& scene, const SeenLight& light) {
-    const bool globe = std::holds_alternative<Planet>(scene.subject);
-    if (globe || light.fluxes || light.underside || light.shine) return all_cosines;
-    const Range seen = seen_directions(scene).mu_in;
-    if (seen.max <= min_mu) return {min_mu, min_mu};
-    return {seen.min <= min_mu ? all_cosines.min : seen.min, seen.max};
+/// Directions at which a scene looks its layer up. Fluxes are over mu_in and asked for at cosines of
+/// view, too.
+SeenDirections asked_directions(const Scene& scene, const SeenLight& light) {
+    SeenDirections asked = seen_directions(scene);
+    if (light.fluxes || light.underside) asked.mu_in = all_cosines;
+    for (Range* const range : {&asked.mu_in, &asked.mu_out}) {
+        range->max = std::max(range->max, min_mu);
+        if (range->min <= min_mu) range->min = range->max == min_mu ? min_mu : all_cosines.min;
+    }
+    return asked;
+}
+
+// Tabulated ranges of view end at these, so that a camera that moves a little asks for the same
+// table.
+constexpr double mu_marks[] = {0,    0.001, 0.003, 0.01, 0.02, 0.05, 0.1,  0.15, 0.2,
+                               0.25, 0.3,   0.35,  0.4,  0.45, 0.5,  0.55, 0.6,  0.65,
+                               0.7,  0.75,  0.8,   0.85, 0.9,  0.95, 0.98, 1};
+constexpr double azimuth_step = 5;  // degrees
+
+constexpr double rounding = 1e-6;  // of ranges against lookups
+
+/// Pairs of cosines that a table solves: where both axes are the same, of two ways round one.
+std::size_t pairs_of(const Range& mu_in, const Range& mu_out) {
+    constexpr int samples = 32;  // of all cosines, about as many as are chosen
+    const std::size_t in = mu_axis(mu_in, samples).values.size(),
+                      out = mu_axis(mu_out, samples).values.size();
+    return mu_in.min == mu_out.min && mu_in.max == mu_out.max ? in * (in + 1) / 2 : in * out;
+}
+
+/// Cosines of view to tabulate: all unless some take half of the pairs. What saves less is not worth
+/// a table that serves fewer pictures.
+Range tabulated_cosines(const Range& mu_in, const Range& asked) {
+    const Range some{*(std::ranges::upper_bound(mu_marks, std::max(0.0, asked.min - rounding)) - 1),
+                     *std::ranges::lower_bound(mu_marks, std::min(1.0, asked.max + rounding))};
+    const std::size_t all =
+        std::min(pairs_of(mu_in, all_cosines), pairs_of(all_cosines, all_cosines));
+    return 2 * pairs_of(mu_in, some) <= all ? some : all_cosines;
+}
+
+/// The same of azimuths.
+Range tabulated_azimuths(const Range& asked) {
+    const auto step = [](double steps) { return std::clamp(azimuth_step * steps, 0.0, 180.0); };
+    const Range some{step(std::floor((asked.min - rounding) / azimuth_step)),
+                     step(std::ceil((asked.max + rounding) / azimuth_step))};
+    return 2 * (some.max - some.min) <= all_azimuths.max ? some : all_azimuths;
+}
+
+/// Makes mu_in and mu_out the same where that takes no more pairs than both as they are.
+void take_fewer_pairs(Recipe& recipe) {
+    const Range both{std::min(recipe.mu_in.min, recipe.mu_out.min),
+                     std::max(recipe.mu_in.max, recipe.mu_out.max)};
+    if (pairs_of(both, both) <= pairs_of(recipe.mu_in, recipe.mu_out))
+        recipe.mu_in = recipe.mu_out = both;
 }
 
 /// Refuses a table that does not serve a scene.
@@ -79,10 +125,11 @@ void check_table(const Scene& scene, const PackedTable& packed) {
     if (needed->mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
-    auto covers = [&](const std::string& name, const AxisView& axis, const Range& range) {
-        require(axis.lowest <= range.min, caller, name + ".min",
+    const auto covers = [&](const std::string& name, const AxisView& axis, const Range& range,
+                            double slack = 0) {
+        require(axis.lowest <= range.min + slack, caller, name + ".min",
                 "at most the scene's, " + shortest_text(range.min), axis.lowest);
-        require(axis.highest >= range.max || axis.ends_at_infinity, caller, name + ".max",
+        require(axis.highest >= range.max - slack || axis.ends_at_infinity, caller, name + ".max",
                 "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
@@ -92,10 +139,15 @@ void check_table(const Scene& scene, const PackedTable& packed) {
         require(depths.ends_at_infinity, caller, "table.optical_depth.max", "inf", depths.highest);
     if (!std::isinf(needed->optical_depth.min))
         covers("table.optical_depth", depths, needed->optical_depth);
-    constexpr double rounding = 1e-6;
-    covers(
-        "table.mu_in", table.mu_in.view(),
-        {std::max(min_mu, needed->mu_in.min) * (1 + rounding), needed->mu_in.max * (1 - rounding)});
+    const SeenDirections asked = asked_directions(scene, seen_light(scene));
+    covers("table.mu_in", table.mu_in.view(), {std::max(min_mu, asked.mu_in.min), asked.mu_in.max},
+           rounding);
+    covers("table.mu_out", table.mu_out.view(),
+           {std::max(min_mu, asked.mu_out.min), asked.mu_out.max}, rounding);
+    const AxisView azimuth = table.azimuth.view();
+    if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
+        covers("table.azimuth", azimuth, {radians(asked.azimuth.min), radians(asked.azimuth.max)},
+               rounding);
     require(!needed->reflection || packed.has_reflection(), caller, "table",
             "one with reflection", "none");
     require(!needed->transmission || packed.has_transmission(), caller, "table",
@@ -140,7 +192,11 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
                          std::min(min_mapped_depth, tabulated(range.optical_depth.max))),
                 tabulated(range.optical_depth.max)});
     recipe.albedo = merged(range.albedo);
-    recipe.mu_in = incidence(scene, seen);
+    const SeenDirections asked = asked_directions(scene, seen);
+    recipe.mu_in = asked.mu_in;
+    recipe.mu_out = tabulated_cosines(asked.mu_in, asked.mu_out);
+    if (scene.effects.azimuth) recipe.azimuth = tabulated_azimuths(asked.azimuth);
+    take_fewer_pairs(recipe);
     recipe.transmission = scene.effects.transmission && (seen.transmission || seen.fluxes) &&
                           range.optical_depth.min < infinity;
     recipe.reflection = seen.reflection || !recipe.transmission;
@@ -161,12 +217,12 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
         return std::nullopt;
     Recipe both = one;
     both.tolerance = std::min(one.tolerance, other.tolerance);
-    widen(both.optical_depth, other.optical_depth.min);
-    widen(both.optical_depth, other.optical_depth.max);
-    widen(both.albedo, other.albedo.min);
-    widen(both.albedo, other.albedo.max);
-    widen(both.mu_in, other.mu_in.min);
-    widen(both.mu_in, other.mu_in.max);
+    for (Range Recipe::*const range : {&Recipe::optical_depth, &Recipe::albedo, &Recipe::mu_in,
+                                       &Recipe::mu_out, &Recipe::azimuth}) {
+        widen(both.*range, (other.*range).min);
+        widen(both.*range, (other.*range).max);
+    }
+    take_fewer_pairs(both);
     if (both.mixture) {
         widen(*both.mixture, other.mixture->min);
         widen(*both.mixture, other.mixture->max);

@@ -4,8 +4,9 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/diffuse_transmittance.h>
 #include <stratus/runtime/number_text.h>
-#include <stratus/scene/contents.h>
 #include <stratus/transfer/solve.h>
+
+#include "geometry_grid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -94,137 +95,6 @@ std::vector<PhaseFunction> phase_functions_of(const Scene& scene,
     return all;
 }
 
-// ---- directions ---------------------------------------------------------------------------------
-
-/// Grid points over a range of cosines, denser at grazing ones.
-std::vector<double> cosines_over(const Range& range, int count) {
-    const double least = std::max(range.min, 1e-3), most = std::max(range.max, least);
-    if (most - least < 1e-9) return {most};
-    std::vector<double> cosines;
-    for (int k = 0; k < count; ++k) {
-        const double x = std::cbrt(least) + (std::cbrt(most) - std::cbrt(least)) * k / (count - 1);
-        cosines.push_back(std::min(1.0, x * x * x));
-    }
-    cosines.back() = most;
-    return cosines;
-}
-
-std::vector<double> azimuths_over(const Range& range, int count) {
-    if (range.max - range.min < 1e-9) return {radians(range.max)};
-    std::vector<double> azimuths;
-    for (int k = 0; k < count; ++k)
-        azimuths.push_back(radians(range.min + (range.max - range.min) * k / (count - 1)));
-    return azimuths;
-}
-
-/// The least value of a phase function between two scattering angles, from its curve.
-class LeastPhase {
-  public:
-    explicit LeastPhase(const PhaseFunction& phase_function) {
-        for (int k = 0; k <= count; ++k)
-            curve_.push_back(phase_function(std::cos(radians(180.0 * k / count))));
-    }
-
-    double between(const Range& degrees) const {
-        const int first = std::clamp(static_cast<int>(degrees.min * count / 180), 0, count),
-                  last =
-                      std::clamp(static_cast<int>(std::ceil(degrees.max * count / 180)), 0, count);
-        return *std::min_element(curve_.begin() + first, curve_.begin() + last + 1);
-    }
-
-  private:
-    static constexpr int count = 3600;
-    std::vector<double> curve_;
-};
-
-/// Geometries of one side on a grid: (mu_in, mu_out, azimuth).
-struct Grid {
-    Side side;
-    std::vector<double> mu_in, mu_out, azimuth;
-    std::vector<double> phase, least_phase;  // there, and between there and its neighbours
-    std::vector<bool> seen;
-
-    std::size_t at(std::size_t i, std::size_t j, std::size_t k) const {
-        return (i * mu_out.size() + j) * azimuth.size() + k;
-    }
-    std::size_t size() const { return mu_in.size() * mu_out.size() * azimuth.size(); }
-};
-
-double scattering_angle(Side side, const Geometry& geometry) {
-    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
-                                                   : cos_scattering_angle_transmitted(geometry);
-    return degrees(std::acos(std::clamp(cosine, -1.0, 1.0)));
-}
-
-Grid grid_of(Side side, const SeenDirections& seen, const PhaseFunction& phase_function,
-             const LeastPhase& least, int refinement) {
-    const int mus = 8 * refinement + 1, azimuths = 12 * refinement + 1;
-    Grid grid{side,
-              cosines_over(seen.mu_in, mus),
-              cosines_over(seen.mu_out, mus),
-              azimuths_over(seen.azimuth, azimuths),
-              {},
-              {},
-              {}};
-    std::vector<double> angle(grid.size());
-    const auto each = [&](const auto& visit) {
-        for (std::size_t i = 0; i < grid.mu_in.size(); ++i)
-            for (std::size_t j = 0; j < grid.mu_out.size(); ++j)
-                for (std::size_t k = 0; k < grid.azimuth.size(); ++k) visit(i, j, k);
-    };
-    each([&](std::size_t i, std::size_t j, std::size_t k) {
-        const double here =
-            scattering_angle(side, {grid.mu_in[i], grid.mu_out[j], grid.azimuth[k]});
-        angle[grid.at(i, j, k)] = here;
-        grid.phase.push_back(phase_function(std::cos(radians(here))));
-    });
-    const Range& asked =
-        side == Side::reflection ? seen.scattering_angle_lit : seen.scattering_angle_through;
-    each([&](std::size_t i, std::size_t j, std::size_t k) {
-        Range near{180, 0};
-        const auto around = [](std::size_t at, std::size_t count) {
-            return std::pair(at > 0 ? at - 1 : at, std::min(at + 1, count - 1));
-        };
-        const auto [i0, i1] = around(i, grid.mu_in.size());
-        const auto [j0, j1] = around(j, grid.mu_out.size());
-        const auto [k0, k1] = around(k, grid.azimuth.size());
-        for (std::size_t a = i0; a <= i1; ++a)
-            for (std::size_t b = j0; b <= j1; ++b)
-                for (std::size_t c = k0; c <= k1; ++c) widen(near, angle[grid.at(a, b, c)]);
-        const Range both{std::max(near.min, asked.min), std::min(near.max, asked.max)};
-        grid.seen.push_back(both.min <= both.max);
-        grid.least_phase.push_back(both.min <= both.max ? least.between(both) : 0);
-    });
-    return grid;
-}
-
-/// What a function may rise by between grid points: its second differences along each axis, of
-/// points that are neighbours, over 4 (a parabola rises by their eighth).
-std::vector<double> rises(const Grid& grid, const std::vector<double>& value) {
-    std::vector<double> rise(value.size(), 0);
-    const std::size_t counts[] = {grid.mu_in.size(), grid.mu_out.size(), grid.azimuth.size()};
-    const std::size_t strides[] = {counts[1] * counts[2], counts[2], 1};
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t count = counts[axis], stride = strides[axis];
-        if (count < 3) continue;
-        std::vector<double> second(value.size(), 0), widest(value.size(), 0);
-        for (std::size_t n = 0; n < value.size(); ++n) {
-            const std::size_t at = n / stride % count;
-            const std::size_t middle = at == 0 ? n + stride : at + 1 == count ? n - stride : n;
-            second[n] =
-                std::abs(value[middle - stride] - 2 * value[middle] + value[middle + stride]) / 4;
-        }
-        for (std::size_t n = 0; n < value.size(); ++n) {
-            const std::size_t at = n / stride % count;
-            widest[n] = second[n];
-            if (at > 0) widest[n] = std::max(widest[n], second[n - stride]);
-            if (at + 1 < count) widest[n] = std::max(widest[n], second[n + stride]);
-            rise[n] += widest[n];
-        }
-    }
-    return rise;
-}
-
 // ---- shares -------------------------------------------------------------------------------------
 
 void raise(ChangeBound& change, double found, double bound, const auto& at) {
@@ -252,8 +122,8 @@ struct Ratios {
     std::vector<double> ratio, mean;
 };
 
-Ratios ratios_of(const LayerSolution& solution, const Grid& grid, const std::vector<int>& in,
-                 const std::vector<int>& out) {
+Ratios ratios_of(const LayerSolution& solution, const GeometryGrid& grid,
+                 const std::vector<int>& in, const std::vector<int>& out) {
     Ratios ratios;
     const bool lit = grid.side == Side::reflection;
     for (std::size_t i = 0; i < grid.mu_in.size(); ++i)
@@ -307,16 +177,32 @@ SolvedLevels solve_levels(const PhaseFunction& phase_function, Levels& levels,
     return solved;
 }
 
+/// A side of the layer that is seen.
+struct SeenSide {
+    Side side;
+    Range scattering_angles;
+};
+
+std::vector<SeenSide> seen_sides(const Scene& scene, const SeenLight& light) {
+    std::vector<SeenSide> sides;
+    for (const Side side : {Side::reflection, Side::transmission})
+        if (side == Side::reflection ? light.reflection : light.transmission)
+            sides.push_back({side, seen_scattering_angles(scene, side)});
+    return sides;
+}
+
 /// One phase function of a scene.
 class Bounds {
   public:
     Bounds(const Scene& scene, const PhaseFunction& phase_function, Levels levels,
-           const SeenLight& light, const SeenDirections& directions)
+           const SeenLight& light, const SeenDirections& directions,
+           const std::vector<SeenSide>& sides)
         : scene_(scene),
           phase_function_(phase_function),
           levels_(std::move(levels)),
           light_(light),
           directions_(directions),
+          sides_(sides),
           least_phase_(phase_function) {}
 
     /// The change at one geometry of the matter that scatters most.
@@ -362,17 +248,14 @@ class Bounds {
   private:
     void measure(Levels levels, const SeenDirections& directions, int refinement,
                  OrderBounds& bounds) {
-        std::vector<Grid> grids;
-        if (light_.reflection)
-            grids.push_back(
-                grid_of(Side::reflection, directions, phase_function_, least_phase_, refinement));
-        if (light_.transmission)
-            grids.push_back(
-                grid_of(Side::transmission, directions, phase_function_, least_phase_, refinement));
-        const std::vector<double> mu_in = cosines_over(directions.mu_in, 8 * refinement + 1),
-                                  mu_out = cosines_over(directions.mu_out, 8 * refinement + 1);
-        const SolvedLevels solved = solve_levels(phase_function_, levels, mu_in, mu_out);
-        for (const Grid& grid : grids)
+        std::vector<GeometryGrid> grids;
+        for (const SeenSide& seen : sides_)
+            grids.push_back(grid_of(seen.side, directions, seen.scattering_angles, phase_function_,
+                                    least_phase_, refinement));
+        const SolvedLevels solved =
+            solve_levels(phase_function_, levels, cosines_over(directions.mu_in, refinement),
+                         cosines_over(directions.mu_out, refinement));
+        for (const GeometryGrid& grid : grids)
             for (const Levels::Level& level : levels.level) add(grid, level, solved, bounds);
         if (light_.fluxes) add_fluxes(levels, solved, bounds);
         // Without orders n >= 2 nothing is reflected back to the ground.
@@ -380,7 +263,7 @@ class Bounds {
             raise_flux(bounds.multiple, 1, "light of the ground that the layer reflects down");
     }
 
-    void add(const Grid& grid, const Levels::Level& level, const SolvedLevels& solved,
+    void add(const GeometryGrid& grid, const Levels::Level& level, const SolvedLevels& solved,
              OrderBounds& bounds) const {
         if (grid.side == Side::transmission && std::isinf(level.depth)) return;
         const LayerSolution& solution = solved.solution[level.octave];
@@ -463,6 +346,7 @@ class Bounds {
     const Levels levels_;
     const SeenLight light_;
     const SeenDirections directions_;
+    const std::vector<SeenSide> sides_;
     const LeastPhase least_phase_;
 };
 
@@ -497,6 +381,7 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
     OrderBounds all;
     if (levels.level.empty() || !light.any()) return all;
     const SeenDirections directions = seen_directions(scene);
+    const std::vector<SeenSide> sides = seen_sides(scene, light);
     std::vector<double> found;  // of each mixture
     for (const PhaseFunction& phase_function : phase_functions_of(scene, spans)) {
         if (is_peaked(phase_function)) {
@@ -504,7 +389,7 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
                                       std::nullopt};
             return {unknown, unknown};
         }
-        Bounds bounds(scene, phase_function, levels, light, directions);
+        Bounds bounds(scene, phase_function, levels, light, directions, sides);
         OrderBounds one = bounds.sample();
         const bool isotropic = phase_function.is_isotropic(), smooth = is_smooth(phase_function);
         const bool needed =

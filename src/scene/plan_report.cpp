@@ -86,46 +86,6 @@ PictureChange change_between(const Image& all, const Image& some) {
     return change;
 }
 
-/// Shares of an azimuth axis' samples in the mean over azimuth.
-std::vector<double> azimuth_shares(const AxisView& axis) {
-    const int azimuths = 64 * axis.count;
-    std::vector<double> shares(static_cast<std::size_t>(axis.count));
-    for (int n = 0; n < azimuths; ++n) {
-        const Stencil stencil = axis.mirrored_stencil(pi * (n + 0.5) / azimuths);
-        for (int i = 0; i < std::min(stencil_size, axis.count); ++i)
-            shares[static_cast<std::size_t>(stencil.first + i)] +=
-                double{stencil.weight[i]} / azimuths;
-    }
-    return shares;
-}
-
-Table azimuth_mean(const Table& table) {
-    Table mean = table;
-    mean.azimuth = {AxisScale::linear, {0}};
-    const std::vector<double> shares = azimuth_shares(table.azimuth.view());
-    const std::size_t azimuths = shares.size();
-    if (azimuths > 1)
-        for (std::vector<float>* side : {&mean.reflection_multiple, &mean.transmission_multiple}) {
-            for (std::size_t row = 0; row < side->size() / azimuths; ++row) {
-                const float* const around = side->data() + row * azimuths;
-                double sum = 0;
-                for (std::size_t k = 0; k < azimuths; ++k) sum += shares[k] * double{around[k]};
-                (*side)[row] = static_cast<float>(sum);
-            }
-            side->resize(side->size() / azimuths);
-        }
-    prepare(mean);
-    return mean;
-}
-
-std::shared_ptr<const LayerTables> azimuth_mean(const LayerTables& tables) {
-    auto mean = std::make_shared<LayerTables>();
-    for (std::size_t c = 0; c < tables.channels.size(); ++c)
-        if (tables.channels[c]) mean->channels[c] = azimuth_mean(*tables.channels[c]);
-    if (!tables.packed) return mean;
-    return make_layer_tables(PackedTable(pack(azimuth_mean(tables.packed->unpacked()))));
-}
-
 /// Of a whole picture.
 double rays_of(const Scene& scene) {
     return static_cast<double>(scene.width) * scene.height *
@@ -140,11 +100,9 @@ class CoarseScene {
         all_.tolerance = std::max(all_.tolerance, coarse_tolerance);
     }
 
-    /// The scenes that one table has to serve.
+    /// The scenes that tables have to serve: two with azimuth, for one table, and one without.
     std::vector<Scene> to_bake() const {
-        std::vector<Scene> scenes{all_};
-        if (all_.layer.density > 0) scenes.push_back(without(all_, &SceneEffects::density));
-        return scenes;
+        return {all_, without(all_, &SceneEffects::density), without(all_, &SceneEffects::azimuth)};
     }
     void set_tables(std::shared_ptr<const LayerTables> tables,
                     std::shared_ptr<const LayerTables> without_azimuth) {
@@ -182,6 +140,16 @@ class CoarseScene {
         return {ns[timings / 2], (ns[timings - 2] - ns[1]) / 2};
     }
 
+    /// Seconds on one thread until a picture may begin: binding the layer, and what rings and their
+    /// planet send one another.
+    double light_seconds(const SceneEffects& effects) const {
+        Scene scene = all_;
+        scene.effects = effects;
+        const double started = processor_seconds();
+        const LayerLight light(scene, tables(effects), 1);
+        return processor_seconds() - started;
+    }
+
     const LayerTables* tables() const { return with_azimuth_.get(); }
 
   private:
@@ -198,7 +166,7 @@ class CoarseScene {
 ChangeBound opposition_bound(const Scene& scene) {
     ChangeBound change;
     const SeenDirections seen = seen_directions(scene);
-    const double angle = seen.scattering_angle_lit.max;
+    const double angle = seen_scattering_angles(scene, Side::reflection).max;
     const Opposition opposition =
         seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
     for (const MatterSpan& span : matter_spans(scene))
@@ -365,15 +333,11 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
                         TableCache* cache) {
     std::vector<CoarseScene> coarse;
     std::vector<Scene> to_bake;
-    std::vector<std::size_t> first;  // of each scene's
     for (const Scene& scene : scenes) {
         coarse.emplace_back(scene, options.threads);
-        first.push_back(to_bake.size());
         for (Scene& each : coarse.back().to_bake()) to_bake.push_back(std::move(each));
     }
     const auto tables = bake_for(to_bake, options, cache);
-    // Tables that scenes share are averaged over azimuth once.
-    std::map<std::shared_ptr<const LayerTables>, std::shared_ptr<const LayerTables>> means;
     TableCosts table_costs(options);
     FileReport file;
     std::vector<Scene> planned;
@@ -381,10 +345,8 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
     const double threads = thread_count(options.threads);
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         const Scene& scene = scenes[s];
-        const auto& shared = tables[first[s]];
-        auto& mean = means[shared];
-        if (shared && !mean) mean = azimuth_mean(*shared);
-        coarse[s].set_tables(shared, mean);
+        const std::size_t each = tables.size() / scenes.size();
+        coarse[s].set_tables(tables[s * each], tables[(s + 1) * each - 1]);
 
         PlanReport report;
         const auto started = Clock::now();
@@ -411,6 +373,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
         keeping = std::max(keeping, keeping_here);
         report.costs = costs_of(scene, coarse[s], report, table_costs, keeping_here);
         const SceneCost& cost = report.costs.planned;
+        file.cost.light_seconds += coarse[s].light_seconds(report.plan.effects) / threads;
         file.cost.ray_seconds += 1e-9 * cost.ray_ns.median * cost.rays / threads;
         file.cost.ray_spread += 1e-9 * cost.ray_ns.spread * cost.rays / threads;
         planned.push_back(scene);

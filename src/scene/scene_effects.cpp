@@ -51,7 +51,7 @@ bool SceneEffects::*scene_effect(const std::string& name) {
     if (found != scene_effects().end()) return found->second;
     std::vector<std::string> known{"all"};
     for (const auto& effect : scene_effects()) known.emplace_back(effect.first);
-    throw std::invalid_argument("scene: unknown effect '" + name + "'; did you mean '" +
+    throw std::invalid_argument("unknown effect '" + name + "'; did you mean '" +
                                 nearest_name(name, known) + "'?");
 }
 

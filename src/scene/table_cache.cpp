@@ -38,7 +38,7 @@ std::string hash_of(const std::string& text) {
 /// What may be wider than asked, in the order of a file's name.
 std::vector<Range> ranges_of(const Recipe& recipe) {
     return {recipe.optical_depth, recipe.albedo, recipe.mixture.value_or(Range{1, 1}),
-            recipe.mu_in};
+            recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
 
 /// What must be the same.
@@ -50,7 +50,8 @@ std::string kind_of(Recipe recipe) {
     const bool to_infinity = recipe.optical_depth.max > 1e300;
     recipe.optical_depth = {1, 1};
     recipe.albedo = {1, 1};
-    recipe.mu_in = {0, 1};
+    recipe.mu_in = recipe.mu_out = {0, 1};
+    recipe.azimuth = {0, 180};
     if (recipe.mixture) recipe.mixture = Range{0, 1};
     recipe.reflection = recipe.transmission = true;
     return baking_program() + "\n" +

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 #include <stratus/scene/layer_light.h>
+#include <stratus/scene/layer_tables.h>
 #include <stratus/scene/order_bounds.h>
 #include <stratus/scene/render.h>
 
@@ -88,12 +89,12 @@ void expect_within(const Range& range, double value, double rounding, const char
     EXPECT_LE(value, range.max + rounding) << what;
 }
 
-/// All rays of a picture look up what its ranges tell.
+/// All rays of a picture look up what its ranges tell, within the table that its recipe makes.
 TEST(SeenDirections, HoldThoseOfEveryRay) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> unit(0, 1);
-    int looked_up = 0;
-    for (int n = 0; n < 120; ++n) {
+    int looked_up = 0, narrow = 0;
+    for (int n = 0; n < 240; ++n) {
         Scene scene = n % 3 == 0   ? small_slab(1, 0.5)
                       : n % 3 == 1 ? small_rings(1)
                                    : small_planet(0, 1, 0.5);
@@ -108,7 +109,8 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
             n % 3 == 2 ? Vector3{0, 0, 0}
                        : Vector3{3 * unit(random), 3 * unit(random), unit(random) - 0.5};
         scene.camera.orthographic = n % 2 == 0;
-        scene.camera.width = n % 2 == 0 ? 4 : radians(20 + 100 * unit(random));
+        scene.camera.width = n % 2 == 0 ? 4 : radians(4 + 116 * std::pow(unit(random), 2));
+        if (n % 5 > 0) scene.background.colour = {0, 0, 0};
         scene.to_sun = direction_at(std::asin(2 * unit(random) - 1), 2 * pi * unit(random));
         if (n % 4 == 0) scene.sun_diameter = radians(4 * unit(random));
         const SeenDirections seen = seen_directions(scene);
@@ -129,8 +131,43 @@ TEST(SeenDirections, HoldThoseOfEveryRay) {
             expect_within(seen.mu_out, value, 1e-9, "mu_out");
         for (const double value : {range.azimuth.min, range.azimuth.max})
             expect_within(seen.azimuth, value, 1e-6, "azimuth");
+        scene.effects.multiple = true;
+        const Recipe recipe = *needed_recipe(scene);
+        for (const double value : {range.mu_in.min, range.mu_in.max})
+            expect_within(recipe.mu_in, value, 1e-12, "mu_in of the table");
+        for (const double value : {range.mu_out.min, range.mu_out.max})
+            expect_within(recipe.mu_out, value, 0, "mu_out of the table");
+        for (const double value : {range.azimuth.min, range.azimuth.max})
+            expect_within(recipe.azimuth, value, 0, "azimuth of the table");
+        narrow += recipe.mu_out.max - recipe.mu_out.min < 1 &&
+                  recipe.azimuth.max - recipe.azimuth.min < 180;
     }
-    EXPECT_GT(looked_up, 60);
+    EXPECT_GT(looked_up, 120);
+    EXPECT_GT(narrow, 40);
+    EXPECT_LT(narrow, looked_up);
+}
+
+TEST(SeenScatteringAngles, AreThoseBetweenSunAndEye) {
+    Scene slab = small_slab(1, 0.5);
+    const auto angle_of = [&](const Vector3& ray) {
+        return 180 - degrees(std::acos(dot(slab.to_sun, -ray)));
+    };
+    Range seen = seen_scattering_angles(slab, Side::reflection);
+    EXPECT_NEAR(seen.min, angle_of(slab.camera.forward()), 1e-9);
+    EXPECT_NEAR(seen.max, angle_of(slab.camera.forward()), 1e-9);
+    slab.camera.orthographic = false;
+    slab.camera.width = radians(30);
+    seen = seen_scattering_angles(slab, Side::reflection);
+    const PictureRays rays(slab.camera, slab.width, slab.height);
+    for (const double x : {0, slab.width})
+        for (const double y : {0, slab.height})
+            expect_within(seen, angle_of(rays.through(x, y).direction), 0, "of a corner");
+    EXPECT_LT(seen.max - seen.min, 60);
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        seen = seen_scattering_angles(small_planet(30, 1, 0.5), side);
+        EXPECT_NEAR(seen.min, 150, 1e-9);
+        EXPECT_NEAR(seen.max, 150, 1e-9);
+    }
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ LayerSolution solved(const PhaseFunction& phase_function, double albedo, double 
 TEST(LayerLight, MatchesTheSolver) {
     Scene scene = small_slab(1.5, 0.9);
     scene.tolerance = tolerance;
-    const auto tables = bake_layer_tables(*needed_recipe(scene));
+    const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
     const LayerLight light(scene, tables.get());
     const Geometry geometry{0.7, 0.4, 1.1};
     const Matter matter = *uniform_matter(scene);
@@ -44,7 +44,7 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-        const auto tables = bake_layer_tables(*needed_recipe(scene));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         for (const double depth :
              varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
@@ -110,7 +110,7 @@ TEST(LayerLight, TakesThreeOpticalDepths) {
     const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-        const auto tables = bake_layer_tables(*needed_recipe(scene));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         const Matter matter{4, scene.layer.albedo, 1};
         const Rgb3 reflected = light.reflection(matter, geometry),

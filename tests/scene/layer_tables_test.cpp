@@ -100,15 +100,57 @@ TEST(NeededRecipe, HasTheOneCosineOfAPointSun) {
     EXPECT_GT(needed_recipe(rings)->mu_in.min, 0) << "a black planet";
 }
 
-TEST(NeededRecipe, NarrowedToOneCosineGivesTheSamePicture) {
+/// Small ranges that hold the camera's one direction.
+TEST(NeededRecipe, HasTheDirectionsOfView) {
+    Scene slab = small_slab(2, 0.4);
+    slab.background.colour = {0, 0, 0};
+    Scene rings = small_rings(1);
+    for (const Scene& scene : {slab, rings}) {
+        const Recipe recipe = *needed_recipe(scene);
+        const Geometry seen = scattering_geometry({0, 0, 1}, scene.to_sun, -scene.camera.forward());
+        EXPECT_LT(recipe.mu_out.min, seen.mu_out);
+        EXPECT_GT(recipe.mu_out.max, seen.mu_out);
+        EXPECT_LT(recipe.mu_out.max - recipe.mu_out.min, 0.11);
+        EXPECT_LE(recipe.azimuth.min, degrees(seen.azimuth));
+        EXPECT_GE(recipe.azimuth.max, degrees(seen.azimuth));
+        EXPECT_LT(recipe.azimuth.max - recipe.azimuth.min, 11);
+    }
+    const auto expect_all = [](const Scene& scene, const char* why) {
+        const Recipe recipe = *needed_recipe(scene);
+        for (const Range& cosines : {recipe.mu_in, recipe.mu_out}) {
+            EXPECT_EQ(cosines.min, 0) << why;
+            EXPECT_EQ(cosines.max, 1) << why;
+        }
+        EXPECT_EQ(recipe.azimuth.max, 180) << why;
+    };
+    expect_all(small_planet(30, 2, 0.4), "a globe");
+    std::get<Rings>(rings.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    rings.effects.ringshine = true;
+    expect_all(rings, "ringshine");
+    slab.effects.azimuth = false;
+    EXPECT_EQ(needed_recipe(slab)->azimuth.max, 180) << "nothing depends on it";
+    slab.camera.orthographic = false;
+    slab.camera.width = radians(120);
+    EXPECT_EQ(needed_recipe(slab)->mu_out.min, 0) << "a wide view";
+    EXPECT_EQ(needed_recipe(slab)->mu_out.max, 1);
+}
+
+TEST(NeededRecipe, IsThatOfACameraThatMovesALittle) {
+    Scene scene = small_rings(1), moved = scene;
+    scene.camera.position = 10.0 * direction_at(radians(39), radians(2));
+    moved.camera.position = 10.0 * direction_at(radians(40), radians(4));
+    EXPECT_EQ(resolved_text(*needed_recipe(scene)), resolved_text(*needed_recipe(moved)));
+}
+
+TEST(NeededRecipe, OfTheDirectionsOfViewGivesTheSamePicture) {
     for (Scene scene : {small_slab(2, 0.9), small_rings(2)}) {
         scene.background.colour = {0, 0, 0};
         scene.tolerance = 1e-2;
         Recipe recipe = *needed_recipe(scene);
         ASSERT_EQ(recipe.mu_in.min, recipe.mu_in.max);
         const auto narrow = bake_layer_tables(recipe);
-        recipe.mu_in = {0, 1};
-        const auto all = bake_layer_tables(recipe);
+        ASSERT_LT(recipe.azimuth.max - recipe.azimuth.min, 90);
+        const auto all = bake_layer_tables(of_all_directions(recipe));
         EXPECT_EQ(narrow->headers[0].mu_in.values.size(), 1u);
         const Image found = render(scene, LayerLight(scene, narrow.get())),
                     expected = render(scene, LayerLight(scene, all.get()));
@@ -136,6 +178,26 @@ TEST(CommonRecipe, CoversBothScenes) {
     Scene other = small_slab(0.5, 0.9);
     other.layer.components = {PhaseFunction::isotropic()};
     EXPECT_FALSE(common_recipe(thin, *needed_recipe(other)));
+}
+
+TEST(CommonRecipe, CoversBothDirectionsOfView) {
+    const Scene one = small_rings(1);
+    Scene other = one;
+    other.camera.position = 10.0 * direction_at(radians(25), radians(60));
+    other.to_sun = direction_at(radians(50), 0);
+    const Recipe first = *needed_recipe(one), second = *needed_recipe(other),
+                 both = *common_recipe(first, second);
+    for (Range Recipe::*const range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
+        EXPECT_LE((both.*range).min, std::min((first.*range).min, (second.*range).min));
+        EXPECT_GE((both.*range).max, std::max((first.*range).max, (second.*range).max));
+        EXPECT_LT((both.*range).max, range == &Recipe::azimuth ? 180 : 1);
+    }
+    // With a globe, which sees all.
+    Recipe globe = second;
+    globe.mu_in = globe.mu_out = {0, 1};
+    const Recipe symmetric = *common_recipe(first, globe);
+    EXPECT_EQ(symmetric.mu_in.min, 0);
+    EXPECT_EQ(symmetric.mu_out.max, 1);
 }
 
 TEST(NeededRecipe, HasAMixtureAxisForRings) {
@@ -213,8 +275,14 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     Table without_reflection = table;
     without_reflection.reflection_multiple.clear();
     refuse_table(without_reflection, {"one with reflection", "got none"});
-    recipe.mu_in = {0.5, 0.5};
-    refuse_table(bake(recipe), {"table.mu_in.min", "got 0.5"});
+    narrow.mu_in = make_axis(AxisScale::arcsine_of_fourth_root, 0.5, 0.5, 1);
+    refuse_table(narrow, {"table.mu_in.min", "got 0.5"});
+    narrow = table;
+    narrow.mu_out = make_axis(AxisScale::arcsine_of_fourth_root, 0.1, 0.45, 4);
+    refuse_table(narrow, {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
+    narrow = table;
+    narrow.azimuth = make_axis(AxisScale::linear, 1, 3, 4);
+    refuse_table(narrow, {"table.azimuth.min", "got 1"});
 }
 
 }  // namespace

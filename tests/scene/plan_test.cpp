@@ -183,6 +183,15 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     EXPECT_NEAR(costs.all.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 
+TEST(PlanReport, CountsTheLightThatRingsAndPlanetExchange) {
+    Scene rings = once(small_rings(1));
+    const RenderCost apart = report_plans({rings}).cost;
+    rings.effects.ringshine = rings.effects.planetshine = true;
+    const RenderCost shining = report_plans({rings}).cost;
+    EXPECT_GT(shining.light_seconds, 10 * apart.light_seconds);
+    EXPECT_EQ(shining.seconds(), shining.light_seconds + shining.ray_seconds);
+}
+
 TEST(PlanReport, CountsTheTablesThatChannelsShareOnce) {
     const Scene grey = wide_slab(1, 0.9);
     Scene alike = grey, unlike = grey;

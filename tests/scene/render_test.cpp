@@ -167,7 +167,7 @@ TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
     const double mu_in = scene.to_sun.z, beam = mu_in * std::exp(-2 / mu_in);
     for (const double albedo : {0.9, 1.0}) {
         scene.layer.albedo = {albedo, albedo, albedo};
-        const auto tables = bake_layer_tables(*needed_recipe(scene));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         const Rgb3 down = flux_from(scene, light, {0, 0, -1.5}, 1),
                    up = flux_from(scene, light, {0, 0, -1.5}, -1),

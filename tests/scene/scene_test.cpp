@@ -379,7 +379,7 @@ TEST_F(RingsFile, IsRefusedByFileAndLine) {
     expect_place("layer.components = ['isotropic', 'round']", "layer.components: ");
     expect_place("layer.components = ['isotropic']", "layer.components must be a list of two");
     expect_place("layer.optical_depth = 1.0", "layer.optical_depth must be absent where there are");
-    expect_place("effects = ['-shadow']", "effects: scene: unknown effect 'shadow'");
+    expect_place("effects = ['-shadow']", "effects: unknown effect 'shadow'");
     expect_place("background.colour = [1.0, 2.0]", "background.colour must be a number or three");
 }
 

@@ -53,6 +53,13 @@ inline Scene small_rings(double optical_depth) {
     return scene;
 }
 
+/// For lookups beside what a scene's camera sees.
+inline Recipe of_all_directions(Recipe recipe) {
+    recipe.mu_in = recipe.mu_out = {0, 1};
+    recipe.azimuth = {0, 180};
+    return recipe;
+}
+
 /// All effects but orders n >= 2: nothing is baked.
 inline Scene once(Scene scene) {
     scene.effects.multiple = false;

@@ -69,6 +69,10 @@ TEST(TableCache, FindsWiderTablesAndNoOthers) {
     other.optical_depth = {0.25, 1};
     EXPECT_FALSE(cache.find(other)) << "optical depth";
     other = narrow;
+    other.mu_out = {0.2, 0.3};
+    other.azimuth = {10, 20};
+    EXPECT_TRUE(cache.find(other)) << "directions of view";
+    other = narrow;
     other.transmission = true;
     EXPECT_FALSE(cache.find(other)) << "sides";
     other = narrow;
@@ -80,6 +84,25 @@ TEST(TableCache, FindsWiderTablesAndNoOthers) {
     other = narrow;
     other.discretisation.modes = 1;
     EXPECT_FALSE(cache.find(other)) << "discretisation";
+}
+
+TEST(TableCache, FindsNoTableOfFewerDirections) {
+    const test::TemporaryFolder folder;
+    TableCache cache(folder.path(), 1 << 30);
+    Recipe asked = quick_recipe(0.5);
+    asked.mu_in = {0.4, 0.4};
+    asked.mu_out = {0.2, 0.5};
+    asked.azimuth = {10, 40};
+    cache.keep(asked, bake(asked));
+    EXPECT_TRUE(cache.find(asked));
+    for (Range Recipe::*const range : {&Recipe::mu_in, &Recipe::mu_out, &Recipe::azimuth}) {
+        Recipe wider = asked;
+        (wider.*range).max += 0.1;
+        EXPECT_FALSE(cache.find(wider));
+        wider = asked;
+        (wider.*range).min -= 0.1;
+        EXPECT_FALSE(cache.find(wider));
+    }
 }
 
 TEST(TableCache, PassesOverDamagedAndForeignFiles) {

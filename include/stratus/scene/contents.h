@@ -31,14 +31,16 @@ SeenLight seen_light(const Scene& scene) noexcept;
 /// between the directions of propagation.
 struct SeenDirections {
     Range mu_in{0, 1}, mu_out{0, 1};
-    Range azimuth{0, 180};                   // degrees
-    Range scattering_angle_lit{0, 180};      // degrees; of light that leaves on the lit side
-    Range scattering_angle_through{0, 180};  // of diffuse light through the layer
+    Range azimuth{0, 180};  // degrees
 };
 
 /// Exact for a point sun and an orthographic camera; of a perspective one over a plane, those of the
 /// part of the plane that the picture may show.
 SeenDirections seen_directions(const Scene& scene) noexcept;
+
+/// Scattering angles, degrees, of light that leaves on the lit side or, diffuse, on the other. Over a
+/// plane they are found on a grid of directions and widened by what that may miss.
+Range seen_scattering_angles(const Scene& scene, Side side) noexcept;
 
 /// Matter between two places of the layer: all depths and albedos in these ranges may occur.
 struct MatterSpan {

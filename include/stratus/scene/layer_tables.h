@@ -17,7 +17,8 @@
 namespace stratus {
 
 /// The recipe of the table that a scene needs; none where its effects need no table. Channels with
-/// their own phase functions need a table each: that of `channel_scenes` (scene.h).
+/// their own phase functions need a table each: that of `channel_scenes` (scene.h). Directions are
+/// those that the scene sees, in wider ranges, or all where those would not halve the table.
 std::optional<Recipe> needed_recipe(const Scene& scene);
 
 /// One recipe in place of two: the wider ranges, the smaller tolerance. None where one table

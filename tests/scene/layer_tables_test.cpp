@@ -275,14 +275,15 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     Table without_reflection = table;
     without_reflection.reflection_multiple.clear();
     refuse_table(without_reflection, {"one with reflection", "got none"});
-    narrow.mu_in = make_axis(AxisScale::arcsine_of_fourth_root, 0.5, 0.5, 1);
-    refuse_table(narrow, {"table.mu_in.min", "got 0.5"});
-    narrow = table;
-    narrow.mu_out = make_axis(AxisScale::arcsine_of_fourth_root, 0.1, 0.45, 4);
-    refuse_table(narrow, {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
-    narrow = table;
-    narrow.azimuth = make_axis(AxisScale::linear, 1, 3, 4);
-    refuse_table(narrow, {"table.azimuth.min", "got 1"});
+    const auto narrowed = [&](Range Recipe::*member, const Range& range) {
+        Recipe narrow = recipe;
+        narrow.*member = range;
+        return bake(narrow);
+    };
+    refuse_table(narrowed(&Recipe::mu_in, {0.5, 0.5}), {"table.mu_in.min", "got 0.5"});
+    refuse_table(narrowed(&Recipe::mu_out, {0.1, 0.45}),
+                 {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
+    refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});
 }
 
 }  // namespace

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
-#include <utility>
 
 namespace stratus {
 namespace {
@@ -227,12 +226,13 @@ void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexc
     all.mu_out[k] = static_cast<float>(geometry.mu_out);
     all.azimuth[k] = static_cast<float>(geometry.azimuth);
     all.share[k] = share;
+    all.sum[k] = sum_;
     if (all.count == most) look_up(side);
 }
 
 template <int channels>
-void LightSum::add(const SliceOf<channels>& slice, Side side, std::size_t begin,
-                   std::size_t end) noexcept {
+void LightSum::add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
+                          std::size_t end) noexcept {
     const OfSide& all = side == Side::reflection ? reflection_ : transmission_;
     std::array<float, channels * most> value;  // channel after channel
     if (side == Side::reflection)
@@ -243,7 +243,8 @@ void LightSum::add(const SliceOf<channels>& slice, Side side, std::size_t begin,
                            value.data());
     for (std::size_t c = begin; c < end; ++c)
         for (std::size_t k = 0; k < all.count; ++k)
-            sum_[c] += all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
+            (*all.sum[k])[c] +=
+                all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
 }
 
 void LightSum::look_up(Side side) noexcept {
@@ -251,9 +252,9 @@ void LightSum::look_up(Side side) noexcept {
     if (all.count == 0) return;
     const auto add_light = [&](const LayerLight& light, std::size_t begin, std::size_t end) {
         if (const Slice* const grey = std::get_if<Slice>(&light.slice_))
-            add(*grey, side, begin, end);
+            add_values(*grey, side, begin, end);
         else
-            add(std::get<RgbSlice>(light.slice_), side, begin, end);
+            add_values(std::get<RgbSlice>(light.slice_), side, begin, end);
     };
     if (light_.channels_.empty()) add_light(light_, 0, 3);
     for (std::size_t c = 0; c < light_.channels_.size(); ++c)
@@ -261,10 +262,9 @@ void LightSum::look_up(Side side) noexcept {
     all.count = 0;
 }
 
-Rgb3 LightSum::take() noexcept {
+void LightSum::finish() noexcept {
     look_up(Side::reflection);
     look_up(Side::transmission);
-    return std::exchange(sum_, Rgb3{});
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {

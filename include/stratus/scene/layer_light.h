@@ -141,17 +141,18 @@ class LayerLight {
     LookupRange* recorded_ = nullptr;
 };
 
-/// Sum of R or diffuse T of a uniform layer at many directions, each times a share: faster than one
-/// by one, the same to rounding.
+/// Sums of R or diffuse T of a uniform layer, each times a share: looked up together, which is
+/// faster than one by one, and the same to rounding.
 class LightSum {
   public:
     /// `light` must outlive this, and have sums.
     explicit LightSum(const LayerLight& light) noexcept : light_(light) {}
 
+    /// What is added from now on goes to `sum`, which must stay until `finish`.
+    void into(Rgb3& sum) noexcept { sum_ = &sum; }
     void add(Side side, const Geometry& geometry, const Rgb3& share) noexcept;
-
-    /// Of all that were added since the last.
-    Rgb3 take() noexcept;
+    /// Until then, sums are incomplete.
+    void finish() noexcept;
 
   private:
     static constexpr std::size_t most = 64;
@@ -159,16 +160,17 @@ class LightSum {
         std::size_t count = 0;
         std::array<float, most> mu_in, mu_out, azimuth;
         std::array<Rgb3, most> share;
+        std::array<Rgb3*, most> sum;
     };
     void look_up(Side side) noexcept;
-    /// Values of a layer's slice, into channels [begin, end) of the sum.
+    /// Values of a layer's slice, into channels [begin, end) of the sums.
     template <int channels>
-    void add(const SliceOf<channels>& slice, Side side, std::size_t begin,
-             std::size_t end) noexcept;
+    void add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
+                    std::size_t end) noexcept;
 
     const LayerLight& light_;
     OfSide reflection_, transmission_;
-    Rgb3 sum_{};
+    Rgb3* sum_ = nullptr;
 };
 
 }  // namespace stratus

@@ -140,7 +140,7 @@ void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side
 }
 
 /// The same, many at once; the time is that of one.
-void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
+void packed_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
     const stratus::PackedTable packed(pack(table()));
     std::vector<float> of[5];
     for (const Point& at : random_points(table())) {
@@ -164,10 +164,21 @@ void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::S
     }
 }
 
-/// Building one.
-void textured_build(benchmark::State& state, const Table& (*table)()) {
-    const stratus::TableView view = table().view();
-    for (auto _ : state) benchmark::DoNotOptimize(stratus::PackedTable(view).bytes());
+/// Making the file of one.
+void packing(benchmark::State& state, const Table& (*table)()) {
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::pack(table()).size());
+}
+
+/// Opening it, already in memory.
+void packed_open(benchmark::State& state, const Table& (*table)()) {
+    const std::vector<char> bytes = stratus::pack(table());
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::PackedTable(bytes).bytes());
+}
+
+/// Binding a layer of one.
+void packed_bind(benchmark::State& state, const Table& (*table)()) {
+    const stratus::PackedTable packed(stratus::pack(table()));
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::bind(packed.view(), 1, 0.9).bytes());
 }
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
@@ -440,23 +451,31 @@ BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample_and_pdf, sample_and_pdf);
 BENCHMARK(build_bsdf_of_sharp_peak)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(packed, isotropic_R, isotropic, stratus::Side::reflection);
 BENCHMARK_CAPTURE(packed, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_batch, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, isotropic_T, isotropic, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(packed, rayleigh_R, rayleigh, stratus::Side::reflection);
 BENCHMARK_CAPTURE(packed, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(packed, forward_R, forward, stratus::Side::reflection);
 BENCHMARK_CAPTURE(packed, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, forward_R, forward, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_batch, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, forward_T, forward, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, forward, forward)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(packed, rings_R, rings, stratus::Side::reflection);
 BENCHMARK_CAPTURE(packed, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, rings_R, rings, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_batch, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, rings_T, rings, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -219,19 +219,6 @@ STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int ro
     return r * next_mu + (side.symmetric ? r * (r - 1) / 2 * rows : 0);
 }
 
-/// Starts reading what lookup n of a plan needs.
-template <bool azimuthal, int width>
-STRATUS_INLINE void prefetch(const PackedSide& side, const Plan<width>& plan, int n, int rows) {
-    const int size = row_bytes(side), bytes = (azimuthal ? stencil_size : 1) * size;
-    for (int r = 0; r < stencil_size; ++r)
-        for (int c = 0; c < stencil_size; ++c) {
-            const char* const from =
-                plan.function[n] +
-                (rows_to_mu(side, plan.next_mu[n], r, rows) + c * side.column_step) * size;
-            for (int line = 0; line < bytes; line += 64) __builtin_prefetch(from + line);
-        }
-}
-
 /// Samples that one lookup reads.
 struct SampleIndices {
     std::int32_t block, first_albedo, first_depth, mu, other_mu, first_azimuth;
@@ -260,7 +247,6 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
         static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *
             row_bytes(side);
     plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
-    if constexpr (width > 1) prefetch<azimuthal>(side, plan, n, rows);
 }
 
 /// Orders n >= 2 of the path law: cubic in w^2.
@@ -451,21 +437,15 @@ void prepare_many(const PackedSide& side, const PackedPoints& at, std::size_t fi
     }
 }
 
-/// While some lookups are summed, the memory that the next ones read is being fetched.
 template <Side which, PhaseForm form, bool azimuthal>
 void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t count,
                    float* total) {
-    Plan<points_at_once> plan[2];
-    constexpr auto step = static_cast<std::size_t>(points_at_once);
-    if (count > 0) prepare_many<which, form, azimuthal>(side, at, 0, plan[0]);
-    for (std::size_t first = 0; first < count; first += step) {
-        const Plan<points_at_once>& now = plan[first / step % 2];
-        if (first + step < count)
-            prepare_many<which, form, azimuthal>(side, at, first + step,
-                                                 plan[1 - first / step % 2]);
+    Plan<points_at_once> plan;
+    for (std::size_t first = 0; first < count; first += std::size_t{points_at_once}) {
+        prepare_many<which, form, azimuthal>(side, at, first, plan);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
-                now.single[n] + (contracted<azimuthal>(side, now, n) + now.along_path[n]);
+                plan.single[n] + (contracted<azimuthal>(side, plan, n) + plan.along_path[n]);
     }
 }
 

@@ -12,22 +12,27 @@
 namespace stratus {
 
 class LayerFluxes {
-    using Values = std::array<std::vector<float>, 3>;  // by Flux
+    using Values = std::array<std::vector<double>, 3>;  // by Flux
 
   public:
     enum Flux : std::size_t { diffuse_transmittance, plane_albedo, spherical_albedo };
 
+    /// Samples and their weights, as in Stencil.
+    struct Weights {
+        int first = 0;
+        std::array<double, stencil_size> weight{1, 0, 0, 0};
+    };
+
     /// A layer and a cosine among the samples of the tables.
     struct Place {
-        Stencil mu{}, albedo{}, optical_depth{};
-        double factor = 1;                            // of layers thinner than the tables
+        Weights mu, albedo, optical_depth;            // of thinner layers than the tables', smaller
         const std::vector<Values>* values = nullptr;  // of all albedos, or of the layer's
     };
 
     /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
     LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
 
-    Stencil cosine(double mu) const noexcept { return mu_.stencil(mu); }
+    void set_cosine(Place& place, double mu) const noexcept;
     void set_albedo(Place& place, std::size_t channel, double albedo) const noexcept;
     void set_optical_depth(Place& place, double optical_depth) const noexcept;
 

@@ -283,7 +283,7 @@ class LayerLight::FluxLookup {
     const LayerFluxes::Place& place(const Channel& channel) noexcept {
         const LayerFluxes* const fluxes = channel.light.fluxes_.get();
         const bool other = fluxes != fluxes_;
-        if (other) place_.mu = fluxes->cosine(mu_);
+        if (other) fluxes->set_cosine(place_, mu_);
         if (other || channel.optical_depth != optical_depth_)
             fluxes->set_optical_depth(place_, channel.optical_depth);
         fluxes->set_albedo(place_, channel.index, channel.albedo);

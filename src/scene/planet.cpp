@@ -30,8 +30,9 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const Vector3 normal = normalised(view.ray.at(distance));
     if (dot(normal, view.to_sun) <= 0) return {};
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
-    const SurfacePoint point = sphere_point(normal);
     const SceneLayer& layer = view.scene.layer;
+    const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
+    const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
     return layer_light(view, matter, geometry, Side::reflection) +
            irradiance(view, geometry.mu_in) *

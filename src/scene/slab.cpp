@@ -48,7 +48,7 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) noex
             view, matter, geometry,
             (view.to_sun.z > 0) == (direction.z < 0) ? Side::reflection : Side::transmission);
     if (!view.scene.effects.background) return light;
-    if (slab.surface)
+    if (slab.surface && matter.optical_depth > 0)
         light = light + view.light.plane_albedo(matter, geometry.mu_out) *
                             ground_light(slab, view, crossing - Vector3{0, 0, slab.height});
     if (!view.scene.background.is_black())

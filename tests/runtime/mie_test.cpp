@@ -286,6 +286,22 @@ TEST(Mie, HasTheValuesOfItsSeries) {
     }
 }
 
+TEST(Mie, IsTheSameWhetherComputedOrShared) {
+    // Droplets that others live of are not computed again; what differs in anything is.
+    const char* const text = "mie:radius=2um,variance=0.1";
+    const std::vector<double> alone = parse_phase_function(text).moments(60);
+    const PhaseFunction first = parse_phase_function(text), again = parse_phase_function(text);
+    EXPECT_EQ(first.moments(60), alone);
+    EXPECT_EQ(again.moments(60), alone);
+    EXPECT_EQ(again.albedo(), first.albedo());
+    for (const char* other :
+         {"mie:radius=2.1um,variance=0.1", "mie:radius=2um,variance=0.11",
+          "mie:radius=2um,variance=0.1,distribution=lognormal",
+          "mie:radius=2um,variance=0.1,wavelength=0.56um",
+          "mie:radius=2um,variance=0.1,material=ice", "mie:radius=2um,variance=0.1,index=1.34"})
+        EXPECT_NE(parse_phase_function(other).moments(60), alone) << other;
+}
+
 TEST(Mie, AbsorbsNothingAtRealIndices) {
     EXPECT_EQ(*parse_phase_function("mie:radius=5um,variance=0.1,index=1.333").albedo(), 1);
 }

@@ -3,6 +3,7 @@
 
 #include <stratus/transfer/solve.h>
 
+#include "layer_fluxes.h"
 #include "refusal.h"
 #include "small_scene.h"
 
@@ -97,6 +98,42 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
                         1.5 * tolerance)
                 << c;
         }
+    }
+}
+
+TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
+    Scene scene = small_planet(0, 4, 1);
+    scene.layer.albedo = {0.6, 0.9, 0.98};
+    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    scene.tolerance = 2e-2;
+    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+    const Table& table = tables->tables[0];
+    const std::size_t albedos = table.albedo.values.size(),
+                      depths = table.optical_depth.values.size(),
+                      cosines = table.mu_in.values.size();
+    ASSERT_GT(albedos, 1u);
+    const std::size_t a = albedos / 2, d = depths - 2, m = 1;
+    const double albedo = table.albedo.values[a];
+    for (const bool own : {false, true}) {
+        const double given = own ? albedo : 0.5;
+        const LayerFluxes fluxes(tables->tables, {given, given, given});
+        LayerFluxes::Place place;
+        fluxes.set_cosine(place, table.mu_in.values[m]);
+        fluxes.set_albedo(place, 0, albedo);
+        const auto expect = [&](std::size_t depth, double factor) {
+            const std::size_t row = a * depths + depth;
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo),
+                        factor * double{table.spherical_albedo[row]}, 1e-6);
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo),
+                        factor * double{table.plane_albedo[row * cosines + m]}, 1e-6);
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::diffuse_transmittance),
+                        factor * double{table.diffuse_transmittance[row * cosines + m]}, 1e-6);
+        };
+        fluxes.set_optical_depth(place, table.optical_depth.values[d]);
+        expect(d, 1);
+        fluxes.set_optical_depth(place, table.optical_depth.values[0] / 4);
+        expect(0, 0.25);
     }
 }
 

@@ -321,6 +321,28 @@ TEST(Render, IsIndependentOfThreadsAndOfOtherPixels) {
         }
 }
 
+TEST(Render, SumsWhatItsRaysSeeOneByOne) {
+    // Light of uniform layers is looked up for many pixels together, but not along one ray.
+    for (Scene scene : {once(small_planet(40, 0.8, 0.6)), once(small_slab(0.7, 0.5)),
+                        once(small_slab(infinity, 0.9))})
+        for (const bool coloured : {false, true}) {
+            if (coloured) scene.layer.albedo = {0.3, 0.6, 0.9};
+            scene.width = 70;  // more than are looked up at once
+            scene.height = 2;
+            const LayerLight light(scene, nullptr);
+            const Image image = render(scene, light);
+            const PictureRays rays(scene.camera, scene.width, scene.height);
+            for (int y = 0; y < scene.height; ++y)
+                for (int x = 0; x < scene.width; ++x) {
+                    const Rgb3 along =
+                        radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        ASSERT_NEAR(double{image.pixel(x, y)[c]}, along[c], 1e-5 * along[c])
+                            << x << ' ' << y << ' ' << c;
+                }
+        }
+}
+
 TEST(Render, AntialiasesEdges) {
     Scene scene = small_planet(0, 0, 1);
     std::get<Planet>(scene.subject).surface.colour = {1, 1, 1};

@@ -44,6 +44,10 @@ struct Texture {
 
     Rgb at(const SurfacePoint& point) const noexcept;
     bool is_black() const noexcept;
+    /// Whether it depends on the point's place on an image.
+    bool uses_image_place() const noexcept {
+        return pattern != Pattern::plain && pattern != Pattern::continents;
+    }
 };
 
 /// Optical depth of a layer.
@@ -61,6 +65,8 @@ struct DepthMap {
 
     double at(const SurfacePoint& point) const noexcept;
     bool is_plain() const noexcept { return pattern == Pattern::plain; }
+    /// Whether it depends on the point's place on an image.
+    bool uses_image_place() const noexcept { return pattern == Pattern::image; }
 };
 
 }  // namespace stratus

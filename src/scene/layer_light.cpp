@@ -79,11 +79,10 @@ void LayerLight::shine(int threads) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
     if (scene_.effects.ringshine) {
-        Scene scattering = scene_;
-        scattering.effects.opposition = false;
-        scattering.effects.ringshine = scattering.effects.planetshine = false;
-        const LayerLight light(scattering, tables_);
-        ring_shine_ = std::make_shared<const RingShine>(scattering, *rings, light, threads);
+        Scene more = scene_;
+        more.effects.single = more.effects.ringshine = more.effects.planetshine = false;
+        const LayerLight light(more, tables_);
+        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, light, threads);
     }
     if (scene_.effects.planetshine && !rings->surface.is_black())
         planet_shine_ =

@@ -16,88 +16,154 @@ namespace stratus {
 namespace {
 
 constexpr int ringlets = 64;                               // of equal width
-constexpr int cosine_count = 16, azimuth_count = 13;       // of light that leaves the rings
-constexpr int latitude_count = 20, solar_time_count = 25;  // of the grid
-constexpr std::size_t azimuth_nodes = 8;                   // for each part of a ringlet
+constexpr int cosine_count = 20, azimuth_count = 13;       // of light that leaves the rings
+constexpr int latitude_count = 32, solar_time_count = 25;  // of the grid
 
-/// sum of weight * value over 4 x 4 samples; rows of `width`.
+/// Of a part of a ringlet: more where light is scattered by narrow angles.
+std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
+    const bool narrow = std::ranges::any_of(
+        components, [](const PhaseFunction& each) { return each.asymmetry() > 0.6; });
+    return narrow ? 12 : 8;
+}
+
+/// sum of weight * value over 4 samples.
+Rgb3 interpolated(const Rgb3* values, const Stencil& stencil) noexcept {
+    Rgb3 sum{};
+    for (int k = 0; k < stencil_size; ++k)
+        if (stencil.weight[k] != 0)
+            sum = sum + double{stencil.weight[k]} * values[stencil.first + k];
+    return sum;
+}
+
+/// The same over 4 x 4 samples; rows of `width`.
 Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
                   const Stencil& column) noexcept {
     Rgb3 sum{};
     for (int i = 0; i < stencil_size; ++i)
-        for (int k = 0; k < stencil_size; ++k) {
-            const double weight = double{row.weight[i]} * double{column.weight[k]};
-            if (weight != 0)
-                sum = sum + weight * values[(row.first + i) * width + column.first + k];
-        }
+        if (row.weight[i] != 0)
+            sum = sum +
+                  double{row.weight[i]} * interpolated(values + (row.first + i) * width, column);
     return sum;
 }
 
 }  // namespace
 
-/// Light that leaves the rings, averaged over ringlets, for the sun's own direction.
+/// Light that leaves the rings, averaged over ringlets, for the sun's own direction: what was
+/// scattered once over the phase function, which may be narrow, apart from the orders n >= 2.
 struct RingShine::Light {
-    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
-        : inner(rings.profile.inner()), width((rings.profile.outer() - inner) / ringlets) {
-        const double to_sun = std::abs(scene.to_sun.z);
-        for (auto& side : sides)
-            side.resize(static_cast<std::size_t>(ringlets * cosine_count * azimuth_count));
-        parallel_for(ringlets, threads,
-                     [&](int ringlet) { fill(scene, rings, layer, ringlet, to_sun); });
+    Light(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
+        : inner(rings.profile.inner()),
+          width((rings.profile.outer() - inner) / ringlets),
+          to_sun(std::max(std::abs(scene.to_sun.z), 1e-6)),
+          components(scene.layer.components),
+          has_more(scene.effects.multiple) {
+        for (const std::size_t side : {0u, 1u}) {
+            once[side].resize(ringlets * components.size() * cosine_count);
+            if (has_more) orders[side].resize(ringlets * cosine_count * azimuth_count);
+        }
+        parallel_for(ringlets, threads, [&](int ringlet) {
+            const auto parts = parts_of(scene, rings, ringlet);
+            if (scene.effects.single) fill_once(scene, parts, ringlet);
+            if (has_more) fill_orders(more, parts, ringlet);
+        });
     }
 
-    void fill(const Scene& scene, const Rings& rings, const LayerLight& layer, int ringlet,
-              double to_sun) {
+    /// Matter of a ringlet, and its shares in the area.
+    using Parts = std::vector<std::pair<double, Matter>>;
+    Parts parts_of(const Scene& scene, const Rings& rings, int ringlet) const {
         const double from = inner + ringlet * width, to = from + width;
         std::vector<double> edges{from, from + width / 2, to};
         for (const double radius : rings.profile.radius)
             if (radius > from && radius < to) edges.push_back(radius);
         std::ranges::sort(edges);
-        double area = 0;
-        std::vector<std::pair<double, Matter>> parts;
+        Parts parts;
         for (std::size_t k = 1; k < edges.size(); ++k) {
             const double middle = (edges[k] + edges[k - 1]) / 2,
-                         part = middle * (edges[k] - edges[k - 1]);
-            parts.emplace_back(part, rings.profile.at(middle, scene.layer.albedo));
-            area += part;
+                         area = middle * (edges[k] - edges[k - 1]);
+            parts.emplace_back(2 * area / (to * to - from * from),
+                               rings.profile.at(middle, scene.layer.albedo));
         }
-        for (int i = 0; i < cosine_count; ++i)
-            for (int k = 0; k < azimuth_count; ++k) {
-                const Geometry geometry{std::max(to_sun, 1e-6),
-                                        cosine.values[static_cast<std::size_t>(i)],
-                                        azimuth.values[static_cast<std::size_t>(k)]};
-                const auto at =
-                    static_cast<std::size_t>((ringlet * cosine_count + i) * azimuth_count + k);
-                for (const auto& [part, matter] : parts) {
-                    const double share = part / area * geometry.mu_in;
-                    sides[0][at] = sides[0][at] + share * layer.transmission(matter, geometry);
-                    sides[1][at] = sides[1][at] + share * layer.reflection(matter, geometry);
+        return parts;
+    }
+
+    void fill_once(const Scene& scene, const Parts& parts, int ringlet) {
+        for (std::size_t i = 0; i < cosine_count; ++i)
+            for (const auto& [part, matter] : parts)
+                for (std::size_t component = 0; component < components.size(); ++component) {
+                    const double mu = cosine.values[i],
+                                 mixed = component == 0 ? matter.mixture : 1 - matter.mixture,
+                                 share = part * to_sun * mixed;
+                    const std::size_t at = once_row(ringlet, component) + i;
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const double albedo = matter.albedo[c],
+                                     depth = seen_depth(scene, matter.optical_depth) *
+                                             scene.layer.extinction[c];
+                        if (scene.effects.transmission)
+                            once[0][at][c] +=
+                                share * single_transmission(1, albedo, depth, to_sun, mu);
+                        if (scene.effects.reflection)
+                            once[1][at][c] +=
+                                share * single_reflection(1, albedo, depth, to_sun, mu);
+                    }
                 }
+    }
+
+    void fill_orders(const LayerLight& more, const Parts& parts, int ringlet) {
+        std::size_t at = orders_row(ringlet);
+        for (const double mu : cosine.values)
+            for (const double phi : azimuth.values) {
+                const Geometry geometry{to_sun, mu, phi};
+                for (const auto& [part, matter] : parts) {
+                    orders[0][at] =
+                        orders[0][at] + part * to_sun * more.transmission(matter, geometry);
+                    orders[1][at] =
+                        orders[1][at] + part * to_sun * more.reflection(matter, geometry);
+                }
+                ++at;
             }
     }
 
-    Rgb3 at(int ringlet, const Geometry& geometry, bool lit) const noexcept {
-        return interpolated(
-            &sides[lit][static_cast<std::size_t>(ringlet * cosine_count * azimuth_count)],
-            azimuth_count, cosine_view.stencil(geometry.mu_out),
-            azimuth_view.mirrored_stencil(geometry.azimuth));
+    static std::size_t orders_row(int ringlet) {
+        return static_cast<std::size_t>(ringlet * cosine_count * azimuth_count);
+    }
+    std::size_t once_row(int ringlet, std::size_t component) const {
+        return (static_cast<std::size_t>(ringlet) * components.size() + component) * cosine_count;
     }
 
-    double inner, width;
+    /// Towards `to_point`, of a sun on the z > 0 side, above the x axis.
+    Rgb3 at(int ringlet, const Vector3& sun, const Vector3& to_point, bool lit) const noexcept {
+        const Stencil along = cosine_view.stencil(std::abs(to_point.z));
+        const double scattering = -dot(sun, to_point);
+        Rgb3 sum{};
+        for (std::size_t k = 0; k < components.size(); ++k)
+            sum = sum +
+                  components[k](scattering) * interpolated(&once[lit][once_row(ringlet, k)], along);
+        if (!has_more) return sum;
+        const double around = std::atan2(std::abs(to_point.y), -to_point.x);
+        return sum + interpolated(&orders[lit][orders_row(ringlet)], azimuth_count, along,
+                                  azimuth_view.mirrored_stencil(around));
+    }
+
+    double inner, width, to_sun;
+    const std::vector<PhaseFunction>& components;
+    bool has_more;
     Axis cosine = make_axis(AxisScale::arcsine_of_fourth_root, 1e-3, 1, cosine_count),
          azimuth = make_axis(AxisScale::linear, 0, pi, azimuth_count);
     AxisView cosine_view = cosine.view(), azimuth_view = azimuth.view();
-    std::vector<Rgb3> sides[2];  // unlit and lit, over ringlet, cosine and azimuth
+    GaussLegendre gauss{azimuth_nodes(components)};
+    // Of the unlit and the lit side, over ringlet, component and cosine; over ringlet, cosine and
+    // azimuth.
+    std::vector<Rgb3> once[2], orders[2];
 };
 
-RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
+RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
     : to_sun_(scene.to_sun),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
       latitude_(
           make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()), latitude_count)),
       solar_time_(make_axis(AxisScale::linear, 0, pi, solar_time_count)) {
-    const Light light(scene, rings, layer, threads);
+    const Light light(scene, rings, more, threads);
     for (auto& side : grid_) side.resize(latitude_count * solar_time_count);
     parallel_for(latitude_count, threads, [&](int i) {
         for (std::size_t k = 0; k < solar_time_count; ++k)
@@ -109,7 +175,7 @@ RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& l
 }
 
 Rgb3 RingShine::integral(const Light& light, double latitude, double solar_time, bool lit) const {
-    static const GaussLegendre gauss(azimuth_nodes);
+    const GaussLegendre& gauss = light.gauss;
     const double pole = 1 - flattening_;
     const Vector3 sun{std::hypot(to_sun_.x, to_sun_.y), 0, std::abs(to_sun_.z)};  // z > 0 is lit
     const Vector3 point{std::cos(latitude) * std::cos(solar_time),
@@ -134,16 +200,15 @@ Rgb3 RingShine::integral(const Light& light, double latitude, double solar_time,
                                   {solar_time, std::min(high, pi - dark)},
                                   {std::max(low, pi + dark), high}};
         for (const auto& [begin, end] : ends) {
-            for (std::size_t k = 0; begin < end && k < azimuth_nodes; ++k) {
+            for (std::size_t k = 0; begin < end && k < gauss.x.size(); ++k) {
                 const double azimuth = begin + (end - begin) * (1 + gauss.x[k]) / 2;
                 const Vector3 v =
                     Vector3{radius * std::cos(azimuth), radius * std::sin(azimuth), 0} - point;
                 const double inverse = 1 / length(v);
                 const double area = radius * (to - from) * gauss.weight[k] * (end - begin) / 2;
                 const double cosines = dot(normal, v) * std::abs(v.z) * inverse * inverse;
-                const Geometry geometry = scattering_geometry({0, 0, 1}, sun, -inverse * v);
-                sum = sum +
-                      area * cosines * inverse * inverse / pi * light.at(ringlet, geometry, lit);
+                sum = sum + area * cosines * inverse * inverse / pi *
+                                light.at(ringlet, sun, -inverse * v, lit);
             }
         }
     }

@@ -21,11 +21,12 @@ namespace stratus {
 
 class RingShine {
   public:
-    /// Works E out on a grid of latitudes and local solar times.
+    /// Works E out on a grid of latitudes and local solar times. `more` is the layer's light without
+    /// that which is scattered once.
     ///
-    /// Accuracy 5e-3 of E, 1.2e-2 within 10 degrees of the equator, 5e-6 where the rings hardly rise
-    ///          above the horizon; for phase functions to asymmetry 0.5.
-    RingShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
+    /// Accuracy 5e-3 of E, 5e-6 where the rings hardly rise above the horizon; of light scattered
+    ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5.
+    RingShine(const Scene& scene, const Rings& rings, const LayerLight& more, int threads);
 
     /// E at a point of the globe, of a white sun.
     Rgb3 irradiance(const Vector3& point) const noexcept;

@@ -153,7 +153,7 @@ void packed_batch(benchmark::State& state, const Table& (*table)(), stratus::Sid
     std::size_t next = 0;
     while (state.KeepRunningBatch(batch)) {
         const stratus::PackedPoints points{&of[0][next], &of[1][next], &of[2][next],
-                                             &of[3][next], &of[4][next], batch};
+                                           &of[3][next], &of[4][next], batch};
         if (side == stratus::Side::reflection)
             packed.reflection(points, total.data());
         else

@@ -224,7 +224,8 @@ void add_render(CLI::App& app) {
         ->check(file_name());
     render
         ->add_option("--table", command->tables,
-                     "Table to look up instead of baking, .h5, .exr or .stratus; three times, for red, green "
+                     "Table to look up instead of baking, .h5, .exr or .stratus; three times, for "
+                     "red, green "
                      "and blue, where these have their own phase functions")
         ->allow_extra_args(false)
         ->check(file_name());

@@ -176,8 +176,7 @@ void add_side(TensorWriter& file, const std::string& prefix, const TableView& ta
     file.add(side + coefficients_name, {blocks.coefficient.size() / functions, functions},
              blocks.coefficient);
     file.add(side + blocks_name, {count, size(BlockField::count)}, blocks.block);
-    const std::size_t depth_rows =
-        size(std::max(stencil_size, table.optical_depth.count));
+    const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
     file.add(side + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
              blocks.block_of_cell);
     if (which == Side::reflection && table.has_lower_boundary() &&
@@ -195,8 +194,8 @@ void add_path_law(TensorWriter& file, const Table& table) {
     file.set(path_deepest_name, shortest_text(law.deepest()));
     const PathSheet sheet = squared_path_sheet(law, table.highest_order);
     file.add(path_sheet_name,
-             {size(path_sheet_steps + 1), sheet.sample_count() / size(path_sheet_steps + 1) / 2 / angles,
-              angles, 2},
+             {size(path_sheet_steps + 1),
+              sheet.sample_count() / size(path_sheet_steps + 1) / 2 / angles, angles, 2},
              sheet.view().sample);
 }
 

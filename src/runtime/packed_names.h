@@ -55,8 +55,8 @@ inline std::string mixture_prefix(bool has_mixture, std::size_t sample) {
 /// Numbers of a block in `blocks`.
 namespace BlockField {
 enum : int {
-    first_albedo,      // samples of the table that its coefficients begin at
-    albedos,           // of the coefficients
+    first_albedo,  // samples of the table that its coefficients begin at
+    albedos,       // of the coefficients
     first_depth,
     depths,            // infinity included
     ends_at_infinity,  // 1: its last depth is that

@@ -93,10 +93,9 @@ void check_format(const TensorFile& file) {
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    for (const AxisScale scale :
-         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
-          AxisScale::square_root_of_complement, AxisScale::square_root,
-          AxisScale::fourth_root_of_complement})
+    for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
+                                  AxisScale::logarithmic, AxisScale::square_root_of_complement,
+                                  AxisScale::square_root, AxisScale::fourth_root_of_complement})
         if (text == axis_scale_name(scale)) return scale;
     require(false, caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
     return {};
@@ -115,8 +114,8 @@ LowerBoundary lower_boundary(const TensorFile& file) {
     const std::string& kind = file.text(below_name);
     const double albedo = number(file, below_albedo_name);
     if (kind == surface_name) return LowerBoundary::surface(albedo);
-    require(kind == layer_name, caller, below_name,
-            std::string(surface_name) + " or " + layer_name, kind.substr(0, 40));
+    require(kind == layer_name, caller, below_name, std::string(surface_name) + " or " + layer_name,
+            kind.substr(0, 40));
     return LowerBoundary::layer(phase_function(file, below_phase_function_name), albedo);
 }
 
@@ -144,8 +143,8 @@ Table header_of(const TensorFile& file) {
         const bool may_be_infinite = field.axis == &Table::optical_depth;
         table.*field.axis = {
             scale_of(file, field.name),
-            copied(file.numbers<double>(
-                field.name, 1, may_be_infinite ? Infinity::allowed : Infinity::refused))};
+            copied(file.numbers<double>(field.name, 1,
+                                        may_be_infinite ? Infinity::allowed : Infinity::refused))};
     }
     if (table.has_mixture()) {
         table.second_phase_function = phase_function(file, second_phase_function_name);
@@ -287,12 +286,12 @@ class BlockChecks {
                       "finite depths");
         const std::size_t needed =
             size(block[BlockField::albedos]) * size(block[BlockField::depths]);
-        require(block[BlockField::first_row] >= 0 && needed <= rows &&
-                    size(block[BlockField::first_row]) <= rows - needed,
-                caller, "first_row of " + name_,
-                "such that " + std::to_string(needed) + " of " + std::to_string(rows) +
-                    " rows follow",
-                block[BlockField::first_row]);
+        require(
+            block[BlockField::first_row] >= 0 && needed <= rows &&
+                size(block[BlockField::first_row]) <= rows - needed,
+            caller, "first_row of " + name_,
+            "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
+            block[BlockField::first_row]);
     }
 
     void check_cell(const std::int32_t* block, int albedo, int depth) const {
@@ -304,8 +303,9 @@ class BlockChecks {
             within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
             within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
             (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
-        require(inside, caller, "block of cell (" + std::to_string(albedo) + ", " +
-                                    std::to_string(depth) + ") of " + name_,
+        require(inside, caller,
+                "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
+                    ") of " + name_,
                 "one that holds its samples", "another");
     }
 
@@ -347,9 +347,9 @@ void set_blocks(const TensorFile& file, const std::string& name, const TableView
     const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows();
     const std::vector<std::size_t> shape{count, rows, functions};
     side.view.halves = file.tensor(name + functions_name).type == TensorType::f16;
-    const void* const function =
-        side.view.halves ? checked_functions<Half>(file, name + functions_name, shape)
-                         : checked_functions<float>(file, name + functions_name, shape);
+    const void* const function = side.view.halves
+                                     ? checked_functions<Half>(file, name + functions_name, shape)
+                                     : checked_functions<float>(file, name + functions_name, shape);
     const TensorOf<float> coefficients = file.numbers<float>(name + coefficients_name, 2);
     require_shape(coefficients, name + coefficients_name, {coefficients.shape[0], functions});
     require_aligned(function, name + functions_name);
@@ -360,12 +360,11 @@ void set_blocks(const TensorFile& file, const std::string& name, const TableView
     for (std::size_t b = 0; b < count; ++b) {
         const std::int32_t* const block = blocks.data + b * size(BlockField::count);
         checks.check_block(block, coefficients.shape[0]);
-        side.blocks.push_back(
-            {static_cast<const char*>(function) + b * block_bytes,
-             reinterpret_cast<const CoefficientRow*>(coefficients.data) +
-                 block[BlockField::first_row],
-             block[BlockField::first_albedo], block[BlockField::first_depth],
-             block[BlockField::depths]});
+        side.blocks.push_back({static_cast<const char*>(function) + b * block_bytes,
+                               reinterpret_cast<const CoefficientRow*>(coefficients.data) +
+                                   block[BlockField::first_row],
+                               block[BlockField::first_albedo], block[BlockField::first_depth],
+                               block[BlockField::depths]});
     }
     const std::string of_cells = name + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
@@ -390,8 +389,8 @@ void set_nothing(SideMemory& side) {
     const std::size_t albedos = side.diffusion_exponent.size();
     side.no_functions.assign(size(view.azimuths + 2), {});
     side.no_coefficients.assign(albedos * stencil_size, {});
-    side.blocks.push_back({side.no_functions.data(), side.no_coefficients.data(), 0, 0,
-                           stencil_size});
+    side.blocks.push_back(
+        {side.no_functions.data(), side.no_coefficients.data(), 0, 0, stencil_size});
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 
@@ -463,20 +462,20 @@ void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoi
         std::fill(copy[q], copy[q] + points_at_once, 0.5f);
         std::copy(from[q] + whole, from[q] + points.count, copy[q]);
     }
-    kernel.many(side, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once},
-                points_at_once, found);
+    kernel.many(side, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once}, points_at_once,
+                found);
     std::copy(found, found + rest, total + whole);
 }
 
 /// Memory aligned as files are.
 struct AlignedDelete {
-    void operator()(char* memory) const { operator delete(memory, std::align_val_t{alignment}); }
+    void operator()(char* memory) const { operator delete (memory, std::align_val_t{alignment}); }
 };
 using AlignedBytes = std::unique_ptr<char, AlignedDelete>;
 
 AlignedBytes aligned_copy(const std::vector<char>& bytes) {
-    AlignedBytes copy(static_cast<char*>(
-        operator new(std::max<std::size_t>(1, bytes.size()), std::align_val_t{alignment})));
+    AlignedBytes copy(static_cast<char*>(operator new (std::max<std::size_t>(1, bytes.size()),
+                                                       std::align_val_t{alignment})));
     std::copy(bytes.begin(), bytes.end(), copy.get());
     return copy;
 }
@@ -484,12 +483,20 @@ AlignedBytes aligned_copy(const std::vector<char>& bytes) {
 }  // namespace
 
 bool is_reserved(const std::string& name) {
-    static const std::vector<std::string> fixed{
-        format_name,        format_version_name,   phase_function_name,
-        below_name,         below_albedo_name,     second_phase_function_name,
-        tolerance_name,     measured_error_name,   below_phase_function_name,
-        highest_order_name, path_offset_name,      extrapolation_length_name,
-        path_deepest_name,  second_extrapolation_length_name};
+    static const std::vector<std::string> fixed{format_name,
+                                                format_version_name,
+                                                phase_function_name,
+                                                below_name,
+                                                below_albedo_name,
+                                                second_phase_function_name,
+                                                tolerance_name,
+                                                measured_error_name,
+                                                below_phase_function_name,
+                                                highest_order_name,
+                                                path_offset_name,
+                                                extrapolation_length_name,
+                                                path_deepest_name,
+                                                second_extrapolation_length_name};
     if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
     const auto& axes = packed_axis_fields();
     return std::any_of(axes.begin(), axes.end(), [&](const PackedAxisField& field) {
@@ -600,8 +607,7 @@ PackedTable::PackedTable(const void* data, std::size_t bytes)
 PackedTable::PackedTable(const std::vector<char>& bytes) {
     AlignedBytes copy = aligned_copy(bytes);
     const char* const data = copy.get();
-    contents_ =
-        std::make_unique<const Contents>(std::nullopt, std::move(copy), data, bytes.size());
+    contents_ = std::make_unique<const Contents>(std::nullopt, std::move(copy), data, bytes.size());
 }
 
 PackedTable::PackedTable(PackedTable&&) noexcept = default;
@@ -648,7 +654,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
                               table.azimuth.values.size());
     // All directions, once of those that are symmetric.
     const std::vector<double>&ins = table.mu_in.values, &outs = table.mu_out.values,
-                              &azimuths = table.azimuth.values;
+          &azimuths = table.azimuth.values;
     const bool symmetric = table.view().is_symmetric();
     std::vector<float> in, out, azimuth, scale;
     for (std::size_t i = 0; i < ins.size(); ++i)
@@ -697,8 +703,8 @@ Table PackedTable::unpacked() const {
     Table table = contents_->header;
     for (const Side side : {Side::reflection, Side::transmission}) {
         if (!contents_->holds(side)) continue;
-        std::vector<float>& samples = side == Side::reflection ? table.reflection_multiple
-                                                               : table.transmission_multiple;
+        std::vector<float>& samples =
+            side == Side::reflection ? table.reflection_multiple : table.transmission_multiple;
         samples.reserve(table.sample_count());
         for (std::size_t m = 0; m < table.mixture_count(); ++m)
             for (const double albedo : table.albedo.values)

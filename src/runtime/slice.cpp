@@ -38,8 +38,8 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
 /// What a layer deeper than the deepest sample scatters, over what one as deep does.
 double beyond_deepest(const TableView& table, Side which, double albedo, double optical_depth) {
     const Stencil around = table.albedo.stencil(albedo);
-    const Stencil mixture =
-        table.has_mixture() ? table.mixture.stencil(table.chosen_mixture) : Stencil{0, {1, 0, 0, 0}};
+    const Stencil mixture = table.has_mixture() ? table.mixture.stencil(table.chosen_mixture)
+                                                : Stencil{0, {1, 0, 0, 0}};
     double exponent = 0;
     for (int m = 0; m < std::min(stencil_size, std::max(1, table.mixture.count)); ++m)
         for (int l = 0; l < std::min(stencil_size, table.albedo.count); ++l)

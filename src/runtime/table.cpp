@@ -233,7 +233,8 @@ void prepare_header(Table& table) {
     check_cosine(table.mu_in, "mu_in");
     check_cosine(table.mu_out, "mu_out");
     check_azimuth(table.azimuth);
-    const std::size_t albedos = checked_product({table.mixture_count(), table.albedo.values.size()});
+    const std::size_t albedos =
+        checked_product({table.mixture_count(), table.albedo.values.size()});
     const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
     check_dataset(table.plane_albedo, "plane_albedo", lit, false);

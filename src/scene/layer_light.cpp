@@ -153,7 +153,7 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
 }
 
 Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
-                                Side side) const noexcept {
+                              Side side) const noexcept {
     const bool reflected = side == Side::reflection;
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                     : cos_scattering_angle_transmitted(geometry);

@@ -148,8 +148,8 @@ void check_table(const Scene& scene, const PackedTable& packed) {
     if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
         covers("table.azimuth", azimuth, {radians(asked.azimuth.min), radians(asked.azimuth.max)},
                rounding);
-    require(!needed->reflection || packed.has_reflection(), caller, "table",
-            "one with reflection", "none");
+    require(!needed->reflection || packed.has_reflection(), caller, "table", "one with reflection",
+            "none");
     require(!needed->transmission || packed.has_transmission(), caller, "table",
             "one with transmission", "none");
 }
@@ -240,7 +240,8 @@ std::unique_ptr<LayerTables> make_layer_tables(PackedTable table) {
         Table& one = made->headers.emplace_back(header);
         for_each_of_mixtures(
             [&](auto& numbers) {
-                const auto size = static_cast<std::ptrdiff_t>(numbers.size() / header.mixture_count());
+                const auto size =
+                    static_cast<std::ptrdiff_t>(numbers.size() / header.mixture_count());
                 const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(m) * size;
                 numbers = {first, first + size};
             },

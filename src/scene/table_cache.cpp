@@ -131,8 +131,7 @@ std::optional<PackedTable> read_kept(const fs::path& path) {
         PackedTable table(path.string());
         const auto& attributes = table.header().attributes;
         const auto key = attributes.find(key_attribute);
-        if (key == attributes.end() ||
-            !key->second.starts_with(path.filename().string() + "\n"))
+        if (key == attributes.end() || !key->second.starts_with(path.filename().string() + "\n"))
             return std::nullopt;
         return table;
     } catch (const std::exception&) {

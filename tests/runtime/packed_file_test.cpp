@@ -94,9 +94,10 @@ class Forged {
             if (name.rfind("padding_", 0) == 0) continue;
             const std::size_t sizes[] = {2, 4, 8, 4};
             const auto* const first = static_cast<const char*>(tensor.data);
-            tensors_[name] = {tensor.type, tensor.shape,
-                              {first, first + tensor.count() *
-                                                  sizes[static_cast<int>(tensor.type)]}};
+            tensors_[name] = {
+                tensor.type,
+                tensor.shape,
+                {first, first + tensor.count() * sizes[static_cast<int>(tensor.type)]}};
         }
     }
 
@@ -139,12 +140,18 @@ void expect_refused(const Forged& forged, const std::vector<const char*>& fragme
 TEST(PackedFile, RefusesForgedStrings) {
     PackedTable{Forged().bytes()};
     const std::vector<std::pair<const char*, const char*>> rows{
-        {"format", "another"},          {"format_version", "2"},
-        {"tolerance", "-1"},            {"highest_order", "1.5"},
-        {"extrapolation_length", "0"},  {"albedo_scale", "logarithmic"},
-        {"mu_in_scale", "linear"},      {"optical_depth_scale", "depth"},
-        {"measured_error", "few"},      {"phase_function", "moments:file=/etc/passwd"},
-        {"phase_function", "nonsense"}, {"below", "water"}};
+        {"format", "another"},
+        {"format_version", "2"},
+        {"tolerance", "-1"},
+        {"highest_order", "1.5"},
+        {"extrapolation_length", "0"},
+        {"albedo_scale", "logarithmic"},
+        {"mu_in_scale", "linear"},
+        {"optical_depth_scale", "depth"},
+        {"measured_error", "few"},
+        {"phase_function", "moments:file=/etc/passwd"},
+        {"phase_function", "nonsense"},
+        {"below", "water"}};
     for (const auto& [key, text] : rows) {
         Forged forged;
         forged.strings_[key] = text;

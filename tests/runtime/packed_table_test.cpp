@@ -179,7 +179,7 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
     }
     std::vector<float> R(at.size()), T(at.size());
     const PackedPoints points{of[0].data(), of[1].data(), of[2].data(),
-                                of[3].data(), of[4].data(), at.size()};
+                              of[3].data(), of[4].data(), at.size()};
     packed.reflection(points, R.data());
     packed.transmission(points, T.data());
     for (std::size_t n = 0; n < at.size(); ++n) {

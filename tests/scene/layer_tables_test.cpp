@@ -237,18 +237,15 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     recipe.optical_depth = {0.5, 2};
     recipe.albedo = {0.5, 0.9};
     const Table table = bake(recipe);
-    const auto adopt = [](const std::vector<Scene>& scenes, const std::vector<const Table*>& tables) {
+    const auto adopt = [](const std::vector<Scene>& scenes,
+                          const std::vector<const Table*>& tables) {
         std::vector<PackedTable> packed;
         for (const Table* const each : tables) packed.emplace_back(pack(*each));
         return adopt_tables(scenes, std::move(packed));
     };
     EXPECT_TRUE(adopt({scene}, {&table})->packed);
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>(
-            [&] {
-                adopt({scene, other}, {&table});
-            },
-            fragments);
+        expect_refusal<std::invalid_argument>([&] { adopt({scene, other}, {&table}); }, fragments);
     };
     refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
     refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});

@@ -91,8 +91,7 @@ class PackedTable {
     /// Orders n >= 2 without the path law, over (mu_in, mu_out, azimuth) at the samples of a view's
     /// axes, divided by the shares intercepted along both directions; over a lower boundary as they
     /// are. What slices are bound from.
-    std::vector<float> layer(Side side, double albedo, double optical_depth,
-                             double mixture) const;
+    std::vector<float> layer(Side side, double albedo, double optical_depth, double mixture) const;
 
     /// The table with its samples, as the functions give them.
     Table unpacked() const;

@@ -107,8 +107,8 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo,
 }
 
 template <PhaseForm form, class F>
-STRATUS_INLINE ClosedForm<F> closed_transmission(const PackedSide& side, F albedo,
-                                                 F optical_depth, const LayerWindow<F>& layers,
+STRATUS_INLINE ClosedForm<F> closed_transmission(const PackedSide& side, F albedo, F optical_depth,
+                                                 const LayerWindow<F>& layers,
                                                  const LightPathOf<F>& path) {
     const TransmittedPath<F> directions(path);
     const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
@@ -131,8 +131,8 @@ STRATUS_INLINE float shares_at(float depth, float mu_in, float mu_out) {
 /// Lookup n of a plan, deeper than the last finite sample: from there to infinity reflection
 /// follows the law of diffusion (lookup.h). Both are the last samples of the last block.
 template <int width>
-void follow_diffusion(const PackedSide& side, const LayerBlock& block,
-                      const PackedPoint& point, int n, Plan<width>& plan) {
+void follow_diffusion(const PackedSide& side, const LayerBlock& block, const PackedPoint& point,
+                      int n, Plan<width>& plan) {
     const LayerWindow<float> at = layer_window(side, point.co_albedo, point.optical_depth);
     const auto first = static_cast<int>(at.first_albedo);
     const float exponent = at.diffusion_exponent;
@@ -251,8 +251,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
 
 /// Orders n >= 2 of the path law: cubic in w^2.
 template <Side which, class F>
-STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo,
-                            F depth) {
+STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
     const PathSheetView& sheet = side.path;
     const F square = albedo * albedo, place = square * side.path_steps;
     const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
@@ -407,9 +406,8 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
 
 template <bool azimuthal, int width>
 STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
-    const float sum = side.halves
-                          ? half_scale * contracted_rows<Half, azimuthal>(side, plan, n)
-                          : contracted_rows<float, azimuthal>(side, plan, n);
+    const float sum = side.halves ? half_scale * contracted_rows<Half, azimuthal>(side, plan, n)
+                                  : contracted_rows<float, azimuthal>(side, plan, n);
     return plan.factor[n] * sum;
 }
 
@@ -471,6 +469,6 @@ constexpr PackedSideKernels all_kernels() {
 
 extern const PackedKernels packed_kernels;
 constexpr PackedKernels packed_kernels{all_kernels<Side::reflection>(),
-                                           all_kernels<Side::transmission>()};
+                                       all_kernels<Side::transmission>()};
 
 }  // namespace stratus::STRATUS_ISA

@@ -73,7 +73,7 @@ struct PackedSide {
     PackedAxis mu_in, mu_out;    // over -acos(mu^(1/4))
     int row_step, column_step;   // rows of functions from one mu to the next where R and T are not
                                  // symmetric, from one mu' to the next; 0: one cosine
-    int azimuths;  // samples of the table; 1: nothing depends on azimuth
+    int azimuths;                // samples of the table; 1: nothing depends on azimuth
     float azimuth_first, azimuth_step_inverse;  // azimuth / pi or its square root
     float azimuth_window, last_azimuth_window;  // first sample of the first and the last cubic
     bool square_root_of_azimuth;                // what they lie evenly in

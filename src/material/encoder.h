@@ -32,6 +32,7 @@ class Encoder {
     void put(std::string_view text) { bytes_.insert(bytes_.end(), text.begin(), text.end()); }
 
     std::size_t size() const { return bytes_.size(); }
+    const std::vector<char>& bytes() const { return bytes_; }
 
     /// Errors   std::system_error.
     void write(const std::filesystem::path& path) const {

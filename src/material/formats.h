@@ -11,6 +11,9 @@
 namespace stratus {
 
 MaterialFile make_fourier(const Material& material, const MaterialOptions& options);
+MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptions& options);
+MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& options);
+MaterialFile make_atlas(const Material& material, const MaterialOptions& options);
 
 /// Every colour of a material solved at the same cosines.
 std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,
@@ -21,5 +24,8 @@ std::string describe(const Material& material);
 
 /// The note on the beam; none where nothing passes.
 void note_beam(const Material& material, std::vector<std::string>& notes);
+
+/// The note on what passes, for formats of reflection alone; none where nothing does.
+void note_transmission(const Material& material, std::vector<std::string>& notes);
 
 }  // namespace stratus

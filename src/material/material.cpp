@@ -81,12 +81,21 @@ std::string describe(const Material& material) {
 
 void note_beam(const Material& material, std::vector<std::string>& notes) {
     if (material.is_opaque()) return;
-    std::string depths;
-    for (const Stack& stack : material.colours)
-        depths += (depths.empty() ? "" : ", ") + shortest_text(optical_depth(stack));
+    std::vector<std::string> depths;
+    for (const Stack& stack : material.colours) {
+        const std::string depth = shortest_text(optical_depth(stack));
+        if (depths.empty() || depth != depths.back()) depths.push_back(depth);
+    }
     notes.push_back(
-        "the beam straight through, exp(-tau/mu) with tau = " + depths +
+        "the beam straight through, exp(-tau/mu) with tau = " + joined(depths) +
         ", is not in the file: a renderer adds it, or --over puts ground under the layer");
+}
+
+void note_transmission(const Material& material, std::vector<std::string>& notes) {
+    if (material.is_opaque()) return;
+    notes.push_back(
+        "diffuse transmission is not in the file: the format holds reflection, lit from above, "
+        "alone; --over puts ground under the layer");
 }
 
 MaterialFile make_material(const Material& material, MaterialFormat format,
@@ -94,8 +103,13 @@ MaterialFile make_material(const Material& material, MaterialFormat format,
     check(material, options);
     switch (format) {
         case MaterialFormat::fourier: return make_fourier(material, options);
-        default: throw std::invalid_argument("export: format is not known");
+        case MaterialFormat::tensor: return make_tensor(material, false, options);
+        case MaterialFormat::tensor_rgb: return make_tensor(material, true, options);
+        case MaterialFormat::netcdf: return make_mqdiffuse(material, options);
+        case MaterialFormat::exr_atlas: return make_atlas(material, options);
     }
+    throw std::invalid_argument("export: format must be one of " + joined(material_format_names()) +
+                                ", got another");
 }
 
 void write_material(const MaterialFile& file, const std::filesystem::path& path) {

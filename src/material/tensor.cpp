@@ -1,0 +1,212 @@
+// "tensor_file" materials: reflection over the half vector, for renderers that read measured ones.
+//
+// The formats' own warp by visible microfacets is made the identity: ndf = 1, sigma = 1/4, vndf = 1.
+// What remains is a table of f cos(theta_i) over theta_o and the half vector m,
+//
+//     theta_m = pi/2 x^2,  phi_m - phi_o = (2 y - 1) pi,  wi = 2 (wo . m) m - wo,
+//
+// joined by straight lines. Where wi is below the horizon, f(|mu_i|) mu_i continues it oddly, so
+// that the lines meet 0 at the horizon.
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/constants.h>
+
+#include "encoder.h"
+#include "formats.h"
+#include "reflection_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr int angle_count = 128, side = 64;
+constexpr double least_luminance = 1e-7;  // of the largest, so that every direction may be drawn
+
+/// Wavelengths in nm, and the colour of each: constant beyond those of red and blue. Grey needs
+/// the ends alone.
+struct Band {
+    float wavelength;
+    std::size_t colour;
+};
+const std::vector<Band> grey_bands{{360, 0}, {830, 0}};
+const std::vector<Band> colour_bands{{360, 2}, {460, 2}, {540, 1}, {620, 0}, {830, 0}};
+
+/// A half vector of the grid, and the incident direction that it stands for.
+struct HalfVector {
+    double mu_in, azimuth;  // mu_in < 0 below the horizon
+    double cos_half;        // of the angle between the half vector and either direction
+    double area;            // d(solid angle of m) / dx dy
+};
+
+HalfVector half_vector(double mu_out, int x, int y) {
+    const double u = x / (side - 1.0), theta_m = pi / 2 * u * u;
+    const double phi = (2 * (y / (side - 1.0)) - 1) * pi;
+    const double out_sine = std::sqrt((1 - mu_out) * (1 + mu_out));
+    const double m[3] = {std::sin(theta_m) * std::cos(phi), std::sin(theta_m) * std::sin(phi),
+                         std::cos(theta_m)};
+    HalfVector half;
+    half.cos_half = out_sine * m[0] + mu_out * m[2];
+    const double in[3] = {2 * half.cos_half * m[0] - out_sine, 2 * half.cos_half * m[1],
+                          2 * half.cos_half * m[2] - mu_out};
+    half.mu_in = std::clamp(in[2], -1.0, 1.0);
+    half.azimuth = std::atan2(std::abs(in[1]), -in[0]);  // 0: away from wo
+    half.area = 2 * pi * pi * u * std::sin(theta_m);
+    return half;
+}
+
+/// Over (theta, colour, y, x), and what directions are drawn by over (theta, y, x).
+struct Grids {
+    std::vector<float> values, luminance;
+};
+
+constexpr std::size_t grid_size = static_cast<std::size_t>(side) * side;
+
+/// The grids of one theta.
+void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_out, int t) {
+    const std::size_t count = colours.size();
+    float* const values = grids.values.data() + static_cast<std::size_t>(t) * count * grid_size;
+    float* const luminance = grids.luminance.data() + static_cast<std::size_t>(t) * grid_size;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) {
+            const std::size_t at = static_cast<std::size_t>(y * side + x);
+            const HalfVector half = half_vector(mu_out, x, y);
+            const int place = angle_count - 1 - t;  // cosines ascend, angles do
+            double sum = 0;
+            for (std::size_t c = 0; c < count; ++c) {
+                const double value =
+                    colours[c](std::abs(half.mu_in), place, half.azimuth) / pi * half.mu_in;
+                values[c * grid_size + at] = static_cast<float>(value);
+                sum += value / static_cast<double>(count);
+            }
+            luminance[at] = static_cast<float>(std::max(0.0, sum) * 4 *
+                                               std::max(0.0, half.cos_half) * half.area);
+        }
+    const float largest = *std::max_element(luminance, luminance + grid_size);
+    const float least = std::max(static_cast<float>(least_luminance) * largest, 1e-30f);
+    for (std::size_t at = 0; at < grid_size; ++at) luminance[at] = std::max(luminance[at], least);
+}
+
+Grids make_grids(const Material& material, const std::vector<double>& mu,
+                 const MaterialOptions& options) {
+    const std::vector<SolvedStack> solved = solve_colours(material, mu, options);
+    std::vector<ReflectionField> colours;
+    for (std::size_t c = 0; c < solved.size(); ++c)
+        colours.emplace_back(material.colours[c], solved[c], mu, options.threads);
+    Grids grids{std::vector<float>(angle_count * colours.size() * grid_size),
+                std::vector<float>(angle_count * grid_size)};
+    parallel_for(angle_count, options.threads, [&](int t) {
+        fill(grids, colours, mu[static_cast<std::size_t>(angle_count - 1 - t)], t);
+    });
+    return grids;
+}
+
+/// The colours of bands in place of colours.
+std::vector<float> spread(const std::vector<float>& values, std::size_t colours,
+                          const std::vector<Band>& bands) {
+    std::vector<float> spectra;
+    for (std::size_t t = 0; t < angle_count; ++t)
+        for (const Band& band : bands) {
+            const float* const first =
+                values.data() + (t * colours + (colours == 1 ? 0 : band.colour)) * grid_size;
+            spectra.insert(spectra.end(), first, first + grid_size);
+        }
+    return spectra;
+}
+
+/// Fields of a file, and their encoding.
+class TensorFile {
+  public:
+    void add(const std::string& name, const std::vector<std::uint64_t>& shape,
+             const std::vector<float>& values) {
+        fields_.push_back({name, shape, 10, encoded(values)});
+    }
+    void add(const std::string& name, const std::vector<std::uint8_t>& values) {
+        fields_.push_back({name, {values.size()}, 1, encoded(values)});
+    }
+
+    Encoder encode() const {
+        std::uint64_t offset = 18;
+        for (const Field& field : fields_)
+            offset += 2 + field.name.size() + 2 + 1 + 8 + 8 * field.shape.size();
+        Encoder file;
+        file.put(std::string_view("tensor_file\0\x01\0", 14));
+        file.put(static_cast<std::uint32_t>(fields_.size()));
+        for (const Field& field : fields_) {
+            file.put(static_cast<std::uint16_t>(field.name.size()));
+            file.put(std::string_view(field.name));
+            file.put(static_cast<std::uint16_t>(field.shape.size()));
+            file.put(field.type);
+            file.put(offset);
+            file.put(field.shape);
+            offset += field.bytes.size();
+        }
+        for (const Field& field : fields_) file.put(field.bytes.bytes());
+        return file;
+    }
+
+  private:
+    struct Field {
+        std::string name;
+        std::vector<std::uint64_t> shape;
+        std::uint8_t type;
+        Encoder bytes;
+    };
+
+    template <class Number>
+    static Encoder encoded(const std::vector<Number>& values) {
+        Encoder bytes;
+        bytes.put(values);
+        return bytes;
+    }
+
+    std::vector<Field> fields_;
+};
+
+}  // namespace
+
+MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptions& options) {
+    MaterialFile file;
+    note_beam(material, file.notes);
+    note_transmission(material, file.notes);
+    const std::vector<double> mu = ReflectionField::cosines(angle_count);
+    const Grids grids = make_grids(material, mu, options);
+    const std::size_t colours = material.colours.size();
+    std::vector<float> theta;
+    for (int t = 0; t < angle_count; ++t)
+        theta.push_back(
+            static_cast<float>(pi / 2 * (1 - std::pow(1 - t / (angle_count - 1.0), 1.5))));
+
+    TensorFile tensor;
+    const std::string text = describe(material);
+    tensor.add("description", std::vector<std::uint8_t>(text.begin(), text.end()));
+    tensor.add("jacobian", {std::uint8_t{1}});
+    tensor.add("theta_i", {angle_count}, theta);
+    tensor.add("phi_i", {1}, {0});
+    tensor.add("ndf", {2, 2}, std::vector<float>(4, 1));
+    tensor.add("sigma", {2, 2}, std::vector<float>(4, 0.25f));
+    tensor.add("vndf", {1, angle_count, 2, 2}, std::vector<float>(4 * angle_count, 1));
+    tensor.add("luminance", {1, angle_count, side, side}, grids.luminance);
+    if (rgb) {
+        tensor.add("rgb", {1, angle_count, 3, side, side},
+                   spread(grids.values, colours, {{0, 0}, {0, 1}, {0, 2}}));
+    } else {
+        const std::vector<Band>& bands = colours == 1 ? grey_bands : colour_bands;
+        std::vector<float> wavelengths;
+        for (const Band& band : bands) wavelengths.push_back(band.wavelength);
+        tensor.add("wavelengths", {bands.size()}, wavelengths);
+        tensor.add("spectra", {1, angle_count, bands.size(), side, side},
+                   spread(grids.values, colours, bands));
+        if (colours == 3)
+            file.notes.push_back("red, green and blue are given at 620, 540 and 460 nm");
+    }
+    const auto bytes = std::make_shared<const Encoder>(tensor.encode());
+    file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };
+    return file;
+}
+
+}  // namespace stratus

@@ -91,8 +91,34 @@ void fill(Grids& grids, const std::vector<ReflectionField>& colours, double mu_o
     for (std::size_t at = 0; at < grid_size; ++at) luminance[at] = std::max(luminance[at], least);
 }
 
-Grids make_grids(const Material& material, const std::vector<double>& mu,
-                 const MaterialOptions& options) {
+/// Lines between samples lie off a curve by up to an eighth of its second difference, by a twelfth
+/// in the mean. Taking that from every sample leaves a third of the error in the median, and none
+/// in what is reflected in all.
+void balance(std::vector<float>& values, std::size_t colours, const std::vector<float>& theta) {
+    const std::vector<float> exact = values;
+    const std::size_t step_t = colours * grid_size;
+    for (std::size_t at = 0; at < values.size(); ++at) {
+        const std::size_t x = at % side, y = at / side % side, t = at / step_t;
+        const auto difference = [&](std::size_t before, std::size_t after) {
+            return exact[before] - 2 * exact[at] + exact[after];
+        };
+        float sum = 0;
+        if (x > 0 && x + 1 < side) sum += difference(at - 1, at + 1);
+        const std::size_t start = at - y * side;  // the first y is the last once more
+        sum += difference(start + (y == 0 ? side - 2 : y - 1) * side,
+                          start + (y + 1 == side ? 1 : y + 1) * side);
+        if (t > 0 && t + 1 < theta.size()) {
+            const float below = theta[t] - theta[t - 1], above = theta[t + 1] - theta[t];
+            const float slopes =
+                (exact[at + step_t] - exact[at]) / above - (exact[at] - exact[at - step_t]) / below;
+            sum += slopes * (below * below + above * above) / (below + above);
+        }
+        values[at] -= sum / 12;
+    }
+}
+
+Grids make_grids(const Material& material, const std::vector<float>& theta,
+                 const std::vector<double>& mu, const MaterialOptions& options) {
     const std::vector<SolvedStack> solved = solve_colours(material, mu, options);
     std::vector<ReflectionField> colours;
     for (std::size_t c = 0; c < solved.size(); ++c)
@@ -102,6 +128,7 @@ Grids make_grids(const Material& material, const std::vector<double>& mu,
     parallel_for(angle_count, options.threads, [&](int t) {
         fill(grids, colours, mu[static_cast<std::size_t>(angle_count - 1 - t)], t);
     });
+    balance(grids.values, colours.size(), theta);
     return grids;
 }
 
@@ -174,12 +201,13 @@ MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptio
     note_beam(material, file.notes);
     note_transmission(material, file.notes);
     const std::vector<double> mu = ReflectionField::cosines(angle_count);
-    const Grids grids = make_grids(material, mu, options);
-    const std::size_t colours = material.colours.size();
     std::vector<float> theta;
     for (int t = 0; t < angle_count; ++t)
         theta.push_back(
             static_cast<float>(pi / 2 * (1 - std::pow(1 - t / (angle_count - 1.0), 1.5))));
+
+    const Grids grids = make_grids(material, theta, mu, options);
+    const std::size_t colours = material.colours.size();
 
     TensorFile tensor;
     const std::string text = describe(material);

@@ -77,9 +77,11 @@ inline std::vector<Expected> random_geometries(const Stack& stack, int count, do
                             stack.lower_boundary);
             keep(solution, solution);
         } else {
-            std::vector<StackLayer> upside_down(stack.layers.rbegin(), stack.layers.rend());
-            keep(solve_stack(stack.layers, stack.lower_boundary, mu, options),
-                 solve_stack(upside_down, {}, mu, options));
+            const StackSolution solution =
+                solve_stack(stack.layers, stack.lower_boundary, mu, options);
+            const std::vector<StackLayer> upside_down(stack.layers.rbegin(), stack.layers.rend());
+            keep(solution,
+                 solution.is_opaque() ? solution : solve_stack(upside_down, {}, mu, options));
         }
     }
     return all;

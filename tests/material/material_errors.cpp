@@ -14,7 +14,7 @@ namespace {
 using namespace stratus;
 using namespace stratus::test;
 
-constexpr double away_from_horizon = 0.1;
+constexpr double away_from_horizon = 0.15;
 
 void print(const char* name, Errors errors) {
     std::printf("    %-22s median %.3f %%, 99 %% %.3f %%, worst %.2f %%\n", name,
@@ -73,8 +73,8 @@ void report_reflection(const Reader& f, const std::vector<Expected>& all) {
         const bool is_away = std::min(mu_in, mu_out) >= away_from_horizon;
         (is_away ? away : near_horizon).add(found, at.reflection);
     }
-    print("cosines from 0.1", away);
-    print("cosines below 0.1", near_horizon);
+    print("cosines from 0.15", away);
+    print("cosines below 0.15", near_horizon);
 }
 
 void report(const std::string& phase, double depth) {

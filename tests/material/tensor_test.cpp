@@ -70,14 +70,12 @@ double albedo_of(const TensorReader& table, double mu_o) {
     return 2 * pi * sum / (cosines * azimuths);
 }
 
-// 17 degrees above the horizon or more; the lines that cross the horizon lose 1e-3 at 6 degrees.
 TEST(TensorTable, LosesNoLightInAWhiteFurnace) {
     const TensorReader endless = table_of({{layer("henyey_greenstein:g=0.5", 1, infinity)}, ""});
     const TensorReader over_white = table_of({{over(layer("rayleigh", 1, 0.5), 1)}, ""});
     for (const TensorReader* table : {&endless, &over_white}) {
-        for (const double mu : {0.3, 0.37, 0.5, 0.71, 0.9, 0.99})
+        for (const double mu : {0.06, 0.1, 0.2, 0.37, 0.5, 0.71, 0.9, 0.99})
             EXPECT_NEAR(albedo_of(*table, mu), 1, 2e-4) << mu;
-        EXPECT_NEAR(albedo_of(*table, 0.1), 1, 1e-3);
     }
 }
 

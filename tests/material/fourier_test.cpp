@@ -1,4 +1,5 @@
 #include <stratus/material/material.h>
+#include <stratus/transfer/reference/photons.h>
 
 #include "fourier_reader.h"
 #include "material_check.h"
@@ -86,6 +87,22 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"over_ground", over(layer("henyey_greenstein:g=0.7", 0.95, 0.5), 0.3)},
         Case{"stack", cloud_in_haze()}, Case{"stack_over_ground", over(cloud_in_haze(), 0.5)}),
     [](const auto& info) { return std::string(info.param.name); });
+
+// Another way to the same numbers, which knows no solver: forward and back, up and down.
+TEST(FourierTable, IsWhatPhotonsTell) {
+    const PhaseFunction phase = parse_phase_function("henyey_greenstein:g=0.5");
+    const FourierReader table = table_of({{{{{phase, 0.9, 1}}, {}}}, ""});
+    PhotonOptions options;
+    options.photons = 200'000;
+    const std::vector<Geometry> geometries{{0.6, 0.8, 0.1}, {0.6, 0.3, 2.9}, {0.6, 0.5, 1.6}};
+    const PhotonSolution photons = solve_photons(phase, 0.9, 1, geometries, options);
+    for (std::size_t k = 0; k < geometries.size(); ++k) {
+        const PhotonValue &R = photons.geometries[k].reflection,
+                          &T = photons.geometries[k].transmission;
+        EXPECT_NEAR(reflected(table, geometries[k]), R.value.total, 4 * R.standard_error);
+        EXPECT_NEAR(transmitted(table, geometries[k]), T.value.total, 4 * T.standard_error);
+    }
+}
 
 TEST(FourierTable, LosesNoLightInAWhiteFurnace) {
     for (const double depth : {0.1, 1.0, 30.0}) {

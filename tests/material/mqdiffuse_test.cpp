@@ -44,7 +44,7 @@ TEST(Mqdiffuse, IsTheSolverAtRandomPairs) {
 
 TEST(Mqdiffuse, HasEvenAxes) {
     const MqdiffuseReader grid = grid_of(layer("isotropic", 0.9, 1));
-    for (const std::size_t d : {0, 2}) {
+    for (const std::size_t d : {std::size_t{0}, std::size_t{2}}) {
         const std::vector<double>& cosines = grid.axes[d];
         for (std::size_t k = 0; k < cosines.size(); ++k)
             EXPECT_NEAR(cosines[k],

@@ -31,7 +31,7 @@ Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
 }  // namespace
 
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
-                     const std::filesystem::path& path) {
+                     const std::filesystem::path& path, Alpha alpha) {
     Imf::Header header(image.width, image.height);
     header.compression() = Imf::ZIP_COMPRESSION;
     Image copy = image;  // OpenEXR wants a pointer to non-const
@@ -39,6 +39,13 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
     for (int c = 0; c < 3; ++c) {
         header.channels().insert(channels[c], Imf::Channel(Imf::FLOAT));
         buffer.insert(channels[c], channel(copy, c, {0, 0}));
+    }
+    std::vector<float> ones;
+    if (alpha == Alpha::opaque) {
+        header.channels().insert("A", Imf::Channel(Imf::FLOAT));
+        ones.assign(static_cast<std::size_t>(image.width), 1);  // one row for all
+        buffer.insert("A", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()),
+                                      sizeof(float), 0));
     }
     for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
     io::Bytes bytes;

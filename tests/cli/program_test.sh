@@ -8,10 +8,10 @@ expect_says "$out" "stratus "
 expect_silent "$err"
 
 expect_ok --help
-expect_says "$out" Example solve bake eval info verify convert cost render
+expect_says "$out" Example solve bake eval info verify convert export cost render
 expect_silent "$err"
 
-for command in solve bake eval info verify convert cost render; do
+for command in solve bake eval info verify convert export cost render; do
     expect_ok "$command" --help
     expect_says "$out" Example "stratus $command"
 done

@@ -107,8 +107,8 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
     scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
     scene.tolerance = 2e-2;
-    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
-    const Table& table = tables->tables[0];
+    const auto tables = bake_layer_tables(*needed_recipe(scene));
+    const Table& table = tables->headers[0];
     const std::size_t albedos = table.albedo.values.size(),
                       depths = table.optical_depth.values.size(),
                       cosines = table.mu_in.values.size();

@@ -31,11 +31,16 @@ struct Image {
     }
 };
 
+enum class Alpha {
+    none,
+    opaque,  // a channel A of 1, for readers that take textures of four channels alone
+};
+
 /// Writes an image, with text attributes, to `path` directly; `write_atomically` makes it atomic.
 ///
 /// Errors   std::system_error.
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
-                     const std::filesystem::path& path);
+                     const std::filesystem::path& path, Alpha alpha = Alpha::none);
 
 /// Reads channels R, G and B, or Y for all three. File and image may take `max_memory` bytes; 0:
 /// half of the machine's memory.

@@ -1,0 +1,225 @@
+// `stratus export`: one layer or stack as a material file of another renderer.
+#include <stratus/bake/clock.h>
+#include <stratus/bake/stack_file.h>
+#include <stratus/material/material.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+#include <stratus/runtime/table.h>
+
+#include "allowed.h"
+#include "commands.h"
+#include "progress.h"
+#include "query.h"
+#include "signals_held.h"
+#include "table_option.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct ExportCommand {
+    std::vector<std::string> inputs;
+    std::vector<double> optical_depth, albedo, over;
+    std::optional<double> mixture;
+    std::string format, output, title;
+    MaterialOptions options;
+    ReadOptions reading;
+    bool quiet = false;
+};
+
+constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr"};
+
+MaterialFormat format_of(const std::string& name) {
+    const std::vector<std::string>& names = material_format_names();
+    return static_cast<MaterialFormat>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+bool is_stack(const std::string& path) {
+    return std::filesystem::path(path).extension() == ".toml";
+}
+
+/// What a table supplies: its phase function and what the layer lies on.
+Stack layer_of_table(const std::string& path, const ExportCommand& command) {
+    const Table table = read_noted_table(path, command.reading);
+    const std::string name = "TABLE " + path;
+    require(table.highest_order == 0, "export", name, "of all orders of scattering",
+            "orders up to " + std::to_string(table.highest_order));
+    require(table.has_mixture() == command.mixture.has_value(), "export", "--mixture",
+            table.has_mixture() ? "given, in [0, 1], for " + path
+                                : "left out for " + path + ", which mixes nothing",
+            command.mixture ? shortest_text(*command.mixture) : "nothing");
+    const PhaseFunction phase_function =
+        table.has_mixture() ? table.view().at_mixture(*command.mixture).mixed_phase_function()
+                            : table.phase_function;
+    return {{{phase_function, 0, 0}}, table.lower_boundary};
+}
+
+void require_count(const char* option, std::size_t count) {
+    require(count <= 1 || count == 3, "export", option, "one, or three for red, green and blue",
+            count);
+}
+
+/// The value of a colour in a list of one or three.
+template <class Value>
+const Value& of_colour(const std::vector<Value>& values, std::size_t colour) {
+    return values.size() == 1 ? values[0] : values[colour];
+}
+
+void put_on_ground(Stack& stack, double albedo) {
+    require(!stack.lower_boundary.is_present(), "export", "--over",
+            "left out for a layer that lies on something already", albedo);
+    require(!std::isinf(stack.layers.back().optical_depth), "export", "--over",
+            "left out for a layer of infinite depth, which hides the ground", albedo);
+    stack.lower_boundary = LowerBoundary::surface(albedo);
+}
+
+std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::string>& notes) {
+    const auto stacks = static_cast<std::size_t>(
+        std::count_if(command.inputs.begin(), command.inputs.end(), is_stack));
+    require(stacks == 0 || stacks == command.inputs.size(), "export", "TABLE|STACK.toml",
+            "tables alone or stacks alone", joined(command.inputs));
+    for (const auto& [option, given] : {std::pair{"--optical-depth", &command.optical_depth},
+                                        std::pair{"--albedo", &command.albedo}}) {
+        require(stacks == 0 || given->empty(), "export", option,
+                "left out for a stack, which has its own", given->empty() ? 0 : given->front());
+        require(stacks > 0 || !given->empty(), "export", option, "given for a table", "nothing");
+    }
+    require(stacks == 0 || !command.mixture, "export", "--mixture", "left out for a stack",
+            command.mixture.value_or(0));
+    std::vector<Stack> read;
+    for (const std::string& path : command.inputs)
+        read.push_back(stacks ? read_stack(path, &notes) : layer_of_table(path, command));
+    return read;
+}
+
+Material read_material(const ExportCommand& command, std::vector<std::string>& notes) {
+    require_count("TABLE|STACK.toml", command.inputs.size());
+    require_count("--optical-depth", command.optical_depth.size());
+    require_count("--albedo", command.albedo.size());
+    require_count("--over", command.over.size());
+    const std::vector<Stack> read = read_inputs(command, notes);
+    Material material;
+    material.title = command.title;
+    const std::size_t colours = std::max(
+        {read.size(), command.optical_depth.size(), command.albedo.size(), command.over.size()});
+    for (std::size_t c = 0; c < colours; ++c) {
+        Stack& stack = material.colours.emplace_back(of_colour(read, c));
+        if (!command.albedo.empty()) {
+            stack.layers[0].albedo = of_colour(command.albedo, c);
+            stack.layers[0].optical_depth = of_colour(command.optical_depth, c);
+        }
+        require(
+            !stack.lower_boundary.is_present() || !std::isinf(stack.layers.back().optical_depth),
+            "export", "--optical-depth", "finite for a layer that lies on something",
+            stack.layers.back().optical_depth);
+        if (!command.over.empty()) put_on_ground(stack, of_colour(command.over, c));
+    }
+    return material;
+}
+
+void run_export(ExportCommand command) {
+    const MaterialFormat format = format_of(command.format);
+    require_writable("export", "--output", command.output,
+                     endings[static_cast<std::size_t>(format)]);
+    const std::filesystem::path json =
+        std::filesystem::path(command.output).replace_extension(".json");
+    if (format == MaterialFormat::exr_atlas) require_writable("export", "--output", json);
+    for (const std::string& input : command.inputs)
+        require_different_files("export", input, command.output);
+
+    const auto started = Clock::now();
+    std::vector<std::string> notes;
+    const Material material = read_material(command, notes);
+    Progress progress(command.quiet);
+    for (const std::string& note : notes) progress.note("note: " + note);
+    command.options.progress = [&](double done, const std::string& stage) {
+        progress.show(done, stage);
+    };
+    const MaterialFile file = make_material(material, format, command.options);
+    {
+        const SignalsHeld held;
+        write_material(file, command.output);
+    }
+    for (const std::string& note : file.notes) progress.note("note: " + note);
+    progress.note(
+        command.output + ": " +
+        short_number(static_cast<double>(std::filesystem::file_size(command.output)) / 1e6, 3) +
+        " MB in " + short_number(seconds_since(started), 2) + " s");
+}
+
+void add_layer_options(CLI::App& app, ExportCommand& command) {
+    const CLI::Validator share =
+        number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
+    app.add_option("TABLE|STACK.toml", command.inputs,
+                   "Table (.h5, .exr), of which phase function and ground are taken, or a stack "
+                   "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
+                   "red, green and blue differ")
+        ->required()
+        ->check(file_name());
+    app.add_option("--optical-depth", command.optical_depth,
+                   "Vertical optical depth of a table's layer, [0, inf]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+    app.add_option("--albedo", command.albedo,
+                   "Its single-scattering albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(share);
+    app.add_option("--mixture", command.mixture,
+                   "Share of the first phase function, [0, 1], for a table that mixes two")
+        ->check(share);
+    app.add_option("--over", command.over,
+                   "Put it on a Lambert ground of this albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(share);
+}
+
+}  // namespace
+
+void add_export(CLI::App& app) {
+    auto command = std::make_shared<ExportCommand>();
+    CLI::App* export_app =
+        app.add_subcommand("export", "Write a layer or stack as a material of other renderers");
+    export_app->description(
+        "Write a layer or stack as a material of other renderers.\n\nThe layer is solved again, at "
+        "the directions that the format samples: of a table only the phase function and the ground "
+        "are taken, and any depth and albedo may be asked. The beam straight through, "
+        "exp(-tau/mu), "
+        "is in no file.");
+    add_layer_options(*export_app, *command);
+    export_app
+        ->add_option("--format", command->format,
+                     "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
+                     "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
+                     "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
+                     "exr-atlas (.exr and .json, for shaders): reflection and transmission")
+        ->required()
+        ->check(CLI::IsMember(material_format_names()));
+    export_app->add_option("-o,--output", command->output, "File to write")
+        ->required()
+        ->check(file_name());
+    export_app->add_option("--title", command->title, "Text kept in the file");
+    export_app->add_option("--nodes", command->options.nodes, "Gauss nodes of the solver, [1, 512]")
+        ->capture_default_str()
+        ->check(whole_number(1, 512));
+    add_threads(*export_app, command->options.threads);
+    add_max_memory(*export_app, command->reading);
+    export_app->add_flag("--quiet", command->quiet, "No progress, no notes");
+    export_app->footer(
+        "Examples:\n"
+        "  stratus export baked/saturn_rings.h5 --optical-depth 1.5 --albedo 0.95,0.93,0.8 \\\n"
+        "    --format fourier -o rings.bsdf\n"
+        "  stratus export baked/stratus_cloud.h5 --optical-depth 8 --albedo 1 --over 0.3 \\\n"
+        "    --format tensor -o cloud_over_ground.bsdf\n"
+        "  stratus export tables/stacks/haze_over_ground.toml --format netcdf -o haze.nc");
+    export_app->callback([command] { run_export(*command); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,167 @@
+// Pictures for shaders: tiles of f (mu_in + mu_out) pi over azimuth and mu_out, one column of tiles
+// for each mu_in, one row for each side.
+//
+// The factor mu_in + mu_out removes the growth at grazing angles. Cosines are even in
+// u = asin(sqrt(mu)) 2 / pi, where neither that growth nor the sines near the normal are steep.
+#include <stratus/bake/parallel.h>
+#include <stratus/io/image.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
+
+#include "formats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr int cosine_count = 64, azimuth_count = 64;
+constexpr double grazing = 1e-9;  // solved for the limit of f (mu_in + mu_out) at cosine 0
+
+/// A row of tiles.
+struct TileRow {
+    const char* name;
+    std::vector<SolvedValue> (SolvedStack::*values)(int in, int out,
+                                                    const std::vector<double>& azimuths) const;
+};
+
+std::vector<double> atlas_cosines() {
+    std::vector<double> mu;
+    for (int k = 0; k < cosine_count; ++k) {
+        const double root = std::sin(pi / 2 * k / (cosine_count - 1));
+        mu.push_back(k == 0 ? grazing : std::min(1.0, root * root));
+    }
+    return mu;
+}
+
+std::vector<TileRow> tile_rows(const Material& material, const std::vector<SolvedStack>& colours) {
+    std::vector<TileRow> rows{{"reflection", &SolvedStack::reflection}};
+    if (material.is_opaque()) return rows;
+    rows.push_back({"transmission", &SolvedStack::transmission});
+    if (!std::all_of(colours.begin(), colours.end(),
+                     [](const SolvedStack& of) { return of.is_symmetric(); }))
+        rows.push_back({"reflection_below", &SolvedStack::reflection_below});
+    return rows;
+}
+
+Image draw_tiles(const std::vector<TileRow>& rows, const std::vector<SolvedStack>& colours,
+                 const std::vector<double>& mu, int threads) {
+    std::vector<double> azimuths;
+    for (int a = 0; a < azimuth_count; ++a) azimuths.push_back(a * pi / (azimuth_count - 1));
+    const int row_count = static_cast<int>(rows.size());
+    Image image(cosine_count * azimuth_count, row_count * cosine_count);
+    parallel_for(row_count * cosine_count, threads, [&](int y) {
+        const TileRow& row = rows[static_cast<std::size_t>(y / cosine_count)];
+        const int out = y % cosine_count;
+        for (int in = 0; in < cosine_count; ++in) {
+            const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
+            for (std::size_t c = 0; c < 3; ++c) {
+                const SolvedStack& colour = colours[colours.size() == 1 ? 0 : c];
+                if (colours.size() == 1 && c > 0) {
+                    for (int a = 0; a < azimuth_count; ++a) {
+                        float* const pixel = image.pixel(in * azimuth_count + a, y);
+                        pixel[c] = pixel[0];
+                    }
+                    continue;
+                }
+                const std::vector<SolvedValue> values = (colour.*row.values)(in, out, azimuths);
+                for (int a = 0; a < azimuth_count; ++a)
+                    image.pixel(in * azimuth_count + a, y)[c] =
+                        static_cast<float>(sum * values[static_cast<std::size_t>(a)].total);
+            }
+        }
+    });
+    return image;
+}
+
+std::string quoted(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char letter : text) {
+        if (letter == '"' || letter == '\\') quoted += '\\';
+        quoted += static_cast<unsigned char>(letter) < 0x20 ? ' ' : letter;
+    }
+    return quoted + '"';
+}
+
+/// JSON has no infinity: null stands for it, of optical depths where nothing passes.
+std::string number_json(double value) { return std::isinf(value) ? "null" : shortest_text(value); }
+
+template <class Values>
+std::string list_json(const Values& values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : ", ") + number_json(value);
+    return "[" + text + "]";
+}
+
+/// One list for each colour.
+template <class OfColour>
+std::string lists_json(const std::vector<SolvedStack>& colours, const OfColour& of_colour) {
+    std::string text;
+    for (const SolvedStack& colour : colours)
+        text += (text.empty() ? "" : ",\n    ") + list_json(of_colour(colour));
+    return "[\n    " + text + "\n  ]";
+}
+
+std::string atlas_json(const Material& material, const std::vector<TileRow>& rows,
+                       const std::vector<SolvedStack>& colours, const std::vector<double>& mu) {
+    std::vector<double> depths;
+    for (const Stack& stack : material.colours)
+        depths.push_back(is_transparent(stack) ? optical_depth(stack) : infinity);
+    std::vector<double> mu_in = mu;
+    mu_in[0] = 0;
+    std::string names;
+    for (const TileRow& row : rows)
+        names += (names.empty() ? "\"" : ", \"") + std::string(row.name) + '"';
+    std::ostringstream json;
+    json << "{\n  \"format\": \"stratus-atlas\",\n  \"version\": 1,\n  \"material\": "
+         << quoted(describe(material)) << ",\n  \"rows\": [" << names
+         << "],\n  \"columns\": " << cosine_count << ",\n  \"tile_width\": " << azimuth_count
+         << ",\n  \"tile_height\": " << cosine_count
+         << ",\n  \"texel\": \"pi f (mu_in + mu_out), f the BRDF or BTDF per steradian without the "
+            "cosine; A is 1\",\n"
+            "  \"column\": \"(columns - 1) asin(sqrt(mu_in)) 2 / pi; blend the two nearest\",\n"
+            "  \"x\": \"0.5 + (tile_width - 1) azimuth / pi, in texels from the tile's left edge; "
+            "azimuth 0 is forward\",\n"
+            "  \"y\": \"0.5 + (tile_height - 1) asin(sqrt(mu_out)) 2 / pi, in texels from the "
+            "tile's top edge\",\n"
+            "  \"not_in_it\": \"the beam straight through, exp(-optical_depth / mu); light from "
+            "below is transmitted as from above with mu_in and mu_out exchanged\",\n"
+         << "  \"optical_depth\": " << list_json(depths) << ",\n  \"mu_in\": " << list_json(mu_in)
+         << ",\n  \"plane_albedo\": "
+         << lists_json(colours, [](const SolvedStack& of) { return of.solution().plane_albedo; })
+         << ",\n  \"diffuse_transmittance\": "
+         << lists_json(
+                colours,
+                [](const SolvedStack& of) {
+                    const auto& shares = of.solution().diffuse_transmittance;
+                    return of.is_transparent()
+                               ? std::vector<double>(shares.begin(), shares.end())
+                               : std::vector<double>(static_cast<std::size_t>(shares.size()));
+                })
+         << "\n}\n";
+    return json.str();
+}
+
+}  // namespace
+
+MaterialFile make_atlas(const Material& material, const MaterialOptions& options) {
+    MaterialFile file;
+    note_beam(material, file.notes);
+    const std::vector<double> mu = atlas_cosines();
+    const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
+    const std::vector<TileRow> rows = tile_rows(material, colours);
+    const auto image =
+        std::make_shared<const Image>(draw_tiles(rows, colours, mu, options.threads));
+    file.json = atlas_json(material, rows, colours, mu);
+    file.write = [image, json = file.json](const std::filesystem::path& path) {
+        write_exr_image(*image, {{"stratus:atlas", json}}, path, Alpha::opaque);
+    };
+    return file;
+}
+
+}  // namespace stratus

@@ -1,0 +1,50 @@
+// Little-endian files, built in memory.
+#pragma once
+
+#include <bit>
+#include <cerrno>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <vector>
+
+namespace stratus {
+
+class Encoder {
+  public:
+    static_assert(std::endian::native == std::endian::little, "files are little-endian");
+
+    template <class Number>
+    void put(Number value) {
+        static_assert(std::is_arithmetic_v<Number>);
+        const char* const first = reinterpret_cast<const char*>(&value);
+        bytes_.insert(bytes_.end(), first, first + sizeof value);
+    }
+    template <class Number>
+    void put(const std::vector<Number>& values) {
+        static_assert(std::is_arithmetic_v<Number>);
+        const char* const first = reinterpret_cast<const char*>(values.data());
+        bytes_.insert(bytes_.end(), first, first + values.size() * sizeof(Number));
+    }
+    void put(std::string_view text) { bytes_.insert(bytes_.end(), text.begin(), text.end()); }
+
+    std::size_t size() const { return bytes_.size(); }
+    const std::vector<char>& bytes() const { return bytes_; }
+
+    /// Errors   std::system_error.
+    void write(const std::filesystem::path& path) const {
+        std::ofstream file(path, std::ios::binary);
+        errno = 0;
+        file.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
+        file.close();
+        if (!file) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+    }
+
+  private:
+    std::vector<char> bytes_;
+};
+
+}  // namespace stratus

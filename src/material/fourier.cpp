@@ -1,0 +1,225 @@
+// SCATFUN tables: cosine series in azimuth between all pairs of cosines, read by cubic splines.
+//
+// mu_o is that of the outgoing direction, mu_i that of the propagation of the incident light, so
+// that mu_o mu_i < 0 is reflection; azimuth 0 is forward. A series is of f |mu_i|.
+#include <stratus/bake/parallel.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
+
+#include "cosine_series.h"
+#include "encoder.h"
+#include "formats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr int cosine_count = 64;           // above 0
+constexpr double series_tolerance = 1e-4;  // relative, of every value
+constexpr double largest_mean = 8;         // of f |mu_i| over azimuth: samplers need it below 16
+constexpr double grazing = 1e-9;           // solved for the limit of f at cosine 0
+
+/// Ascending in (0, 1]: dense near the horizon, where splines meet 1 / (mu + mu0), and near the
+/// normal, where they meet the sines of series. The first is below 1e-3, because splines reach
+/// across 0 from there.
+std::vector<double> cosines_above_zero() {
+    std::vector<double> mu;
+    for (int k = 1; k <= cosine_count; ++k) {
+        const double x = static_cast<double>(k) / cosine_count;
+        mu.push_back(std::cos(pi / 2 * std::pow(1 - x * x, 1.5)));
+    }
+    return mu;
+}
+
+/// -1 .. -0, +0 .. 1.
+std::vector<float> signed_cosines(const std::vector<double>& positive) {
+    std::vector<float> mu;
+    for (auto at = positive.rbegin(); at != positive.rend(); ++at)
+        mu.push_back(static_cast<float>(-*at));
+    mu.insert(mu.end(), {-0.0f, 0.0f});
+    for (const double value : positive) mu.push_back(static_cast<float>(value));
+    return mu;
+}
+
+/// Luminance, red and blue: the channels of a coloured table; one colour as it is.
+std::vector<std::vector<double>> to_channels(std::vector<std::vector<double>> colours) {
+    if (colours.size() == 1) return colours;
+    std::vector<double> luminance(colours[0].size());
+    for (std::size_t j = 0; j < luminance.size(); ++j)
+        luminance[j] =
+            0.212671 * colours[0][j] + 0.715160 * colours[1][j] + 0.072169 * colours[2][j];
+    return {std::move(luminance), std::move(colours[0]), std::move(colours[2])};
+}
+
+using ChannelSeries = std::vector<std::vector<double>>;  // over (channel, term)
+
+/// The series of one side between all pairs of cosines.
+class SideSeries {
+  public:
+    explicit SideSeries(std::size_t count) : count_(count), series_(count * count) {}
+
+    ChannelSeries& at(std::size_t in, std::size_t out) { return series_[in * count_ + out]; }
+    const ChannelSeries& at(std::size_t in, std::size_t out) const {
+        return series_[in * count_ + out];
+    }
+
+  private:
+    std::size_t count_;
+    std::vector<ChannelSeries> series_;
+};
+
+using Values = std::vector<SolvedValue> (SolvedStack::*)(int in, int out,
+                                                         const std::vector<double>& azimuths) const;
+
+/// `symmetric`: half of the pairs are worked out.
+SideSeries series_of(const std::vector<SolvedStack>& colours, Values values, std::size_t count,
+                     bool symmetric, int threads) {
+    SideSeries all(count);
+    parallel_for(static_cast<int>(count), threads, [&](int in) {
+        for (int out = symmetric ? in : 0; out < static_cast<int>(count); ++out) {
+            const auto bsdf = [&](const std::vector<double>& azimuths) {
+                std::vector<std::vector<double>> of_colours;
+                for (const SolvedStack& colour : colours) {
+                    std::vector<double>& of = of_colours.emplace_back();
+                    for (const SolvedValue& value : (colour.*values)(in, out, azimuths))
+                        of.push_back(value.total / pi);
+                }
+                return to_channels(std::move(of_colours));
+            };
+            const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
+            all.at(i, o) = cosine_series(bsdf, series_tolerance);
+            if (symmetric) all.at(o, i) = all.at(i, o);
+        }
+    });
+    return all;
+}
+
+/// The integral of the spline through f up to every node.
+std::vector<float> spline_integrals(const std::vector<float>& x, const std::vector<double>& f) {
+    const std::size_t last = x.size() - 1;
+    const auto slope = [&](std::size_t k) {
+        const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, last);
+        return (f[after] - f[before]) / static_cast<double>(x[after] - x[before]);
+    };
+    std::vector<float> sums{0};
+    double sum = 0;
+    for (std::size_t k = 0; k < last; ++k) {
+        const double width = static_cast<double>(x[k + 1] - x[k]);
+        if (width > 0)
+            sum += width * ((f[k] + f[k + 1]) / 2 + width * (slope(k) - slope(k + 1)) / 12);
+        sums.push_back(static_cast<float>(sum));
+    }
+    return sums;
+}
+
+class FourierTable {
+  public:
+    FourierTable(const Material& material, const MaterialOptions& options)
+        : positive_(cosines_above_zero()), mu_(signed_cosines(positive_)) {
+        std::vector<double> solved{grazing};
+        solved.insert(solved.end(), positive_.begin(), positive_.end());
+        const std::vector<SolvedStack> colours = solve_colours(material, solved, options);
+        channels_ = static_cast<int>(colours.size());
+        const bool symmetric = std::all_of(colours.begin(), colours.end(),
+                                           [](const auto& of) { return of.is_symmetric(); });
+        const auto side = [&](Values values, bool symmetric_side) {
+            return series_of(colours, values, solved.size(), symmetric_side, options.threads);
+        };
+        const SideSeries above = side(&SolvedStack::reflection, true);
+        const bool same = std::all_of(colours.begin(), colours.end(), [](const auto& of) {
+            return of.is_symmetric() && of.is_transparent();
+        });
+        const SideSeries below = same ? above : side(&SolvedStack::reflection_below, true);
+        const SideSeries through = side(&SolvedStack::transmission, symmetric);
+        for (std::size_t o = 0; o < mu_.size(); ++o) {
+            std::vector<double> means;
+            for (std::size_t i = 0; i < mu_.size(); ++i) {
+                const std::size_t from = place(i), to = place(o);
+                const bool up = is_up(o);
+                const ChannelSeries& series = up != is_up(i) ? (up ? above : below).at(from, to)
+                                              : up           ? through.at(to, from)
+                                                             : through.at(from, to);
+                means.push_back(put(series, i, o));
+            }
+            const std::vector<float> sums = spline_integrals(mu_, means);
+            cdf_.insert(cdf_.end(), sums.begin(), sums.end());
+        }
+    }
+
+    Encoder encode(const std::string& text) const {
+        Encoder file;
+        file.put(std::string_view("SCATFUN\x01"));
+        const auto count = [](std::size_t n) { return static_cast<std::uint32_t>(n); };
+        for (const std::uint32_t number :
+             {1u, count(mu_.size()), count(coefficients_.size()), count(longest_),
+              static_cast<std::uint32_t>(channels_), 1u, count(text.size()), 0u, 0u})
+            file.put(number);
+        for (const float number : {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}) file.put(number);
+        file.put(mu_);
+        file.put(cdf_);
+        file.put(places_);
+        file.put(coefficients_);
+        file.put(std::string_view(text));
+        return file;
+    }
+
+  private:
+    bool is_up(std::size_t k) const { return k > positive_.size(); }
+
+    /// Of a node among the cosines solved.
+    std::size_t place(std::size_t k) const {
+        return is_up(k) ? k - positive_.size() - 1 : positive_.size() - k;
+    }
+
+    double cosine(std::size_t k) const { return place(k) == 0 ? 0 : positive_[place(k) - 1]; }
+
+    /// Appends the series of a pair; returns its mean.
+    double put(const ChannelSeries& series, std::size_t i, std::size_t o) {
+        const double mu_i = cosine(i), mean = series.empty() ? 0 : series[0][0] * mu_i;
+        if (!(mean <= largest_mean))
+            throw std::invalid_argument(
+                "export: f cos of fourier must have a mean over azimuth of at most 8, got " +
+                short_number(mean, 3) + " at cosines " + short_number(mu_i, 3) + " and " +
+                short_number(cosine(o), 3) +
+                ": the peak of the phase function is too narrow for this depth");
+        const bool empty = !(static_cast<float>(mean) > 0);
+        const std::size_t length = empty ? 0 : series[0].size();
+        places_.push_back(static_cast<std::int32_t>(coefficients_.size()));
+        places_.push_back(static_cast<std::int32_t>(length));
+        longest_ = std::max(longest_, length);
+        if (empty) return 0;
+        for (const std::vector<double>& channel : series)
+            for (const double term : channel)
+                coefficients_.push_back(static_cast<float>(term * mu_i));
+        return mean;
+    }
+
+    std::vector<double> positive_;
+    std::vector<float> mu_;
+    int channels_ = 1;
+    std::size_t longest_ = 0;
+    std::vector<float> cdf_, coefficients_;
+    std::vector<std::int32_t> places_;
+};
+
+}  // namespace
+
+MaterialFile make_fourier(const Material& material, const MaterialOptions& options) {
+    MaterialFile file;
+    note_beam(material, file.notes);
+    const FourierTable table(material, options);
+    const auto bytes = std::make_shared<const Encoder>(
+        table.encode(describe(material) + ". Without the beam straight through, exp(-tau/mu)."));
+    file.write = [bytes](const std::filesystem::path& path) { bytes->write(path); };
+    return file;
+}
+
+}  // namespace stratus

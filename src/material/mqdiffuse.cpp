@@ -1,0 +1,72 @@
+// netCDF for Eradiate's mqdiffuse: the BRDF over (cos_theta_o, phi_d, cos_theta_i), evenly spaced.
+//
+// Both directions point away from the surface there, so that phi_d = 0 is back to the light:
+// azimuth pi.
+#include <stratus/bake/parallel.h>
+#include <stratus/io/netcdf.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
+
+#include "formats.h"
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr int cosine_count = 101, azimuth_count = 72;  // 72: over 2 pi, the end left out
+constexpr double grazing = 1e-9;                       // solved for the limit of f at cosine 0
+
+/// Where both cosines are 0 f has no limit. A third of a step off it is such that lines between the
+/// samples meet 1 / (mu + mu0) amid the first cell.
+constexpr double corner = 1.0 / (3 * (cosine_count - 1));
+
+}  // namespace
+
+MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& options) {
+    require(material.colours.size() == 1, "export", "colours of netcdf", "one, it holds grey",
+            material.colours.size());
+    MaterialFile file;
+    note_beam(material, file.notes);
+    note_transmission(material, file.notes);
+    std::vector<double> mu{grazing}, cosines{0}, phi, azimuths;
+    for (int k = 1; k < cosine_count; ++k) cosines.push_back(k / (cosine_count - 1.0));
+    mu.insert(mu.end(), cosines.begin() + 1, cosines.end());
+    mu.push_back(corner);
+    for (int k = 0; k < azimuth_count; ++k) {
+        phi.push_back(2 * pi * k / azimuth_count);
+        azimuths.push_back(std::abs(pi - phi.back()));
+    }
+    const SolvedStack solved = std::move(solve_colours(material, mu, options)[0]);
+    const auto count = static_cast<std::size_t>(cosine_count);
+    std::vector<float> brdf(count * azimuth_count * count);
+    parallel_for(cosine_count, options.threads, [&](int out) {
+        for (int in = out; in < cosine_count; ++in) {
+            const bool at_corner = in == 0 && out == 0;
+            const std::vector<SolvedValue> values = solved.reflection(
+                at_corner ? cosine_count : in, at_corner ? cosine_count : out, azimuths);
+            for (std::size_t a = 0; a < azimuth_count; ++a) {
+                const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
+                brdf[(o * azimuth_count + a) * count + i] =
+                    brdf[(i * azimuth_count + a) * count + o] =
+                        static_cast<float>(values[a].total / pi);
+            }
+        }
+    });
+    auto grid = std::make_shared<NetcdfGrid>();
+    grid->dimensions = {
+        {"cos_theta_o", "1", "cosine of the outgoing zenith angle", cosines},
+        {"phi_d", "rad", "azimuth between the directions, both away from the layer", phi},
+        {"cos_theta_i", "1", "cosine of the incoming zenith angle", cosines}};
+    grid->name = "brdf";
+    grid->units = "sr**-1";
+    grid->long_name = "BRDF, the cosine left out";
+    grid->values = std::move(brdf);
+    grid->attributes = {{"title", describe(material)}};
+    file.write = [grid](const std::filesystem::path& path) { write_netcdf(*grid, path); };
+    return file;
+}
+
+}  // namespace stratus

@@ -1,0 +1,47 @@
+// R and T of one colour of a material between all pairs of a list of cosines, lit from either side.
+#pragma once
+
+#include <stratus/bake/stack_file.h>
+#include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace stratus {
+
+/// True where light passes through.
+bool is_transparent(const Stack& stack);
+
+/// Of all layers.
+double optical_depth(const Stack& stack);
+
+class SolvedStack {
+  public:
+    /// A layer by itself is solved as `stratus solve` does it, several as a stack.
+    SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes);
+
+    /// R lit from above at many azimuths in radians.
+    std::vector<SolvedValue> reflection(int in, int out, const std::vector<double>& azimuths) const;
+    /// R lit from below; 0 of what is opaque.
+    std::vector<SolvedValue> reflection_below(int in, int out,
+                                              const std::vector<double>& azimuths) const;
+    /// Diffuse T, lit from above; lit from below, the cosines change places.
+    std::vector<SolvedValue> transmission(int in, int out,
+                                          const std::vector<double>& azimuths) const;
+
+    const ModeSolution& solution() const;
+
+    /// Whether T is the same with the cosines exchanged, and R from either side.
+    bool is_symmetric() const { return !below_.has_value(); }
+
+    bool is_transparent() const { return transparent_; }
+
+  private:
+    std::variant<LayerSolution, StackSolution> above_;
+    std::optional<StackSolution> below_;  // of layers that differ and let light through
+    bool transparent_;
+};
+
+}  // namespace stratus

@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# stratus export: every format of tables and stacks, what it says, and every refusal.
+stacks=$(realpath "$(dirname "$0")/../../tables/stacks")
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+"$make_fixture" full full.h5 || exit 1
+"$make_fixture" mixed mixed.h5 || exit 1
+layer="--optical-depth 1 --albedo 0.9 --nodes 16"
+
+# starts_with FILE BYTES
+starts_with() { [ "$(head -c ${#2} "$1" | tr -d '\0')" = "$2" ] || fail "$1 must begin with $2"; }
+
+# --- every format
+
+# shellcheck disable=SC2086  # words of a command
+{
+    expect_ok export full.h5 $layer --format fourier -o m.bsdf
+    expect_silent "$out"
+    expect_says "$err" "note: the beam straight through, exp(-tau/mu) with tau = 1, is not in the file" "m.bsdf: " " MB in "
+    starts_with m.bsdf SCATFUN
+    expect_ok export full.h5 $layer --format tensor -o m.bsdf --quiet
+    expect_silent "$err"
+    starts_with m.bsdf tensor_file
+    expect_ok export full.h5 $layer --format tensor-rgb -o m.bsdf
+    expect_says "$err" "diffuse transmission is not in the file"
+    expect_ok export full.h5 $layer --format netcdf -o m.nc
+    grep -q HDF m.nc || fail "m.nc is not HDF5"
+    expect_ok export full.h5 $layer --format exr-atlas -o m.exr --title 'A layer'
+    expect_says m.json '"format": "stratus-atlas"' '"material": "A layer. '
+}
+
+# --- ground, colours, mixtures, stacks; the same twice
+
+expect_ok export full.h5 --optical-depth 0.5,1,2 --albedo 1,0.9,0.8 --over 0.3 --nodes 16 --format fourier -o rgb.bsdf
+grep -q note: "$err" && fail "nothing passes: nothing is left out"
+expect_says rgb.bsdf "albedo 0.8, optical depth 2 on a Lambert surface of albedo 0.3"
+expect_ok export full.h5 --optical-depth 0.5,1,2 --albedo 1,0.9,0.8 --over 0.3 --nodes 16 --format fourier -o again.bsdf --threads 1
+expect_same rgb.bsdf again.bsdf
+expect_ok export full.h5 --optical-depth inf --albedo 1 --nodes 16 --format fourier -o endless.bsdf --quiet
+expect_ok export mixed.h5 --mixture 0.25 --optical-depth 1 --albedo 0.9 --nodes 16 --format fourier -o mixed.bsdf
+expect_says mixed.bsdf "0.75*isotropic"
+expect_ok export "$stacks/haze_over_ground.toml" --nodes 16 --format fourier -o haze.bsdf
+expect_says haze.bsdf "rayleigh, albedo 1, optical depth 0.1 on henyey_greenstein:g=0.7" "on a Lambert surface of albedo 0.3"
+sed '/^\[below\]/,$d' "$stacks/haze_over_ground.toml" >free.toml
+expect_ok export free.toml free.toml free.toml --over 0.1,0.2,0.3 --nodes 16 --format tensor-rgb -o m.bsdf
+
+# --- help
+
+expect_ok export --help
+expect_says "$out" "stratus export baked/saturn_rings.h5" "solved again" fourier exr-atlas
+
+# --- refusals
+
+refuse() { # refuse FRAGMENT... -- ARGS...
+    expect_refused 2 "$@"
+}
+refuse --format paint -- export full.h5 --optical-depth 1 --albedo 1 --format paint -o new.bsdf
+refuse --output .bsdf new.nc -- export full.h5 --optical-depth 1 --albedo 1 --format fourier -o new.nc
+refuse --optical-depth "[0, inf]" -1 -- export full.h5 --optical-depth=-1 --albedo 1 --format fourier -o new.bsdf
+refuse --albedo "[0, 1]" 1.5 -- export full.h5 --optical-depth 1 --albedo 1.5 --format fourier -o new.bsdf
+refuse --albedo given nothing -- export full.h5 --optical-depth 1 --format fourier -o new.bsdf
+refuse --optical-depth given nothing -- export full.h5 --albedo 1 --format fourier -o new.bsdf
+refuse --albedo three 2 -- export full.h5 --optical-depth 1 --albedo 1,0.5 --format fourier -o new.bsdf
+refuse TABLE three 2 -- export full.h5 full.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse alone -- export full.h5 free.toml full.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse --optical-depth "left out" 1 -- export free.toml --optical-depth 1 --format fourier -o new.bsdf
+refuse --over "on something" 0.5 -- export "$stacks/haze_over_ground.toml" --over 0.5 --format fourier -o new.bsdf
+refuse --over infinite 0.5 -- export full.h5 --optical-depth inf --albedo 1 --over 0.5 --format fourier -o new.bsdf
+refuse --mixture given nothing -- export mixed.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse --mixture "left out" 0.5 -- export full.h5 --mixture 0.5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse "colours of netcdf" 3 -- export full.h5 --optical-depth 1 --albedo 1,1,1 --format netcdf -o new.nc
+refuse --nodes "[1, 512]" 0 -- export full.h5 --optical-depth 1 --albedo 1 --nodes 0 --format fourier -o new.bsdf
+expect_refused 1 absent.h5 -- export absent.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+expect_refused 1 absent/new.bsdf -- export full.h5 --optical-depth 1 --albedo 1 --format fourier -o absent/new.bsdf
+mkdir new.json
+expect_refused 2 --output new.json -- export full.h5 --optical-depth 1 --albedo 1 --format exr-atlas -o new.exr
+
+# --- a limited disk: what was there stays
+
+before=$(cksum rgb.bsdf)
+through "$size_limited" expect_refused 1 rgb.bsdf -- export full.h5 --optical-depth 1 --albedo 1 --nodes 16 --format fourier -o rgb.bsdf --quiet
+[ "$before" = "$(cksum rgb.bsdf)" ] || fail "rgb.bsdf is harmed"
+finish

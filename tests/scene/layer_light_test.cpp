@@ -117,7 +117,7 @@ TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
     const double albedo = table.albedo.values[a];
     for (const bool own : {false, true}) {
         const double given = own ? albedo : 0.5;
-        const LayerFluxes fluxes(tables->tables, {given, given, given});
+        const LayerFluxes fluxes(tables->headers, {given, given, given});
         LayerFluxes::Place place;
         fluxes.set_cosine(place, table.mu_in.values[m]);
         fluxes.set_albedo(place, 0, albedo);

@@ -3,7 +3,7 @@
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include <benchmark/benchmark.h>
 
@@ -128,20 +128,20 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
 }
 
 /// Fast lookups where albedo and optical depth vary too, one at a time.
-void textured(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
-    const stratus::TexturedTable textured(table().view());
+void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
+    const stratus::PackedTable packed(pack(table()));
     at_random_points(state, table(), [&](const Point& at) {
         return (side == stratus::Side::reflection
-                    ? textured.reflection(at.albedo, at.optical_depth, at.geometry)
-                    : textured.transmission(at.albedo, at.optical_depth, at.geometry))
+                    ? packed.reflection(at.albedo, at.optical_depth, at.geometry)
+                    : packed.transmission(at.albedo, at.optical_depth, at.geometry))
             .total();
     });
-    state.counters["MB_both_sides"] = static_cast<double>(textured.bytes()) * 1e-6;
+    state.counters["MB_both_sides"] = static_cast<double>(packed.bytes()) * 1e-6;
 }
 
 /// The same, many at once; the time is that of one.
-void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
-    const stratus::TexturedTable textured(table().view());
+void packed_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
+    const stratus::PackedTable packed(pack(table()));
     std::vector<float> of[5];
     for (const Point& at : random_points(table())) {
         const double quantities[] = {at.albedo, at.optical_depth, at.geometry.mu_in,
@@ -152,22 +152,33 @@ void textured_batch(benchmark::State& state, const Table& (*table)(), stratus::S
     std::vector<float> total(batch);
     std::size_t next = 0;
     while (state.KeepRunningBatch(batch)) {
-        const stratus::TexturedPoints points{&of[0][next], &of[1][next], &of[2][next],
-                                             &of[3][next], &of[4][next], batch};
+        const stratus::PackedPoints points{&of[0][next], &of[1][next], &of[2][next],
+                                           &of[3][next], &of[4][next], batch};
         if (side == stratus::Side::reflection)
-            textured.reflection(points, total.data());
+            packed.reflection(points, total.data());
         else
-            textured.transmission(points, total.data());
+            packed.transmission(points, total.data());
         benchmark::DoNotOptimize(total.data());
         benchmark::ClobberMemory();
         next = (next + batch) % of[0].size();
     }
 }
 
-/// Building one.
-void textured_build(benchmark::State& state, const Table& (*table)()) {
-    const stratus::TableView view = table().view();
-    for (auto _ : state) benchmark::DoNotOptimize(stratus::TexturedTable(view).bytes());
+/// Making the file of one.
+void packing(benchmark::State& state, const Table& (*table)()) {
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::pack(table()).size());
+}
+
+/// Opening it, already in memory.
+void packed_open(benchmark::State& state, const Table& (*table)()) {
+    const std::vector<char> bytes = stratus::pack(table());
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::PackedTable(bytes).bytes());
+}
+
+/// Binding a layer of one.
+void packed_bind(benchmark::State& state, const Table& (*table)()) {
+    const stratus::PackedTable packed(stratus::pack(table()));
+    for (auto _ : state) benchmark::DoNotOptimize(stratus::bind(packed.view(), 1, 0.9).bytes());
 }
 
 BENCHMARK_CAPTURE(reflection, isotropic, isotropic);
@@ -438,25 +449,33 @@ BENCHMARK_CAPTURE(bsdf_of_sharp_peak, pdf, pdf);
 BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample, sample);
 BENCHMARK_CAPTURE(bsdf_of_sharp_peak, sample_and_pdf, sample_and_pdf);
 BENCHMARK(build_bsdf_of_sharp_peak)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, isotropic_R, isotropic, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, isotropic_R, isotropic, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, isotropic_T, isotropic, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, isotropic, isotropic)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rayleigh_R, rayleigh, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, forward_R, forward, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, forward_R, forward, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, forward_T, forward, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, forward, forward)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(textured, rings_R, rings, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_batch, rings_R, rings, stratus::Side::reflection);
-BENCHMARK_CAPTURE(textured_batch, rings_T, rings, stratus::Side::transmission);
-BENCHMARK_CAPTURE(textured_build, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed, isotropic_T, isotropic, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packed_batch, isotropic_R, isotropic, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, isotropic_T, isotropic, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, isotropic, isotropic)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed, rayleigh_T, rayleigh, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packed_batch, rayleigh_R, rayleigh, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, rayleigh_T, rayleigh, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, rayleigh, rayleigh)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed, forward_T, forward, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packed_batch, forward_R, forward, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, forward_T, forward, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, forward, forward)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed, rings_T, rings, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packed_batch, rings_R, rings, stratus::Side::reflection);
+BENCHMARK_CAPTURE(packed_batch, rings_T, rings, stratus::Side::transmission);
+BENCHMARK_CAPTURE(packing, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_open, rings, rings)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(packed_bind, rings, rings)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -11,6 +11,7 @@ void add_eval(CLI::App& app);
 void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_convert(CLI::App& app);
+void add_pack(CLI::App& app);
 void add_fit(CLI::App& app);
 void add_cost(CLI::App& app);
 void add_phase(CLI::App& app);

@@ -370,7 +370,7 @@ void run_eval(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
     auto options = std::make_shared<EvalOptions>();
     CLI::App* command = app.add_subcommand("eval", "Look up a table at the rows of a query");
-    command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
+    command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
     command
         ->add_option("--query", options->query,
                      "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "

@@ -256,7 +256,8 @@ void run_fit(const FitCommand& command) {
 }
 
 void add_model_options(CLI::App& fit, FitCommand& command) {
-    fit.add_option("--table", command.table, "Baked table that predicts all orders, .h5 or .exr");
+    fit.add_option("--table", command.table,
+                   "Baked table that predicts all orders, .h5, .exr or .stratus");
     add_max_memory(fit, command.reading);
     fit.add_option("--phase", command.phase,
                    "Without a table: the phase function. All orders are solved at the rows' own "

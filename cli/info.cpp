@@ -186,7 +186,7 @@ void run_info(const InfoOptions& options) {
 void add_info(CLI::App& app) {
     auto options = std::make_shared<InfoOptions>();
     CLI::App* command = app.add_subcommand("info", "Show what a table holds and how it was made");
-    command->add_option("TABLE", options->table, "Baked table, .h5 or .exr")->required();
+    command->add_option("TABLE", options->table, "Baked table, .h5, .exr or .stratus")->required();
     command->add_option("--picture", options->picture, "Portrait of the table to draw, .png");
     add_max_memory(*command, options->reading);
     command->footer("Example:\n  stratus info saturn_rings.h5 --picture saturn_rings.png");

@@ -48,6 +48,7 @@ int run(int argc, char** argv) {
     stratus::add_info(app);
     stratus::add_verify(app);
     stratus::add_convert(app);
+    stratus::add_pack(app);
     stratus::add_fit(app);
     stratus::add_cost(app);
     stratus::add_phase(app);

@@ -66,9 +66,9 @@ std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& 
                                                            const std::vector<Scene>& scenes,
                                                            Progress& progress) {
     if (!command.tables.empty()) {
-        std::vector<Table> tables;
+        std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)
-            tables.push_back(read_noted_table(table, command.reading));
+            tables.push_back(read_packed_table(table, command.reading));
         return {scenes.size(), adopt_tables(scenes, std::move(tables))};
     }
     BakeOptions options;
@@ -224,7 +224,8 @@ void add_render(CLI::App& app) {
         ->check(file_name());
     render
         ->add_option("--table", command->tables,
-                     "Table to look up instead of baking, .h5 or .exr; three times, for red, green "
+                     "Table to look up instead of baking, .h5, .exr or .stratus; three times, for "
+                     "red, green "
                      "and blue, where these have their own phase functions")
         ->allow_extra_args(false)
         ->check(file_name());

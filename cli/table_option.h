@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "allowed.h"
 
@@ -24,13 +25,20 @@ inline void add_max_memory(CLI::App& command, ReadOptions& options) {
         ->check(whole_number(1, 1LL << 40));
 }
 
-/// Reads a table and prints its notes on stderr.
+/// Reads a table, packed or not, and prints its notes on stderr.
 inline Table read_noted_table(const std::filesystem::path& path, ReadOptions options) {
+    if (path.extension() == packed_ending) return PackedTable(path.string()).unpacked();
     std::vector<std::string> notes;
     options.notes = &notes;
     Table table = read_table(path, options);
     for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
     return table;
+}
+
+/// A table ready for lookups: a packed one mapped, another one read and packed.
+inline PackedTable read_packed_table(const std::string& path, const ReadOptions& options) {
+    if (std::filesystem::path(path).extension() == packed_ending) return PackedTable(path);
+    return PackedTable(pack(read_noted_table(path, options)));
 }
 
 }  // namespace stratus

@@ -51,7 +51,7 @@ int stratus_abi_version(void);
 
 typedef struct stratus_table stratus_table;
 
-/* Reads a table, TABLE.h5 or TABLE.exr. */
+/* Reads a table, TABLE.h5 or TABLE.exr, or maps a packed one, TABLE.stratus (docs/packed.md). */
 int stratus_table_open(const char* path, stratus_table** table);
 void stratus_table_close(stratus_table* table);
 

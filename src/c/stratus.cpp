@@ -5,11 +5,13 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/table.h>
 
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <initializer_list>
 #include <memory>
 #include <mutex>
@@ -21,17 +23,30 @@
 
 struct stratus_table {
     explicit stratus_table(const char* path)
-        : table(stratus::read_table(path)),
-          view(table.view()),
+        : own(opened(path)),
+          table(std::holds_alternative<stratus::Table>(own)
+                    ? std::get<stratus::Table>(own)
+                    : std::get<stratus::PackedTable>(own).header()),
+          view(std::holds_alternative<stratus::Table>(own)
+                   ? table.view()
+                   : std::get<stratus::PackedTable>(own).view()),
           phase_function(table.phase_function.text()) {
         stratus::require(!table.has_mixture(), path, "mixture", "no axis of the table: it is C++'s",
                          table.mixture.values.size());
     }
     stratus_table(const stratus_table&) = delete;  // the view points into the table
 
-    stratus::Table table;
+    std::variant<stratus::Table, stratus::PackedTable> own;
+    const stratus::Table& table;  // of a packed one its header
     stratus::TableView view;
     std::string phase_function;
+
+  private:
+    static std::variant<stratus::Table, stratus::PackedTable> opened(const std::string& path) {
+        if (std::filesystem::path(path).extension() == stratus::packed_ending)
+            return stratus::PackedTable(path);
+        return stratus::read_table(path);
+    }
 };
 
 struct stratus_slice {

@@ -413,6 +413,7 @@ Table decode_exr(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>
     const Metadata metadata = read_metadata(file.header(0));
     Table table = table_without_samples(metadata, notes);
     read_axes(file.header(0), metadata, table);
+    check_azimuths(metadata, table);
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);
     for (const SampleField& field : listed)

@@ -259,6 +259,7 @@ Table decode_hdf5(const Bytes& bytes, MemoryLimit limit, std::vector<std::string
     Table table = table_without_samples(metadata, notes);
     for (const AxisField& field : axis_fields_of(metadata, has_dataset(file, mixture_field.name)))
         read_axis(file, field, table.*field.axis, bytes, limit);
+    check_azimuths(metadata, table);
     table.diffusion_exponent =
         read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes, limit);
     const std::vector<SampleField> listed = listed_samples(metadata);

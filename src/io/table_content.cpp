@@ -2,6 +2,7 @@
 
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
 #include <libdeflate.h>
@@ -150,6 +151,9 @@ std::vector<double> moments_to_store(const Table& table) {
     return table.phase_function.moments(std::max(stored_moments, static_cast<int>(all.size())));
 }
 
+// The minor versions that brought azimuths which do not span 0 to pi.
+constexpr int first_minor_of_some_azimuths = 4, first_minor_of_some_azimuths_with_path_law = 2;
+
 /// What smooths the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
 /// second on.
 const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smooth_moments};
@@ -266,6 +270,22 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
         if (!find_field(name)) table.attributes[name] = text;
     note_version(metadata, notes);
     return table;
+}
+
+void check_azimuths(const Metadata& metadata, const Table& table) {
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
+    const int first = major == table_format_major_of_path_law
+                          ? first_minor_of_some_azimuths_with_path_law
+                          : first_minor_of_some_azimuths;
+    const std::vector<double>& azimuths = table.azimuth.values;
+    if (minor >= first || azimuths.empty()) return;
+    if (azimuths.front() > 0 || (azimuths.size() > 1 && pi - azimuths.back() > 1e-9))
+        throw std::runtime_error("azimuth must span 0 to pi before format " +
+                                 std::to_string(major) + "." + std::to_string(first) + ", got " +
+                                 shortest_text(azimuths.front()) + " to " +
+                                 shortest_text(azimuths.back()) + " in format " +
+                                 std::to_string(major) + "." + std::to_string(minor));
 }
 
 std::vector<SampleField> listed_samples(const Metadata& metadata) {

@@ -89,6 +89,10 @@ void check_format(const Metadata& metadata);
 /// file's name, if the minor version is newer than this program's.
 Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes);
 
+/// Refuses azimuths that do not span 0 to pi in a file of a version that has none: whoever wrote it
+/// meant something else.
+void check_azimuths(const Metadata& metadata, const Table& table);
+
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);
 

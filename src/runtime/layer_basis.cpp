@@ -1,6 +1,6 @@
 #include "layer_basis.h"
 
-#include "kernels/textured.h"
+#include "kernels/packed.h"
 
 #include <algorithm>
 #include <cmath>

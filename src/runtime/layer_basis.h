@@ -33,7 +33,7 @@ struct LayerBasis {
 };
 
 /// Adds the layer with the largest error to the basis until all are below `allowed`, or there are
-/// as many functions as a lookup sums (textured.h).
+/// as many functions as a lookup sums (packed.h).
 LayerBasis greedy_basis(const BlockLayers& layers, double allowed);
 
 }  // namespace stratus

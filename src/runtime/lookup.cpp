@@ -1,6 +1,7 @@
 #include <stratus/runtime/lookup.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "layer_blend.h"
 
@@ -143,7 +144,11 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
     if (table.has_lower_boundary())
         scattered.single +=
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
-    if (table.has_reflection())
+    if (table.packed != nullptr)
+        scattered.multiple =
+            table.packed->reflection(albedo, optical_depth, geometry, table.chosen_mixture)
+                .multiple;
+    else if (table.has_reflection())
         scattered.multiple =
             summed(table, reflection_blend(table, albedo, optical_depth), geometry) +
             along_path(table, Side::reflection, albedo, optical_depth, geometry);
@@ -157,7 +162,11 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
     const double phase = table.phase(cos_scattering_angle_transmitted(geometry));
     scattered.single =
         single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
-    if (table.has_transmission())
+    if (table.packed != nullptr)
+        scattered.multiple =
+            table.packed->transmission(albedo, optical_depth, geometry, table.chosen_mixture)
+                .multiple;
+    else if (table.has_transmission())
         scattered.multiple =
             summed(table, transmission_blend(table, albedo, optical_depth), geometry) +
             along_path(table, Side::transmission, albedo, optical_depth, geometry);

@@ -24,76 +24,113 @@ std::size_t start_of_recurrence(double size, std::size_t count) {
            static_cast<std::size_t>(8 * std::cbrt(size)) + 15;
 }
 
-/// Logarithmic derivatives psi_n'(z) / psi_n(z), n = 0 .. count, by downward recurrence.
-/// [BH83] 4.89
-std::vector<Complex> logarithmic_derivatives(Complex z, std::size_t count) {
-    const std::size_t start = start_of_recurrence(std::abs(z), count);
-    std::vector<Complex> D(start + 1);
-    const Complex inverse = 1.0 / z;
-    for (std::size_t n = start; n > 0; --n) {
-        const Complex step = static_cast<double>(n) * inverse;
-        D[n - 1] = step - 1.0 / (D[n] + step);
+std::size_t padded(std::size_t terms) { return (terms + mie_lanes - 1) / mie_lanes * mie_lanes; }
+
+// ---- Spheres
+
+/// Coefficients of up to mie_lanes spheres, the last in the lanes beyond.
+std::vector<CoefficientLanes> coefficients_of(const SphereSize* spheres, std::size_t count,
+                                              Complex m) {
+    SphereLanes all;
+    double largest = 0;
+    for (std::size_t k = 0; k < mie_lanes; ++k) {
+        const double x = spheres[std::min(k, count - 1)].x;
+        all.x[k] = x;
+        all.sine[k] = std::sin(x);
+        all.cosine[k] = std::cos(x);
+        all.terms[k] = static_cast<double>(terms_of(x));
+        largest = std::max(largest, x);
     }
-    D.resize(count + 1);
-    return D;
+    SeriesLength length{terms_of(largest), 0, 0};
+    length.derivative = start_of_recurrence(std::abs(m) * largest, length.count);
+    length.ratio = start_of_recurrence(largest, length.count);
+    std::vector<double> scratch(3 * (length.count + 1) * mie_lanes);
+    std::vector<CoefficientLanes> series(length.count);
+    sphere_sums().coefficients(all, m.real(), m.imag(), length, scratch.data(), series.data());
+    return series;
 }
 
-/// Riccati-Bessel functions x j_n(x), n = 0 .. count: upward to n = x, above it, where that would
-/// lose them, by ratios found downward.
-std::vector<double> riccati_bessel(double x, std::size_t count) {
-    const std::size_t start = start_of_recurrence(x, count);
-    std::vector<double> psi(count + 1), ratio(start + 2);  // ratio[n] = psi_n / psi_{n-1}
-    for (std::size_t n = start; n > 0 && static_cast<double>(n) > x; --n)
-        ratio[n] = 1 / (static_cast<double>(2 * n + 1) / x - ratio[n + 1]);
-    double before = std::cos(x);  // psi_{-1}
-    psi[0] = std::sin(x);
-    for (std::size_t n = 1; n <= count; ++n) {
-        psi[n] = static_cast<double>(n) > x
-                     ? ratio[n] * psi[n - 1]
-                     : static_cast<double>(2 * n - 1) / x * psi[n - 1] - before;
-        before = psi[n - 1];
+/// Without their common factors.
+struct SectionLanes {
+    double extinction[mie_lanes] = {}, scattering[mie_lanes] = {}, forward[mie_lanes] = {};
+
+    CrossSections of(std::size_t k, double x) const {
+        return {pi * x * x, 2 * pi * extinction[k], 2 * pi * scattering[k], 4 * pi * forward[k]};
     }
-    return psi;
+};
+
+SectionLanes sections_of(const std::vector<CoefficientLanes>& series) {
+    SectionLanes sum;
+    const CoefficientLanes none{};
+    for (std::size_t i = 0; i < series.size(); ++i) {
+        const CoefficientLanes& at = series[i];
+        const CoefficientLanes& next = i + 1 < series.size() ? series[i + 1] : none;
+        const double n = static_cast<double>(i + 1), both = 2 * n + 1;
+        const double own = both / (n * (n + 1)), across = n * (n + 2) / (n + 1);
+        for (std::size_t k = 0; k < mie_lanes; ++k) {
+            const double a_re = at.a_re[k], a_im = at.a_im[k];
+            const double b_re = at.b_re[k], b_im = at.b_im[k];
+            sum.extinction[k] += both * (a_re + b_re);
+            sum.scattering[k] += both * (a_re * a_re + a_im * a_im + b_re * b_re + b_im * b_im);
+            sum.forward[k] += own * (a_re * b_re + a_im * b_im) +
+                              across * (a_re * next.a_re[k] + a_im * next.a_im[k] +
+                                        b_re * next.b_re[k] + b_im * next.b_im[k]);
+        }
+    }
+    return sum;
 }
+
+/// Of several spheres: a row of the real and one of the imaginary parts of (2n+1) / (n(n+1))
+/// (a_n + b_n), and as many with a_n - b_n, times the root of how many spheres there are. See
+/// sphere_sums.h.
+struct SphereRows {
+    std::size_t size, rows;  // terms, a multiple of mie_lanes, and rows that there is place for
+    std::size_t count = 0;   // spheres
+    std::vector<double> sum, difference;
+
+    SphereRows(std::size_t most_terms, std::size_t most)
+        : size(padded(most_terms)), rows(2 * most), sum(rows * size), difference(rows * size) {}
+
+    void add(const std::vector<CoefficientLanes>& series, std::size_t k, double number) {
+        const std::size_t first = 2 * count++;
+        const double root = std::sqrt(number);
+        for (std::size_t i = 0; i < series.size(); ++i) {
+            const CoefficientLanes& at = series[i];
+            const double n = static_cast<double>(i + 1);
+            const double factor = root * (2 * n + 1) / (n * (n + 1));
+            const std::size_t re = (i / mie_lanes * rows + first) * mie_lanes + i % mie_lanes;
+            sum[re] = factor * (at.a_re[k] + at.b_re[k]);
+            sum[re + mie_lanes] = factor * (at.a_im[k] + at.b_im[k]);
+            difference[re] = factor * (at.a_re[k] - at.b_re[k]);
+            difference[re + mie_lanes] = factor * (at.a_im[k] - at.b_im[k]);
+        }
+    }
+
+    void clear() {
+        count = 0;
+        std::fill(sum.begin(), sum.end(), 0.0);
+        std::fill(difference.begin(), difference.end(), 0.0);
+    }
+};
 
 // ---- Angles
 
-constexpr std::size_t lanes = spheres_at_once;
-constexpr std::size_t chunk = 32;  // angles whose functions are kept
-
-void fill_angle_terms(double c, std::size_t count, AngleTerm* terms) {
-    double before = 0, here = 1;  // pi_{n-1}, pi_n
-    for (std::size_t n = 1; n <= count; ++n) {
-        const double order = static_cast<double>(n);
-        const double along = c * here, step = along - before;
-        const double tau = order * step - before;
-        terms[n - 1] = {here + tau, here - tau};
-        before = here;
-        here = along + step * (order + 1) / order;
+/// `count` terms at mie_lanes cosines.
+void fill_angle_terms(const double* cosine, std::size_t count, AngleLanes* terms) {
+    double before[mie_lanes] = {}, here[mie_lanes];  // pi_{n-1}, pi_n
+    std::fill(here, here + mie_lanes, 1.0);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double n = static_cast<double>(i + 1), growth = (n + 1) / n;
+        for (std::size_t k = 0; k < mie_lanes; ++k) {
+            const double along = cosine[k] * here[k], step = along - before[k];
+            const double tau = n * step - before[k];
+            terms[i].sum[k] = here[k] + tau;
+            terms[i].difference[k] = here[k] - tau;
+            before[k] = here[k];
+            here[k] = along + step * growth;
+        }
     }
 }
-
-void put_sphere(const MieCoefficients& sphere, std::size_t lane, std::vector<SphereTerm>& terms) {
-    if (terms.size() < sphere.a.size()) terms.resize(sphere.a.size(), SphereTerm{});
-    for (std::size_t i = 0; i < sphere.a.size(); ++i) {
-        const double n = static_cast<double>(i + 1);
-        const double factor = (2 * n + 1) / (n * (n + 1));
-        const Complex sum = factor * (sphere.a[i] + sphere.b[i]);
-        const Complex difference = factor * (sphere.a[i] - sphere.b[i]);
-        terms[i].sum_re[lane] = sum.real();
-        terms[i].sum_im[lane] = sum.imag();
-        terms[i].difference_re[lane] = difference.real();
-        terms[i].difference_im[lane] = difference.imag();
-    }
-}
-
-// ---- Sums over spheres
-
-/// The spheres that are summed side by side.
-struct LaneSpheres {
-    std::vector<SphereTerm> terms;
-    double number[lanes] = {};
-};
 
 /// Values at the nodes of a quadrature over the cosine.
 struct AtNodes {
@@ -101,29 +138,77 @@ struct AtNodes {
     std::vector<double> value;
 };
 
-/// Adds the intensity |S1|^2 + |S2|^2 of all spheres to the values at the nodes.
-void add_intensities(const std::vector<LaneSpheres>& spheres, std::size_t most_terms,
-                     AtNodes& nodes) {
+/// Calls `add(angle terms, groups, values)` for groups of mie_lanes nodes.
+template <class Add>
+void at_all_nodes(AtNodes& nodes, std::size_t terms, const Add& add) {
+    constexpr std::size_t most_groups = 8, most = most_groups * mie_lanes;
+    std::vector<AngleLanes> angle(most_groups * terms);
     const std::size_t count = nodes.value.size();
-    std::vector<AngleTerm> angle(chunk * most_terms);
-    SphereAmplitudes S[chunk];
-    for (std::size_t first = 0; first < count; first += chunk) {
-        const std::size_t angles = std::min(chunk, count - first);
-        for (std::size_t j = 0; j < angles; ++j)
-            fill_angle_terms(nodes.nodes.x[first + j], most_terms, &angle[j * most_terms]);
-        for (const LaneSpheres& group : spheres) {
-            sphere_sums().amplitudes(group.terms.data(), group.terms.size(), angle.data(),
-                                     most_terms, angles, S);
-            for (std::size_t j = 0; j < angles; ++j)
-                for (std::size_t k = 0; k < lanes; ++k)
-                    nodes.value[first + j] +=
-                        group.number[k] / 2 *
-                        (S[j].sum_re[k] * S[j].sum_re[k] + S[j].sum_im[k] * S[j].sum_im[k] +
-                         S[j].difference_re[k] * S[j].difference_re[k] +
-                         S[j].difference_im[k] * S[j].difference_im[k]);
-        }
+    for (std::size_t first = 0; first < count; first += most) {
+        const std::size_t some = std::min(most, count - first), groups = padded(some) / mie_lanes;
+        double cosine[most] = {}, value[most_groups][mie_lanes] = {};
+        std::copy_n(&nodes.nodes.x[first], some, cosine);
+        for (std::size_t g = 0; g < groups; ++g)
+            fill_angle_terms(cosine + g * mie_lanes, terms, &angle[g * terms]);
+        add(angle.data(), groups, value);
+        for (std::size_t j = 0; j < some; ++j)
+            nodes.value[first + j] += value[j / mie_lanes][j % mie_lanes];
     }
 }
+
+// ---- Intensities |S1|^2 + |S2|^2 = (|S1 + S2|^2 + |S1 - S2|^2) / 2 of many spheres, without the
+// factor, in one of two ways
+
+/// From the amplitudes of each sphere.
+void add_intensities(const SphereRows& spheres, AtNodes& nodes) {
+    at_all_nodes(nodes, spheres.size,
+                 [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
+                     for (std::size_t g = 0; g < groups; ++g)
+                         for (std::size_t i = 0; i < spheres.count; ++i) {
+                             double S[4][mie_lanes];
+                             sphere_sums().amplitudes(spheres.sum.data(), spheres.difference.data(),
+                                                      2 * i, spheres.rows, spheres.size,
+                                                      angle + g * spheres.size, S);
+                             for (const auto& part : S)
+                                 for (std::size_t k = 0; k < mie_lanes; ++k)
+                                     value[g][k] += part[k] * part[k];
+                         }
+                 });
+}
+
+/// From sums over spheres of products of two terms, which all angles share: for many spheres.
+class ProductSums {
+  public:
+    explicit ProductSums(std::size_t size)
+        : size_(size), sum_(size * size), difference_(size * size) {}
+
+    void add(const SphereRows& spheres, std::size_t most_terms) {
+        const std::size_t used = padded(most_terms);
+        sphere_sums().add_products(spheres.sum.data(), spheres.rows, used, size_, sum_.data());
+        sphere_sums().add_products(spheres.difference.data(), spheres.rows, used, size_,
+                                   difference_.data());
+    }
+
+    /// Once all spheres have been added.
+    void add_intensities(AtNodes& nodes) {
+        for (std::vector<double>* const matrix : {&sum_, &difference_})
+            for (std::size_t n = 0; n < size_; ++n) {
+                double* const row = matrix->data() + n * size_;
+                std::fill(row, row + n, 0.0);
+                for (std::size_t m = n + 1; m < size_; ++m) row[m] *= 2;
+            }
+        at_all_nodes(nodes, size_,
+                     [&](const AngleLanes* angle, std::size_t groups, double(*value)[mie_lanes]) {
+                         sphere_sums().add_sum_form(sum_.data(), size_, angle, groups, value);
+                         sphere_sums().add_difference_form(difference_.data(), size_, angle, groups,
+                                                           value);
+                     });
+    }
+
+  private:
+    std::size_t size_;
+    std::vector<double> sum_, difference_;  // of terms n and m >= n
+};
 
 /// The Legendre moments, divided by the first, of values at Gauss nodes.
 std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
@@ -147,73 +232,82 @@ std::vector<double> moments_at(const AtNodes& nodes, std::size_t count) {
     return chi;
 }
 
+/// One sphere in the first lane.
+std::vector<CoefficientLanes> lanes_of(const MieCoefficients& sphere) {
+    std::vector<CoefficientLanes> series(sphere.a.size(), CoefficientLanes{});
+    for (std::size_t i = 0; i < series.size(); ++i) {
+        series[i].a_re[0] = sphere.a[i].real();
+        series[i].a_im[0] = sphere.a[i].imag();
+        series[i].b_re[0] = sphere.b[i].real();
+        series[i].b_im[0] = sphere.b[i].imag();
+    }
+    return series;
+}
+
 }  // namespace
 
 MieCoefficients mie_coefficients(double x, Complex m) {
-    const std::size_t count = terms_of(x);
-    const std::vector<Complex> D = logarithmic_derivatives(m * x, count);
-    const std::vector<double> psi = riccati_bessel(x, count);
-    MieCoefficients sphere{std::vector<Complex>(count), std::vector<Complex>(count)};
-    double chi_before = -std::sin(x), chi = std::cos(x);  // chi_{n-1}, chi_n; -x y_n(x)
-    for (std::size_t n = 1; n <= count; ++n) {
-        const double order = static_cast<double>(n);
-        const double chi_next = (2 * order - 1) / x * chi - chi_before;
-        chi_before = chi;
-        chi = chi_next;
-        const Complex xi(psi[n], -chi), xi_before(psi[n - 1], -chi_before);
-        const Complex electric = D[n] / m + order / x, magnetic = m * D[n] + order / x;
-        sphere.a[n - 1] = (electric * psi[n] - psi[n - 1]) / (electric * xi - xi_before);
-        sphere.b[n - 1] = (magnetic * psi[n] - psi[n - 1]) / (magnetic * xi - xi_before);
+    const SphereSize size{x, 1};
+    MieCoefficients sphere;
+    for (const CoefficientLanes& at : coefficients_of(&size, 1, m)) {
+        sphere.a.emplace_back(at.a_re[0], at.a_im[0]);
+        sphere.b.emplace_back(at.b_re[0], at.b_im[0]);
     }
     return sphere;
 }
 
 MieAmplitudes mie_amplitudes(const MieCoefficients& sphere, double cos_theta) {
-    std::vector<SphereTerm> terms;
-    put_sphere(sphere, 0, terms);
-    std::vector<AngleTerm> angle(terms.size());
-    fill_angle_terms(cos_theta, terms.size(), angle.data());
-    SphereAmplitudes S;
-    sphere_sums().amplitudes(terms.data(), terms.size(), angle.data(), 0, 1, &S);
-    const Complex sum(S.sum_re[0], S.sum_im[0]);
-    const Complex difference(S.difference_re[0], S.difference_im[0]);
+    SphereRows row(sphere.a.size(), 1);
+    row.add(lanes_of(sphere), 0, 1);
+    std::vector<AngleLanes> angle(row.size);
+    const double cosine[mie_lanes] = {cos_theta};
+    fill_angle_terms(cosine, angle.size(), angle.data());
+    double S[4][mie_lanes];
+    sphere_sums().amplitudes(row.sum.data(), row.difference.data(), 0, row.rows, row.size,
+                             angle.data(), S);
+    const Complex sum(S[0][0], S[1][0]), difference(S[2][0], S[3][0]);
     return {(sum + difference) / 2.0, (sum - difference) / 2.0};
 }
 
 CrossSections cross_sections(double x, const MieCoefficients& sphere) {
-    const auto &a = sphere.a, &b = sphere.b;
-    double extinction = 0, scattering = 0, forward = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        const double n = static_cast<double>(i + 1);
-        extinction += (2 * n + 1) * (a[i] + b[i]).real();
-        scattering += (2 * n + 1) * (std::norm(a[i]) + std::norm(b[i]));
-        forward += (2 * n + 1) / (n * (n + 1)) * (a[i] * std::conj(b[i])).real();
-        if (i + 1 < a.size())
-            forward += n * (n + 2) / (n + 1) *
-                       (a[i] * std::conj(a[i + 1]) + b[i] * std::conj(b[i + 1])).real();
-    }
-    return {pi * x * x, 2 * pi * extinction, 2 * pi * scattering, 4 * pi * forward};
+    return sections_of(lanes_of(sphere)).of(0, x);
 }
 
 SphereScattering scattering_of(const std::vector<SphereSize>& spheres, Complex m) {
     SphereScattering whole;
-    std::vector<LaneSpheres> groups((spheres.size() + lanes - 1) / lanes);
     std::size_t most_terms = 0;
-    for (std::size_t i = 0; i < spheres.size(); ++i) {
-        const MieCoefficients sphere = mie_coefficients(spheres[i].x, m);
-        put_sphere(sphere, i % lanes, groups[i / lanes].terms);
-        groups[i / lanes].number[i % lanes] = spheres[i].number;
-        const CrossSections one = cross_sections(spheres[i].x, sphere);
-        whole.total.area += spheres[i].number * one.area;
-        whole.total.extinction += spheres[i].number * one.extinction;
-        whole.total.scattering += spheres[i].number * one.scattering;
-        whole.total.forward += spheres[i].number * one.forward;
-        most_terms = std::max(most_terms, sphere.a.size());
-    }
+    for (const SphereSize& sphere : spheres) most_terms = std::max(most_terms, terms_of(sphere.x));
     // The intensity is a polynomial of degree 2 most_terms in the cosine: so many nodes are exact.
     const std::size_t count = 2 * most_terms + 1;
     AtNodes nodes{GaussLegendre(count), std::vector<double>(count, 0.0)};
-    add_intensities(groups, most_terms, nodes);
+    constexpr std::size_t batch = 4 * mie_lanes;  // spheres whose rows are kept
+    SphereRows rows(most_terms, batch);
+    const bool many = spheres.size() > most_terms / 3;  // which way is faster
+    ProductSums products(many ? rows.size : 0);
+    std::size_t terms = 0;  // of the longest series in the batch
+    for (std::size_t first = 0; first < spheres.size(); first += mie_lanes) {
+        const std::size_t some = std::min(mie_lanes, spheres.size() - first);
+        const std::vector<CoefficientLanes> series = coefficients_of(&spheres[first], some, m);
+        const SectionLanes sections = sections_of(series);
+        terms = std::max(terms, series.size());
+        for (std::size_t k = 0; k < some; ++k) {
+            const SphereSize& sphere = spheres[first + k];
+            const CrossSections one = sections.of(k, sphere.x);
+            whole.total.area += sphere.number * one.area;
+            whole.total.extinction += sphere.number * one.extinction;
+            whole.total.scattering += sphere.number * one.scattering;
+            whole.total.forward += sphere.number * one.forward;
+            rows.add(series, k, sphere.number);
+        }
+        if (rows.count < batch && first + some < spheres.size()) continue;
+        if (many)
+            products.add(rows, terms);
+        else
+            add_intensities(rows, nodes);
+        rows.clear();
+        terms = 0;
+    }
+    if (many) products.add_intensities(nodes);
     whole.moments = moments_at(nodes, count);
     return whole;
 }

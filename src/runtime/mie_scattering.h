@@ -14,7 +14,7 @@ namespace stratus {
 
 constexpr double max_size_parameter = 5000;
 
-/// a_n and b_n, n = 1 .. a.size(), of one sphere. [BH83] 4.88
+/// a_n and b_n of one sphere, n = 1 .. a.size(). [BH83] 4.88
 struct MieCoefficients {
     std::vector<std::complex<double>> a, b;
 };
@@ -53,8 +53,8 @@ struct SphereScattering {
     std::vector<double> moments;  // chi_l of the phase function, to the last one, l = 2 n_max
 };
 
-/// Cost  the number of terms of all spheres times twice that of the largest: 0.25 s for a cloud of
-///       r_eff = 10 um at 0.55 um.
+/// Cost  about 2 (n + N) N^2 multiplications for n spheres of up to N terms, 8 n N^2 for few spheres:
+///       0.03 s for a cloud of r_eff = 10 um at 0.55 um.
 SphereScattering scattering_of(const std::vector<SphereSize>& spheres, std::complex<double> m);
 
 }  // namespace stratus

@@ -1,87 +1,16 @@
 #include "packed_block.h"
 
-#include "mu_places.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 namespace stratus {
 namespace {
 
-// Error that straight lines between cosines may make in all but the worst hundredth of the
-// directions, as a share of the tolerance.
-constexpr double line_share = 0.25, rare = 0.01;
-
 constexpr float negligible = 1e-16f;  // coefficient
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
-
-/// Cosines at which a block is sampled, closer where straight lines need it.
-struct MuGrid {
-    double v_first, v_step;   // of the segments
-    int first[segments + 1];  // place at which a segment begins
-
-    int last() const { return first[segments]; }
-
-    double mu(int place) const {
-        if (last() == 0) return mu_at(v_first);
-        const int at = std::min(place, last());
-        int segment = 0;
-        while (segment + 1 < segments && first[segment + 1] <= at) ++segment;
-        return mu_at(v_first + v_step * (segment + static_cast<double>(at - first[segment]) /
-                                                       (first[segment + 1] - first[segment])));
-    }
-};
-
-/// The cosines along one of the table's axes of them; pair(along, across) of two samples.
-template <class Pair>
-MuGrid mu_grid(const AxisView& axis, const AxisView& across, const Pair& pair,
-               const BlockLayers& layers, double allowed) {
-    constexpr int probed = 16;     // intervals a segment
-    constexpr int max_steps = 64;  // a segment
-    MuGrid grid{v_at(axis.highest), 0, {}};
-    if (axis.count < 2) return grid;
-    grid.v_step = (v_at(axis.lowest) - grid.v_first) / segments;
-    std::vector<Stencil> stencils;
-    for (int i = 0; i <= segments * probed; ++i)
-        stencils.push_back(axis.stencil(mu_at(grid.v_first + grid.v_step * i / probed)));
-    std::vector<float> errors[segments];
-    const int used = std::min(stencil_size, axis.count), azimuths = layers.azimuths;
-    const int layer_step = std::max(1, layers.count() / 40),
-              azimuth_step = std::max(1, azimuths / 4);
-    std::vector<float> along(stencils.size()), importance(stencils.size());
-    for (int l = 0; l < layers.count(); l += layer_step)
-        for (int j = 0; j < across.count; ++j)
-            for (int k = 0; k < azimuths; k += azimuth_step) {
-                for (std::size_t i = 0; i < stencils.size(); ++i) {
-                    along[i] = importance[i] = 0;
-                    for (int s = 0; s < used; ++s) {
-                        const float share = stencils[i].weight[s];
-                        const auto at = size(pair(stencils[i].first + s, j) * azimuths + k);
-                        along[i] += share * (*layers.values[size(l)])[at];
-                        importance[i] += std::max(0.0f, share) * (*layers.importance[size(l)])[at];
-                    }
-                }
-                for (std::size_t i = 1; i + 1 < stencils.size(); ++i)
-                    errors[i / probed].push_back(
-                        std::abs(along[i - 1] - 2 * along[i] + along[i + 1]) * importance[i]);
-            }
-    for (int segment = 0; segment < segments; ++segment) {
-        auto& found = errors[segment];
-        const auto common =
-            static_cast<std::ptrdiff_t>((1 - rare) * static_cast<double>(found.size()));
-        std::nth_element(found.begin(), found.begin() + common, found.end());
-        // An eighth of the second difference, of steps `probed` times as long as here.
-        const double with_one_step = double{found[size(common)]} * probed * probed / 8;
-        const double steps = std::ceil(std::sqrt(with_one_step / allowed));
-        grid.first[segment + 1] =
-            grid.first[segment] + static_cast<int>(std::clamp(steps, 1.0, double{max_steps}));
-    }
-    return grid;
-}
 
 /// The power of two in units of which halves hold a number up to `largest`.
 float unit_of(float largest) {
@@ -120,52 +49,60 @@ std::array<float, functions> scale_to_units(std::vector<float>& values) {
     return unit;
 }
 
-/// The functions over (mu, mu', azimuth), at the cosines of two grids.
-std::vector<FunctionRow> refined(const LayerShapes& samples, const std::vector<float>& at_samples,
-                                 const MuGrid& in, const MuGrid& out) {
-    const AxisView &mu_in = samples.table().mu_in, &mu_out = samples.table().mu_out;
-    const bool symmetric = samples.table().is_symmetric();
-    const int cosines = mu_in.count, azimuths = samples.azimuths();
+/// Rows of functions over (mu, mu', azimuth) as lookups read them.
+std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>& at_samples,
+                            const FunctionLayout& layout) {
+    const int azimuths = samples.azimuths(), inside = azimuths > 1 ? 1 : 0;
     const std::size_t row_size = size(azimuths * functions);
-    const int count = in.last() + 2;  // one beyond the last
-    const int columns = symmetric ? count + 1 : out.last() + 2;
-    const auto stencils_of = [](const AxisView& axis, const MuGrid& grid, int places) {
-        std::vector<Stencil> stencils;
-        for (int i = 0; i < places; ++i) stencils.push_back(axis.stencil(grid.mu(i)));
-        return stencils;
-    };
-    const std::vector<Stencil> along_in = stencils_of(mu_in, in, count),
-                               along_out = stencils_of(mu_out, out, columns);
-    const auto add = [&](const float* from, float share, float* to) {
-        for (std::size_t k = 0; k < row_size; ++k) to[k] += share * from[k];
-    };
-    // Finer in mu', then in mu.
-    std::vector<float> finer(size(cosines * columns) * row_size);
-    for (int i = 0; i < cosines; ++i)
-        for (int j = 0; j < columns; ++j)
-            for (int s = 0; s < std::min(stencil_size, mu_out.count); ++s)
-                add(&at_samples[size(samples.pair(i, along_out[size(j)].first + s)) * row_size],
-                    along_out[size(j)].weight[s], &finer[size(i * columns + j) * row_size]);
-    const int rows = azimuths > 1 ? azimuths + 2 : 1, inside = azimuths > 1 ? 1 : 0;
-    const std::size_t cells =
-        symmetric ? size(count) * size(count + 3) / 2 : size(count) * size(columns);
-    std::vector<FunctionRow> all(cells * size(rows), FunctionRow{});
-    FunctionRow* to = all.data();
-    std::vector<float> row(row_size);
-    for (int i = 0; i < count; ++i)
-        for (int j = 0; j < (symmetric ? i + 2 : columns); ++j, to += rows) {
-            std::fill(row.begin(), row.end(), 0.0f);
-            for (int s = 0; s < std::min(stencil_size, cosines); ++s)
-                add(&finer[size((along_in[size(i)].first + s) * columns + j) * row_size],
-                    along_in[size(i)].weight[s], row.data());
-            for (std::size_t k = 0; k < row_size; ++k)
-                to[size(inside) + k / functions].value[k % functions] = to_half(row[k]);
-            if (azimuths > 1) {
-                to[0] = to[2];
-                to[azimuths + 1] = to[azimuths - 1];
+    std::vector<float> all(layout.rows() * functions, 0.0f);
+    float* to = all.data();
+    for (int i = 0; i < layout.mu_in.to; ++i)
+        for (int j = 0; j < layout.columns(i); ++j, to += layout.azimuth_rows * functions) {
+            if (j >= layout.mu_out.to) continue;  // never read
+            float* const first = to + inside * functions;
+            for (int r = 0; r < layout.mu_in.from; ++r)
+                for (int c = 0; c < layout.mu_out.from; ++c) {
+                    const double share = layout.mu_in.weight(r, i) * layout.mu_out.weight(c, j);
+                    if (share == 0) continue;
+                    const float* const from = &at_samples[size(samples.pair(r, c)) * row_size];
+                    for (std::size_t k = 0; k < row_size; ++k)
+                        first[k] += static_cast<float>(share) * from[k];
+                }
+            if (azimuths > 1) {  // mirrored
+                std::copy_n(first + functions, functions, to);
+                std::copy_n(first + (azimuths - 2) * functions, functions,
+                            first + azimuths * functions);
             }
         }
     return all;
+}
+
+/// The largest error of a layer's values, relative to R or T, by functions rounded to halves.
+double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int azimuth_step,
+                       const std::array<float, functions>& unit, int azimuths,
+                       const std::vector<float>& at_samples) {
+    constexpr int searched = 40;
+    const int layer_step = std::max(1, layers.count() / searched);
+    const std::size_t columns = size(azimuths) * functions;
+    std::vector<float> rounding;  // at the directions that the layers are thinned out to
+    for (std::size_t pair = 0; pair * columns < at_samples.size(); ++pair)
+        for (int k = 0; k < azimuths; k += azimuth_step)
+            for (int f = 0; f < functions; ++f) {
+                const float value = at_samples[pair * columns + size(k * functions + f)];
+                rounding.push_back((to_float(to_half(value)) - value) * unit[size(f)]);
+            }
+    double largest = 0;
+    for (int l = 0; l < layers.count(); l += layer_step) {
+        const auto& coefficient = basis.coefficient[size(l)];
+        const std::vector<float>& importance = *layers.importance[size(l)];
+        for (std::size_t at = 0; at < importance.size(); ++at) {
+            float error = 0;
+            for (std::size_t f = 0; f < coefficient.size(); ++f)
+                error += coefficient[f] * rounding[at * functions + f];
+            largest = std::max(largest, double{std::abs(error * importance[at])});
+        }
+    }
+    return largest;
 }
 
 /// Coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions in the
@@ -209,35 +146,33 @@ double Resampling::weight(int old_sample, int new_sample) const {
     return product;
 }
 
-TexturedAxis Resampling::axis(const AxisView& view) const {
+PackedAxis Resampling::axis(const AxisView& view) const {
     const double finer = from > 1 ? static_cast<double>(to - 1) / (from - 1) : 0;
     return {static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
             static_cast<float>(to - 1)};
 }
 
+FunctionLayout::FunctionLayout(const TableView& table)
+    : mu_in(Resampling::of_directions(table.mu_in.count)),
+      mu_out(Resampling::of_directions(table.mu_out.count)),
+      symmetric(table.is_symmetric() && table.mu_in.count > 1),
+      azimuth_rows(table.azimuth.count > 1 ? table.azimuth.count + 2 : 1) {}
+
+std::size_t FunctionLayout::rows() const {
+    const std::size_t mus = size(mu_in.to);
+    return (symmetric ? mus * (mus + 7) / 2 : mus * size(mu_out.to)) * size(azimuth_rows);
+}
+
 PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
-                         const LayerBasis& basis, double tolerance) {
-    const TableView& table = samples.table();
-    const double allowed = line_share * tolerance;
-    const MuGrid in = mu_grid(
-        table.mu_in, table.mu_out, [&](int i, int j) { return samples.pair(i, j); }, layers,
-        allowed);
-    const MuGrid out = table.is_symmetric()
-                           ? in
-                           : mu_grid(
-                                 table.mu_out, table.mu_in,
-                                 [&](int j, int i) { return samples.pair(i, j); }, layers, allowed);
+                         const LayerBasis& basis) {
     std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
     const std::array<float, functions> unit = scale_to_units(at_samples);
-    PackedBlock block{refined(samples, at_samples, in, out),
-                      coefficients(layers, basis, unit),
-                      {},
-                      {},
-                      out.last() + 2,
-                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0)};
-    std::copy(std::begin(in.first), std::end(in.first), block.first_in);
-    std::copy(std::begin(out.first), std::end(out.first), block.first_out);
-    return block;
+    const int azimuth_step =
+        layers.azimuths > 1 ? (samples.azimuths() - 1) / (layers.azimuths - 1) : 1;
+    return {laid_out(samples, at_samples, FunctionLayout(samples.table())),
+            coefficients(layers, basis, unit),
+            std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
+            error_of_halves(layers, basis, azimuth_step, unit, samples.azimuths(), at_samples)};
 }
 
 }  // namespace stratus

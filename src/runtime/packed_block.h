@@ -1,39 +1,61 @@
-// A block of a textured table as its lookups read it (kernels/textured.h): functions of the
-// directions as halves, finer along the cosines, and their coefficients.
+// A block of a packed table as its lookups read it (kernels/packed.h): functions of the directions
+// and their coefficients.
 #pragma once
 
 #include <stratus/runtime/axis.h>
 
-#include "kernels/textured.h"
+#include "kernels/packed.h"
 #include "layer_basis.h"
 #include "layer_shapes.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <vector>
 
 namespace stratus {
 
-/// Samples of an axis of coefficients, never fewer than a cubic needs: short axes are sampled again
-/// on the polynomial through all they have.
+/// Samples of an axis, never fewer than a cubic needs: short axes are sampled again on the
+/// polynomial through all they have.
 struct Resampling {
     int from, to;
 
     explicit Resampling(int count) : from(count), to(std::max(stencil_size, count)) {}
 
+    /// Of cosines, where one sample alone stands for four.
+    static Resampling of_directions(int count) {
+        Resampling sampling(count);
+        if (count == 1) sampling.to = 1;
+        return sampling;
+    }
+
     double weight(int old_sample, int new_sample) const;
-    TexturedAxis axis(const AxisView& view) const;
+    PackedAxis axis(const AxisView& view) const;
+};
+
+/// Where the rows of functions of a block lie.
+struct FunctionLayout {
+    Resampling mu_in, mu_out;
+    bool symmetric;
+    int azimuth_rows;  // of one (mu, mu')
+
+    explicit FunctionLayout(const TableView& table);
+
+    int row_step() const { return mu_in.to > 1 ? mu_out.to * azimuth_rows : 0; }
+    int column_step() const { return mu_out.to > 1 ? azimuth_rows : 0; }
+    /// mu' in row i over mu.
+    int columns(int i) const { return symmetric ? i + stencil_size : mu_out.to; }
+    /// Of a whole block.
+    std::size_t rows() const;
 };
 
 struct PackedBlock {
-    std::vector<FunctionRow> function;
+    std::vector<float> function;  // FunctionLayout::rows() by `functions`
     std::vector<CoefficientRow> coefficient;
-    int first_in[segments + 1], first_out[segments + 1];  // places (kernels/textured.h)
-    int columns;                                          // of functions over mu_out
-    int depths;                                           // of the coefficients, infinity included
+    int depths;         // of the coefficients, infinity included
+    double half_error;  // of the layers if the functions are rounded to halves, relative to R or T
 };
 
-/// Range    tolerance: that of the table.
 PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
-                         const LayerBasis& basis, double tolerance);
+                         const LayerBasis& basis);
 
 }  // namespace stratus

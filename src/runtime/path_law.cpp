@@ -208,6 +208,20 @@ PathOrders::PathOrders(const PathLaw& law)
                 octave_sample(offset_, angle_bits, static_cast<int>(k) % angles_)));
 }
 
+PathOrders::PathOrders(float offset, double deepest, int order_count, std::vector<float> samples)
+    : order_count_(order_count), deepest_(deepest), offset_(offset), samples_(std::move(samples)) {
+    int exponent;
+    require(offset >= 1e-12f && offset <= 1 && std::frexp(offset, &exponent) == 0.5f, "path law",
+            "offset", "a power of two in [1e-12, 1]", offset);
+    require(deepest >= 1 && deepest <= 4000, "path law", "deepest", "in [1, 4000]", deepest);
+    require(order_count > 2 && order_count <= max_count, "path law", "orders",
+            "in [3, " + std::to_string(max_count) + "]", order_count);
+    angles_ = octave_index(offset_, angle_bits, 1 + offset_) + 2;
+    const auto angles = 2 * static_cast<std::size_t>(angles_);
+    require(samples_.size() == angles * static_cast<std::size_t>(order_count - 2), "path law",
+            "samples", "those of " + std::to_string(angles) + " angles", samples_.size());
+}
+
 std::shared_ptr<const PathOrders> PathOrders::of(const PhaseFunction& phase_function) {
     if (!has_narrow_peak(phase_function)) return {};
     std::vector<double> moments = significant_moments(phase_function);
@@ -288,14 +302,19 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
 }
 
 PathSheetView PathSheet::view() const noexcept {
+    if (samples_.empty()) return {};
+    return view_of(samples_.data(), offset_, angles_, depths_);
+}
+
+PathSheetView PathSheet::view_of(const float* samples, float offset, int angles,
+                                 int depths) noexcept {
     PathSheetView view;
-    if (samples_.empty()) return view;
-    view.sample = samples_.data();
-    view.offset = offset_;
-    view.first_angle = bits_of(offset_) >> (mantissa_bits - PathOrders::angle_bits);
-    view.angles = angles_;
-    view.last_depth = static_cast<float>(octave_sample(1, depth_bits, depths_ - 1)) * (1 - 1e-6f);
-    view.channel = static_cast<int>(samples_.size()) / channels_;
+    view.sample = samples;
+    view.offset = offset;
+    view.first_angle = bits_of(offset) >> (mantissa_bits - PathOrders::angle_bits);
+    view.angles = angles;
+    view.last_depth = static_cast<float>(octave_sample(1, depth_bits, depths - 1)) * (1 - 1e-6f);
+    view.channel = 4 * angles * depths;
     return view;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -49,6 +50,14 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
     curve.form_ = PhaseForm::sampled;
     curve.width_ = width;
     curve.samples_.assign(samples.begin(), samples.end());
+    return curve;
+}
+
+PhaseCurve PhaseCurve::of_samples(std::vector<float> samples, int width) {
+    PhaseCurve curve;
+    curve.form_ = width == 1 ? PhaseForm::sampled : PhaseForm::with_boundary;
+    curve.width_ = width;
+    curve.samples_ = std::move(samples);
     return curve;
 }
 

@@ -4,6 +4,8 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffuse_transmittance.h>
+#include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/single_scattering.h>
 
 #include "kernels/kernels.h"
@@ -33,8 +35,52 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
         return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
 }
 
+/// What a layer deeper than the deepest sample scatters, over what one as deep does.
+double beyond_deepest(const TableView& table, Side which, double albedo, double optical_depth) {
+    const Stencil around = table.albedo.stencil(albedo);
+    const Stencil mixture = table.has_mixture() ? table.mixture.stencil(table.chosen_mixture)
+                                                : Stencil{0, {1, 0, 0, 0}};
+    double exponent = 0;
+    for (int m = 0; m < std::min(stencil_size, std::max(1, table.mixture.count)); ++m)
+        for (int l = 0; l < std::min(stencil_size, table.albedo.count); ++l)
+            exponent += double{mixture.weight[m]} * double{around.weight[l]} *
+                        table.diffusion_exponent[(mixture.first + m) * table.albedo.count +
+                                                 around.first + l];
+    const auto scale = which == Side::reflection ? reflection_scale : transmission_scale;
+    const auto at = [&](double depth) {
+        return scale(depth, std::max(0.0, exponent), table.extrapolation_length);
+    };
+    const double deepest = at(table.optical_depth.highest);
+    return deepest > 0 ? at(optical_depth) / deepest : 0;
+}
+
+/// The orders n >= 2 of a layer on one side, from a packed table.
+ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
+                            double optical_depth) {
+    const AxisView& depths = table.optical_depth;
+    const bool is_deep = !depths.ends_at_infinity && optical_depth > depths.highest;
+    const double depth = is_deep ? depths.highest : optical_depth;
+    const bool follows = is_deep && is_depth_known(table, which, albedo, optical_depth);
+    ChannelOrders orders;
+    orders.blend.optical_depth = follows ? optical_depth : depth;
+    if (is_scattered_once(table, albedo, optical_depth)) {
+        orders.sheet.assign(static_cast<std::size_t>(table.mu_in.count) *
+                                static_cast<std::size_t>(table.mu_out.count) *
+                                static_cast<std::size_t>(table.azimuth.count),
+                            0.0f);
+        return orders;
+    }
+    orders.sheet = table.packed->layer(which, albedo, depth, table.chosen_mixture);
+    if (follows) {
+        const double factor = beyond_deepest(table, which, albedo, optical_depth);
+        for (float& value : orders.sheet) value *= static_cast<float>(factor);
+    }
+    return orders;
+}
+
 /// The orders n >= 2 of a layer on one side.
-LayerBlend blend_of(const TableView& table, Side which, double albedo, double optical_depth) {
+ChannelOrders orders_of(const TableView& table, Side which, double albedo, double optical_depth) {
+    if (table.packed != nullptr) return packed_orders(table, which, albedo, optical_depth);
     const auto blend = which == Side::reflection ? reflection_blend : transmission_blend;
     const bool is_deep = optical_depth > table.optical_depth.highest;
     const BeyondDeepest beyond = is_deep && is_depth_known(table, which, albedo, optical_depth)
@@ -42,7 +88,7 @@ LayerBlend blend_of(const TableView& table, Side which, double albedo, double op
                                      : BeyondDeepest::is_clamped;
     LayerBlend found = blend(table, albedo, optical_depth, beyond);
     if (is_scattered_once(table, albedo, optical_depth)) found.count = 0;
-    return found;
+    return {found, {}};
 }
 
 /// Cosines of a background's curve where no table gives them.
@@ -209,9 +255,9 @@ constexpr std::size_t no_samples = (2 + 3) * 2;
 
 template <int channels>
 void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSide& side) {
-    std::vector<LayerBlend> blends;
+    std::vector<ChannelOrders> orders;
     for (int c = 0; c < channels; ++c)
-        blends.push_back(blend_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
+        orders.push_back(orders_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
     const auto closed_form = [&](int c, double mu_in, double mu_out, double azimuth) {
         if (side.kernel.at_angles == nullptr) return 0.0;
         float value[channels];
@@ -233,7 +279,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         side.view.azimuths = 2;
         set_kernels();
     }
-    RefinedSamples refined = refine(table, blends, closed_form);
+    RefinedSamples refined = refine(table, orders, closed_form);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
     side.view.symmetric = refined.symmetric;

@@ -87,8 +87,13 @@ SlicePlaces slice_places(double first, double step, int intervals) {
 
 /// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
 /// the directional factor.
-Sheet summed(const TableView& table, const LayerBlend& blend) {
+Sheet summed(const TableView& table, const ChannelOrders& orders) {
     Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
+    if (!orders.sheet.empty()) {
+        sum.value = orders.sheet;
+        return sum;
+    }
+    const LayerBlend& blend = orders.blend;
     const int columns = table.azimuth.count;
     for (int n = 0; n < blend.count; ++n) {
         const BlendTerm& term = blend.term[n];
@@ -200,13 +205,13 @@ class RelativeErrors {
 /// Orders n >= 2 of one channel while they are refined.
 class Refinement {
   public:
-    Refinement(const TableView& table, const LayerBlend& blend, int channel,
+    Refinement(const TableView& table, const ChannelOrders& orders, int channel,
                const SingleScattering& single)
         : table_(table),
-          blend_(blend),
+          blend_(orders.blend),
           channel_(channel),
           single_(single),
-          sheet_(summed(table, blend)) {
+          sheet_(summed(table, orders)) {
         if (!blend_.fades) return;
         for (int i = 0; i < sheet_.count[0]; ++i)
             for (int j = 0; j < sheet_.count[1]; ++j)
@@ -322,18 +327,18 @@ class Refinement {
 
 }  // namespace
 
-RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& blends,
+RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
                       const SingleScattering& single) {
     std::vector<Refinement> refinements;
     std::array<double, 3> error{};  // along mu_in, mu_out, azimuth
-    for (const LayerBlend& blend : blends) {
-        refinements.emplace_back(table, blend, static_cast<int>(refinements.size()), single);
+    for (const ChannelOrders& orders : channels) {
+        refinements.emplace_back(table, orders, static_cast<int>(refinements.size()), single);
         const std::array<double, 3> more = refinements.back().errors_of_straight_lines();
         for (std::size_t a = 0; a < error.size(); ++a) error[a] = std::max(error[a], more[a]);
     }
     const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
     const double allowed = share * kept_tolerance(table);
-    const int channels = static_cast<int>(blends.size());
+    const int stride = static_cast<int>(channels.size());
     const auto intervals = [&](const AxisView& axis, double along, int max) {
         return axis.count < 2 ? 1 : intervals_for(along, allowed, max);
     };
@@ -349,9 +354,9 @@ RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& ble
     const std::size_t rows = size(in.intervals + 1);
     const std::size_t cells =
         refined.symmetric ? rows * (rows + 3) / 2 : rows * size(refined.columns);
-    refined.sample.resize(cells * size(refined.azimuths) * size(channels) + 1);
+    refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
     for (std::size_t c = 0; c < refinements.size(); ++c)
-        refinements[c].write(in, out, around, channels, refined.sample.data() + c);
+        refinements[c].write(in, out, around, stride, refined.sample.data() + c);
     refined.mu_in = slice_places(in.first, in.step, in.intervals);
     refined.mu_out = slice_places(out.first, out.step, out.intervals);
     refined.azimuth = slice_places(around.first, (around.last - around.first) / around.intervals,

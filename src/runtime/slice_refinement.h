@@ -16,6 +16,13 @@ namespace stratus {
 /// T of all orders.
 using SingleScattering = std::function<double(int, double, double, double)>;
 
+/// Orders n >= 2 of a channel: a blend of a table's samples, or what a packed table gives at its
+/// axes, before the blend's directional factor.
+struct ChannelOrders {
+    LayerBlend blend{};
+    std::vector<float> sheet;
+};
+
 /// Orders n >= 2 over (mu_in, mu_out, azimuth, channel) as a slice reads them, mu_in >= mu_out
 /// where the table is symmetric; cosines evenly spaced over the coordinate of mu_places.h.
 struct RefinedSamples {
@@ -25,8 +32,8 @@ struct RefinedSamples {
     SlicePlaces mu_in, mu_out, azimuth;
 };
 
-/// One blend a channel; all are refined alike.
-RefinedSamples refine(const TableView& table, const std::vector<LayerBlend>& blends,
+/// All channels are refined alike.
+RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
                       const SingleScattering& single);
 
 }  // namespace stratus

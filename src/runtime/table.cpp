@@ -103,22 +103,14 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
             *bad);
 }
 
-void check_datasets(const Table& table) {
-    const std::size_t albedos =
-        checked_product({table.mixture_count(), table.albedo.values.size()});
-    const std::size_t depths = table.optical_depth.values.size();
-    const std::size_t layers = checked_product({albedos, depths});
-    const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
-    const std::size_t samples =
-        checked_product({lit, table.mu_out.values.size(), table.azimuth.values.size()});
+void check_samples(const Table& table) {
+    const std::size_t samples = checked_product(
+        {table.mixture_count(), table.albedo.values.size(), table.optical_depth.values.size(),
+         table.mu_in.values.size(), table.mu_out.values.size(), table.azimuth.values.size()});
     require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), caller,
             "table", "given reflection_multiple or transmission_multiple", "neither");
     check_dataset(table.reflection_multiple, "reflection_multiple", samples, false);
     check_dataset(table.transmission_multiple, "transmission_multiple", samples, false);
-    check_dataset(table.plane_albedo, "plane_albedo", lit, false);
-    check_dataset(table.diffuse_transmittance, "diffuse_transmittance", lit, false);
-    check_dataset(table.spherical_albedo, "spherical_albedo", layers, false);
-    check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
 }
 
 void check_numbers(const Table& table) {
@@ -234,17 +226,29 @@ TableView Table::view() const noexcept {
     return view;
 }
 
-void prepare(Table& table) {
+void prepare_header(Table& table) {
     check_mixture(table.mixture);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
     check_cosine(table.mu_in, "mu_in");
     check_cosine(table.mu_out, "mu_out");
     check_azimuth(table.azimuth);
-    check_datasets(table);
+    const std::size_t albedos =
+        checked_product({table.mixture_count(), table.albedo.values.size()});
+    const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
+    const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
+    check_dataset(table.plane_albedo, "plane_albedo", lit, false);
+    check_dataset(table.diffuse_transmittance, "diffuse_transmittance", lit, false);
+    check_dataset(table.spherical_albedo, "spherical_albedo", layers, false);
+    check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
     check_numbers(table);
     check_boundary(table);
     work_out_weights(table);
+}
+
+void prepare(Table& table) {
+    prepare_header(table);
+    check_samples(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 

@@ -5,11 +5,13 @@
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/scene/contents.h>
 
+#include "layer_fluxes.h"
 #include "planet_shine.h"
 #include "ring_shine.h"
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace stratus {
 namespace {
@@ -40,8 +42,8 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
             "none");
     if (!needed) tables_ = nullptr;
     if (tables_ && seen_light(scene).fluxes)
-        for (const Table& table : tables_->tables)
-            require(table.transmission_multiple.empty() || !table.diffuse_transmittance.empty(),
+        for (const Table& table : tables_->headers)
+            require(!tables_->packed->has_transmission() || !table.diffuse_transmittance.empty(),
                     "LayerLight", "table",
                     "one of all mu_in, whose fluxes light what lies behind the layer",
                     "one without diffuse_transmittance");
@@ -60,7 +62,10 @@ LayerLight::LayerLight(const Scene& scene, const LayerTables* tables, int thread
             scattered_once_.emplace_back(component);
     background_scatters_ = background_scatters;
     std::optional<TableView> table;
-    if (tables_) table = tables_->tables[0].view();
+    if (tables_) {
+        table = tables_->packed->view();
+        fluxes_ = std::make_shared<const LayerFluxes>(tables_->headers, scene.layer.albedo);
+    }
     bind(table ? &*table : nullptr, needed);
     shine(threads);
 }
@@ -93,8 +98,6 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     if (!matter) opposition_table_ = OppositionTable(opposition_);
     if (!matter || matter->optical_depth == 0) return;
     const auto depth = [&](std::size_t c) { return seen_depth_of(*matter, c); };
-    const Medium<3> medium{{depth(0), depth(1), depth(2)},
-                           {matter->albedo[0], matter->albedo[1], matter->albedo[2]}};
     Effects effects;
     effects.single = scene_.effects.single;
     effects.multiple = multiple;
@@ -102,10 +105,18 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     effects.transmission = scene_.effects.transmission;
     effects.background = false;  // see LayerLight::background
     effects.opposition = opposition_;
-    if (table)
-        slice_.emplace(*table, medium, effects);
+    const auto bound = [&]<int channels>(const Medium<channels>& medium) {
+        return table ? SliceOf<channels>(*table, medium, effects)
+                     : SliceOf<channels>(scene_.layer.components[0], medium, effects);
+    };
+    const auto& albedo = matter->albedo;
+    const bool grey = depth(0) == depth(1) && depth(1) == depth(2) && albedo[0] == albedo[1] &&
+                      albedo[1] == albedo[2];
+    if (grey)
+        slice_ = bound(Medium<1>{{depth(0)}, {albedo[0]}});
     else
-        slice_.emplace(scene_.layer.components[0], medium, effects);
+        slice_ =
+            bound(Medium<3>{{depth(0), depth(1), depth(2)}, {albedo[0], albedo[1], albedo[2]}});
 }
 
 double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noexcept {
@@ -113,15 +124,16 @@ double LayerLight::seen_depth_of(const Matter& matter, std::size_t c) const noex
 }
 
 template <class Function>
-Rgb3 LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
+auto LayerLight::each_channel(const Matter& matter, const Function& of) const noexcept {
     const auto& extinction = scene_.layer.extinction;
-    Rgb3 value{};
-    for (std::size_t c = 0; c < 3; ++c) {
+    std::array<std::invoke_result_t<Function, const Channel&>, 3> value{};
+    for (std::size_t c = 0; c < value.size(); ++c) {
         const LayerLight& own = channels_.empty() ? *this : channels_[c];
         const bool as_before = channels_.empty() && c > 0 &&
                                matter.albedo[c] == matter.albedo[c - 1] &&
                                extinction[c] == extinction[c - 1];
-        value[c] = as_before ? value[c - 1] : of(own, matter.albedo[c], seen_depth_of(matter, c));
+        value[c] = as_before ? value[c - 1]
+                             : of(Channel{own, c, matter.albedo[c], seen_depth_of(matter, c)});
     }
     return value;
 }
@@ -140,8 +152,8 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
     return own;
 }
 
-Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
-                                Side side) const noexcept {
+Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
+                              Side side) const noexcept {
     const bool reflected = side == Side::reflection;
     const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                     : cos_scattering_angle_transmitted(geometry);
@@ -159,26 +171,19 @@ Rgb3 LayerLight::textured_light(const Matter& matter, const Geometry& geometry,
                    : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     };
     double single_depth = 0, single = 0;  // of the last channel
-    Stencil mixture{0, {1, 0, 0, 0}};
-    if (tables_ && !tables_->mixture.values.empty())
-        mixture = tables_->mixture.view().stencil(matter.mixture);
-    return each_channel(matter, [&](const LayerLight&, double albedo, double depth) {
+    return each_channel(matter, [&](const Channel& channel) {
+        const double albedo = channel.albedo, depth = channel.optical_depth;
         if (depth == 0) return 0.0;
         if (scene_.effects.single && depth != single_depth) {
             single_depth = depth;
             single = single_of(depth);
         }
-        double value = albedo * single;
-        for (int k = 0; tables_ && k < stencil_size; ++k) {
-            const double share = double{mixture.weight[k]};
-            if (share == 0) continue;
-            const TexturedTable& table =
-                tables_->textured[static_cast<std::size_t>(mixture.first + k)];
-            value += share * (reflected ? table.reflection(albedo, depth, geometry)
-                                        : table.transmission(albedo, depth, geometry))
-                                 .multiple;
-        }
-        return value;
+        const double once = albedo * single;
+        if (!tables_) return once;
+        const PackedTable& table = *tables_->packed;
+        return once + (reflected ? table.reflection(albedo, depth, geometry, matter.mixture)
+                                 : table.transmission(albedo, depth, geometry, matter.mixture))
+                          .multiple;
     });
 }
 
@@ -191,143 +196,188 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
         return of_channels([&](const LayerLight& light, std::size_t c) {
             return light.light(channel_matter(matter, c), geometry, side);
         });
-    if (!slice_) return textured_light(matter, geometry, side);
     const auto mu_in = static_cast<float>(geometry.mu_in),
                mu_out = static_cast<float>(geometry.mu_out),
                azimuth = static_cast<float>(geometry.azimuth);
-    return widened(reflected ? slice_->reflection(mu_in, mu_out, azimuth)
-                             : slice_->transmission(mu_in, mu_out, azimuth));
+    const auto value = [&](const auto& slice) {
+        return reflected ? slice.reflection(mu_in, mu_out, azimuth)
+                         : slice.transmission(mu_in, mu_out, azimuth);
+    };
+    if (const Slice* const grey = std::get_if<Slice>(&slice_)) {
+        const double light = double{value(*grey)};
+        return {light, light, light};
+    }
+    if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
+        return widened(value(*coloured));
+    return packed_light(matter, geometry, side);
+}
+
+bool LayerLight::has_sums() const noexcept {
+    if (recorded_) return false;
+    if (channels_.empty()) return !std::holds_alternative<std::monostate>(slice_);
+    return std::ranges::all_of(channels_, &LayerLight::has_sums);
+}
+
+void LightSum::add(Side side, const Geometry& geometry, const Rgb3& share) noexcept {
+    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    const std::size_t k = all.count++;
+    all.mu_in[k] = static_cast<float>(geometry.mu_in);
+    all.mu_out[k] = static_cast<float>(geometry.mu_out);
+    all.azimuth[k] = static_cast<float>(geometry.azimuth);
+    all.share[k] = share;
+    all.sum[k] = sum_;
+    if (all.count == most) look_up(side);
+}
+
+template <int channels>
+void LightSum::add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
+                          std::size_t end) noexcept {
+    const OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    std::array<float, channels * most> value;  // channel after channel
+    if (side == Side::reflection)
+        slice.reflection(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                         value.data());
+    else
+        slice.transmission(all.count, all.mu_in.data(), all.mu_out.data(), all.azimuth.data(),
+                           value.data());
+    for (std::size_t c = begin; c < end; ++c)
+        for (std::size_t k = 0; k < all.count; ++k)
+            (*all.sum[k])[c] +=
+                all.share[k][c] * double{value[(channels == 1 ? 0 : c * all.count) + k]};
+}
+
+void LightSum::look_up(Side side) noexcept {
+    OfSide& all = side == Side::reflection ? reflection_ : transmission_;
+    if (all.count == 0) return;
+    const auto add_light = [&](const LayerLight& light, std::size_t begin, std::size_t end) {
+        if (const Slice* const grey = std::get_if<Slice>(&light.slice_))
+            add_values(*grey, side, begin, end);
+        else
+            add_values(std::get<RgbSlice>(light.slice_), side, begin, end);
+    };
+    if (light_.channels_.empty()) add_light(light_, 0, 3);
+    for (std::size_t c = 0; c < light_.channels_.size(); ++c)
+        add_light(light_.channels_[c], c, c + 1);
+    all.count = 0;
+}
+
+void LightSum::finish() noexcept {
+    look_up(Side::reflection);
+    look_up(Side::transmission);
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight&, double, double depth) {
-        return direct_transmittance(depth, mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return direct_transmittance(channel.optical_depth, mu);
     });
 }
 
-double LayerLight::flux(const Table& table, const std::vector<float>& flux, double albedo,
-                        double optical_depth, const Stencil* mu) const noexcept {
-    const AxisView albedos = table.albedo.view(), depths = table.optical_depth.view();
-    const std::size_t mus = mu ? table.mu_in.values.size() : 1;
-    const auto depth_count = static_cast<std::size_t>(depths.size());
-    auto at = [&](int a, int d) {
-        const std::size_t row =
-            (static_cast<std::size_t>(std::min(a, albedos.count - 1)) * depth_count +
-             static_cast<std::size_t>(d)) *
-            mus;
-        if (!mu) return double{flux[row]};
-        double sum = 0;
-        for (int i = 0; i < stencil_size; ++i)
-            if (mu->weight[i] != 0)
-                sum += double{mu->weight[i]} *
-                       double{flux[row + static_cast<std::size_t>(mu->first + i)]};
-        return sum;
-    };
-    const Stencil in_albedo = albedos.stencil(albedo);
-    double sum = 0;
-    for (int a = 0; a < stencil_size; ++a) {
-        if (in_albedo.weight[a] == 0) continue;
-        const double share = double{in_albedo.weight[a]};
-        if (depths.count == 0 || std::isinf(optical_depth)) {
-            sum += share * at(in_albedo.first + a, depths.size() - 1);
-            continue;
-        }
-        const Stencil in_depth = depths.stencil(optical_depth);
-        for (int d = 0; d < stencil_size; ++d)
-            if (in_depth.weight[d] != 0)
-                sum += share * double{in_depth.weight[d]} *
-                       at(in_albedo.first + a, in_depth.first + d);
+/// Where channels find their fluxes at a cosine, one after another: what they share is found once.
+class LayerLight::FluxLookup {
+  public:
+    explicit FluxLookup(double mu) noexcept : mu_(mu) {}
+
+    double mu() const noexcept { return mu_; }
+
+    const LayerFluxes::Place& place(const Channel& channel) noexcept {
+        const LayerFluxes* const fluxes = channel.light.fluxes_.get();
+        const bool other = fluxes != fluxes_;
+        if (other) fluxes->set_cosine(place_, mu_);
+        if (other || channel.optical_depth != optical_depth_)
+            fluxes->set_optical_depth(place_, channel.optical_depth);
+        fluxes->set_albedo(place_, channel.index, channel.albedo);
+        fluxes_ = fluxes;
+        optical_depth_ = channel.optical_depth;
+        return place_;
     }
-    // Thinner than the table: proportional to the depth.
-    if (depths.count > 0 && optical_depth < depths.lowest) sum *= optical_depth / depths.lowest;
-    return sum;
+
+  private:
+    double mu_;
+    const LayerFluxes* fluxes_ = nullptr;  // of the last channel
+    double optical_depth_ = 0;
+    LayerFluxes::Place place_;
+};
+
+double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (channel.optical_depth == 0) return 1;
+    const double beam = direct_transmittance(channel.optical_depth, fluxes.mu());
+    if (!fluxes_ || !scene_.effects.transmission) return beam;
+    return beam + fluxes_->at(fluxes.place(channel), LayerFluxes::diffuse_transmittance);
 }
 
-double LayerLight::transmittance(double albedo, double optical_depth, double mu) const noexcept {
-    if (optical_depth == 0) return 1;
-    const double beam = direct_transmittance(optical_depth, mu);
-    if (!tables_ || !scene_.effects.transmission) return beam;
-    const Table& table = tables_->tables[0];
-    if (table.diffuse_transmittance.empty()) return beam;
-    const Stencil stencil = table.mu_in.view().stencil(mu);
-    return beam + flux(table, table.diffuse_transmittance, albedo, optical_depth, &stencil);
+double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (!fluxes_ || channel.optical_depth == 0) return 0;
+    return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
-double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
-    if (!tables_ || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
-    return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
-}
-
-double LayerLight::diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
-                                         double mu) const noexcept {
+double LayerLight::diffuse_transmittance(const Matter& matter, const Channel& channel,
+                                         FluxLookup& fluxes) const noexcept {
     double once = 0;
     if (!scattered_once_.empty()) {
-        once = scattered_once_[0](optical_depth, mu);
+        once = scattered_once_[0](channel.optical_depth, fluxes.mu());
         if (scattered_once_.size() > 1)
             once = matter.mixture * once +
-                   (1 - matter.mixture) * scattered_once_[1](optical_depth, mu);
-        once *= albedo;
+                   (1 - matter.mixture) * scattered_once_[1](channel.optical_depth, fluxes.mu());
+        once *= channel.albedo;
     }
-    if (!tables_) return scene_.effects.single ? once : 0;
+    if (!fluxes_) return scene_.effects.single ? once : 0;
     Stencil mixture{0, {1, 0, 0, 0}};
     if (!tables_->mixture.values.empty()) mixture = tables_->mixture.view().stencil(matter.mixture);
+    const LayerFluxes::Place& place = fluxes.place(channel);
     double all = 0;
-    for (int k = 0; k < stencil_size; ++k) {
-        if (mixture.weight[k] == 0) continue;
-        const Table& table = tables_->tables[static_cast<std::size_t>(mixture.first + k)];
-        if (table.diffuse_transmittance.empty()) continue;
-        const Stencil cosine = table.mu_in.view().stencil(mu);
-        all += double{mixture.weight[k]} *
-               flux(table, table.diffuse_transmittance, albedo, optical_depth, &cosine);
-    }
+    for (int k = 0; k < stencil_size; ++k)
+        if (mixture.weight[k] != 0)
+            all += double{mixture.weight[k]} *
+                   fluxes_->at(place, LayerFluxes::diffuse_transmittance,
+                               static_cast<std::size_t>(mixture.first + k));
     return scene_.effects.single ? all : std::max(0.0, all - once);
 }
 
-double LayerLight::plane_albedo(double albedo, double optical_depth, double mu) const noexcept {
-    if (!tables_ || !scene_.effects.reflection || optical_depth == 0) return 0;
-    const Table& table = tables_->tables[0];
-    if (table.plane_albedo.empty()) return 0;
-    const Stencil stencil = table.mu_in.view().stencil(mu);
-    return flux(table, table.plane_albedo, albedo, optical_depth, &stencil);
+double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
+    if (!fluxes_ || !scene_.effects.reflection || channel.optical_depth == 0) return 0;
+    return fluxes_->at(fluxes.place(channel), LayerFluxes::plane_albedo);
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        const double direct = direct_transmittance(depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        const LayerLight& light = channel.light;
+        const double depth = channel.optical_depth, direct = direct_transmittance(depth, mu);
         return light.background_scatters_ && depth > 0 && depth < infinity
-                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, albedo, depth, mu))
+                   ? std::min(1.0, direct + light.diffuse_transmittance(matter, channel, fluxes))
                    : direct;
     });
 }
 
 Rgb3 LayerLight::ground(const Matter& lit, double mu_in, const Rgb& ground_albedo) const noexcept {
     if (!scene_.effects.background) return {};
-    const Rgb3 transmitted =
-        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
-            return light.transmittance(albedo, depth, mu_in);
-        });
-    const Rgb3 returned =
-        each_channel(lit, [&](const LayerLight& light, double albedo, double depth) {
-            return light.spherical_albedo(albedo, depth);
-        });
+    struct Passed {
+        double transmitted, returned;
+    };
+    FluxLookup fluxes(mu_in);
+    const std::array<Passed, 3> passed = each_channel(lit, [&](const Channel& channel) {
+        return Passed{channel.light.transmittance(channel, fluxes),
+                      channel.light.spherical_albedo(channel, fluxes)};
+    });
     const double ground[] = {double{ground_albedo.r}, double{ground_albedo.g},
                              double{ground_albedo.b}};
     Rgb3 value{};
     for (std::size_t c = 0; c < 3; ++c)
-        value[c] = ground[c] * transmitted[c] / (1 - ground[c] * returned[c]);
+        value[c] = ground[c] * passed[c].transmitted / (1 - ground[c] * passed[c].returned);
     return value;
 }
 
 Rgb3 LayerLight::total_transmittance(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        return light.transmittance(albedo, depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return channel.light.transmittance(channel, fluxes);
     });
 }
 
 Rgb3 LayerLight::plane_albedo(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
-        return light.plane_albedo(albedo, depth, mu);
+    FluxLookup fluxes(mu);
+    return each_channel(matter, [&](const Channel& channel) {
+        return channel.light.plane_albedo(channel, fluxes);
     });
 }
 

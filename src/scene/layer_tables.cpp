@@ -111,7 +111,8 @@ void take_fewer_pairs(Recipe& recipe) {
 }
 
 /// Refuses a table that does not serve a scene.
-void check_table(const Scene& scene, const Table& table) {
+void check_table(const Scene& scene, const PackedTable& packed) {
+    const Table& table = packed.header();
     require(!table.lower_boundary.is_present(), caller, "table.below", "absent", "one");
     const std::optional<Recipe> needed = needed_recipe(scene);
     if (!needed) return;
@@ -147,9 +148,9 @@ void check_table(const Scene& scene, const Table& table) {
     if (azimuth.count > 1 || azimuth.highest > 0)  // else nothing depends on it
         covers("table.azimuth", azimuth, {radians(asked.azimuth.min), radians(asked.azimuth.max)},
                rounding);
-    require(!needed->reflection || !table.reflection_multiple.empty(), caller, "table",
-            "one with reflection", "none");
-    require(!needed->transmission || !table.transmission_multiple.empty(), caller, "table",
+    require(!needed->reflection || packed.has_reflection(), caller, "table", "one with reflection",
+            "none");
+    require(!needed->transmission || packed.has_transmission(), caller, "table",
             "one with transmission", "none");
 }
 
@@ -231,33 +232,38 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     return both;
 }
 
-std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform) {
+std::unique_ptr<LayerTables> make_layer_tables(PackedTable table) {
     auto made = std::make_unique<LayerTables>();
-    made->mixture = table.mixture;
-    if (table.has_mixture())
-        for (int m = 0; m < static_cast<int>(table.mixture_count()); ++m)
-            made->tables.push_back(table_of_mixture(table, m));
-    else
-        made->tables.push_back(std::move(table));
-    if (!is_uniform)
-        for (const Table& each : made->tables) made->textured.emplace_back(each.view());
+    const Table& header = table.header();
+    made->mixture = header.mixture;
+    for (std::size_t m = 0; m < header.mixture_count(); ++m) {
+        Table& one = made->headers.emplace_back(header);
+        for_each_of_mixtures(
+            [&](auto& numbers) {
+                const auto size =
+                    static_cast<std::ptrdiff_t>(numbers.size() / header.mixture_count());
+                const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(m) * size;
+                numbers = {first, first + size};
+            },
+            one);
+    }
+    made->packed = std::move(table);
     return made;
 }
 
-std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
-                                               const BakeOptions& options, TableCache* cache) {
+std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions& options,
+                                               TableCache* cache) {
     recipe.text = resolved_text(recipe);
-    std::optional<Table> table;
-    if (cache) table = cache->find(recipe);
-    if (!table) {
-        table = bake(recipe, options);
-        if (cache) cache->keep(recipe, *table);
-    }
-    return make_layer_tables(std::move(*table), uniform_matter(scene).has_value());
+    if (cache)
+        if (std::optional<PackedTable> table = cache->find(recipe))
+            return make_layer_tables(std::move(*table));
+    Table table = bake(recipe, options);
+    return make_layer_tables(
+        PackedTable(cache ? cache->keep(recipe, std::move(table)) : pack(table)));
 }
 
 std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
-                                                std::vector<Table> tables) {
+                                                std::vector<PackedTable> tables) {
     const auto has_channels = [](const Scene& scene) { return !scene.layer.channels.empty(); };
     const bool coloured = std::ranges::any_of(scenes, has_channels);
     require(!coloured || std::ranges::all_of(scenes, has_channels), caller, "panels",
@@ -265,16 +271,14 @@ std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes
     require(tables.size() == (coloured ? 3 : 1), caller, "--table",
             coloured ? "given three times, for red, green and blue" : "given once",
             std::to_string(tables.size()));
-    const bool uniform = std::ranges::all_of(
-        scenes, [](const Scene& scene) { return uniform_matter(scene).has_value(); });
     for (const Scene& scene : scenes) {
         const std::vector<Scene> channels = channel_scenes(scene);
         for (std::size_t c = 0; c < channels.size(); ++c) check_table(channels[c], tables[c]);
     }
-    if (!coloured) return make_layer_tables(std::move(tables[0]), uniform);
+    if (!coloured) return make_layer_tables(std::move(tables[0]));
     auto all = std::make_shared<LayerTables>();
     for (std::size_t c = 0; c < tables.size(); ++c)
-        all->channels[c] = make_layer_tables(std::move(tables[c]), uniform);
+        all->channels[c] = make_layer_tables(std::move(tables[c]));
     return all;
 }
 
@@ -307,7 +311,7 @@ std::vector<std::shared_ptr<const LayerTables>> bake_shared(const std::vector<Sc
     std::vector<std::shared_ptr<const LayerTables>> tables(scenes.size());
     for (const SharedRecipe& shared : shared_recipes(scenes)) {
         const std::shared_ptr<const LayerTables> made =
-            bake_layer_tables(scenes[shared.scenes[0]], shared.recipe, options, cache);
+            bake_layer_tables(shared.recipe, options, cache);
         for (const std::size_t s : shared.scenes) tables[s] = made;
     }
     return tables;

@@ -250,28 +250,21 @@ std::string text_of(Recipe recipe) {
     return resolved_text(recipe);
 }
 
-/// Seconds that writing a table and preparing it for lookups take per byte of it, measured on
-/// another one.
-double keep_seconds_per_byte(const LayerTables* tables, bool writes) {
-    while (tables && tables->tables.empty()) {  // channels
+/// Seconds that packing a table and keeping it take per byte of it, measured on another one.
+double keep_seconds_per_byte(const LayerTables* tables) {
+    while (tables && !tables->packed) {  // channels
         const LayerTables* next = nullptr;
         for (const auto& channel : tables->channels)
             if (channel) next = channel.get();
         tables = next;
     }
     if (!tables) return 0;
-    const Table& table = tables->tables[0];
+    const Table table = tables->packed->unpacked();
     const double bytes =
         static_cast<double>(sizeof(float)) *
         static_cast<double>(table.reflection_multiple.size() + table.transmission_multiple.size());
     const double started = processor_seconds();
-    if (writes) {
-        const std::filesystem::path path = std::filesystem::temp_directory_path() /
-                                           ("stratus-" + std::to_string(::getpid()) + ".h5");
-        write_table(table, path);
-        std::filesystem::remove(path);
-    }
-    if (!tables->textured.empty()) const TexturedTable prepared(table.view());
+    const std::vector<char> packed = pack(table);
     return (processor_seconds() - started) / bytes;
 }
 
@@ -376,7 +369,7 @@ FileReport report_plans(const std::vector<Scene>& scenes, const BakeOptions& opt
             report.orders->enough = orders_for(report.orders->share, scene.tolerance);
             report.orders->where = bounds.multiple.place->text();
         }
-        const double keeping_here = keep_seconds_per_byte(coarse[s].tables(), cache != nullptr);
+        const double keeping_here = keep_seconds_per_byte(coarse[s].tables());
         keeping = std::max(keeping, keeping_here);
         report.costs = costs_of(scene, coarse[s], report, table_costs, keeping_here);
         const SceneCost& cost = report.costs.planned;

@@ -30,12 +30,13 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const Vector3 normal = normalised(view.ray.at(distance));
     if (dot(normal, view.to_sun) <= 0) return {};
     const Geometry geometry = scattering_geometry(normal, view.to_sun, -view.ray.direction);
-    const SurfacePoint point = sphere_point(normal);
     const SceneLayer& layer = view.scene.layer;
+    const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
+    const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
-    return irradiance(view, geometry.mu_in) *
-           (view.light.reflection(matter, geometry) +
-            view.light.total_transmittance(matter, geometry.mu_out) *
+    return layer_light(view, matter, geometry, Side::reflection) +
+           irradiance(view, geometry.mu_in) *
+               (view.light.total_transmittance(matter, geometry.mu_out) *
                 view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 

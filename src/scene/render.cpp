@@ -20,38 +20,74 @@ Rgb3 radiance_seen(const View& view) {
                       view.scene.subject);
 }
 
-Rgb radiance(const Scene& scene, const LayerLight& light, const PictureRays& rays,
-             const std::vector<Vector3>& suns, int x, int y) {
-    Rgb3 sum{};
-    const int n = scene.samples, count = n * n;
-    for (int k = 0; k < count; ++k) {
-        // A sheared grid: no two samples share a row, column or diagonal, so that an edge along one
-        // of these crosses them one by one.
-        const int i = k % n, j = k / n;
-        const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
-        const Ray ray = rays.through(x + across, y + down);
-        const double cell = 1.0 / n, left = x + i * cell, top = y + j * cell;
-        const Cell around{rays, left, top, left + cell, top + cell};
-        for (std::size_t s = static_cast<std::size_t>(k) % suns.size(); s < suns.size();
-             s += static_cast<std::size_t>(count))
-            sum = sum + radiance_seen({scene, light, ray, suns[s], &around});
+/// Pictures of a scene, pixels [begin, end) of a row at a time.
+class RowRenderer {
+  public:
+    RowRenderer(const Scene& scene, const LayerLight& light)
+        : scene_(scene),
+          light_(light),
+          rays_(scene.camera, scene.width, scene.height),
+          suns_(sun_directions(scene)) {}
+
+    std::vector<Rgb> row(int y, int begin, int end) const {
+        std::vector<Rgb3> sums(static_cast<std::size_t>(end - begin), Rgb3{});
+        LightSum scattered(light_);
+        for (int x = begin; x < end; ++x)
+            add_samples(x, y, scattered, sums[static_cast<std::size_t>(x - begin)]);
+        scattered.finish();
+        const double share =
+            1.0 / std::max(scene_.samples * scene_.samples, static_cast<int>(suns_.size()));
+        std::vector<Rgb> pixels;
+        for (const Rgb3& sum : sums)
+            pixels.push_back({static_cast<float>(share * sum[0]),
+                              static_cast<float>(share * sum[1]),
+                              static_cast<float>(share * sum[2])});
+        return pixels;
     }
-    const double share = 1.0 / std::max(count, static_cast<int>(suns.size()));
-    return {static_cast<float>(share * sum[0]), static_cast<float>(share * sum[1]),
-            static_cast<float>(share * sum[2])};
-}
+
+  private:
+    void add_samples(int x, int y, LightSum& scattered, Rgb3& sum) const {
+        scattered.into(sum);
+        LightSum* const layer = light_.has_sums() ? &scattered : nullptr;
+        const int n = scene_.samples, count = n * n;
+        for (int k = 0; k < count; ++k) {
+            // A sheared grid: no two samples share a row, column or diagonal, so that an edge along
+            // one of these crosses them one by one.
+            const int i = k % n, j = k / n;
+            const double across = (i + (j + 0.5) / n) / n, down = (j + (n - i - 0.5) / n) / n;
+            const Ray ray = rays_.through(x + across, y + down);
+            const double cell = 1.0 / n, left = x + i * cell, top = y + j * cell;
+            const Cell around{rays_, left, top, left + cell, top + cell};
+            for (std::size_t s = static_cast<std::size_t>(k) % suns_.size(); s < suns_.size();
+                 s += static_cast<std::size_t>(count)) {
+                const Rgb3 seen = radiance_seen({scene_, light_, ray, suns_[s], &around, layer});
+                sum = sum + seen;
+            }
+        }
+    }
+
+    const Scene& scene_;
+    const LayerLight& light_;
+    PictureRays rays_;
+    std::vector<Vector3> suns_;
+};
 
 }  // namespace
 
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept {
-    const Rgb colour = scene.background.at(sphere_point(direction));
+    const bool plain = scene.background.pattern == Texture::Pattern::plain;
+    const Rgb colour =
+        plain ? scene.background.colour : scene.background.at(sphere_point(direction));
     return {double{colour.r}, double{colour.g}, double{colour.b}};
 }
 
+bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept {
+    return scene.sun_visible &&
+           length(direction - scene.to_sun) <= 2 * std::sin(scene.sun_diameter / 4);
+}
+
 Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept {
-    if (!scene.sun_visible ||
-        length(direction - scene.to_sun) > 2 * std::sin(scene.sun_diameter / 4))
-        return {};
+    if (!is_sun_along(scene, direction)) return {};
     const double quarter = std::sin(scene.sun_diameter / 4);  // the solid angle is 4 pi its square
     return 1 / (4 * quarter * quarter) *
            Rgb3{scene.sun_colour[0], scene.sun_colour[1], scene.sun_colour[2]};
@@ -83,14 +119,12 @@ Rgb3 radiance_along(const Scene& scene, const LayerLight& light, const Ray& ray,
 }
 
 Rgb radiance(const Scene& scene, const LayerLight& light, int x, int y) {
-    return radiance(scene, light, {scene.camera, scene.width, scene.height}, sun_directions(scene),
-                    x, y);
+    return RowRenderer(scene, light).row(y, x, x + 1)[0];
 }
 
 Image render(const Scene& scene, const LayerLight& light, const RenderOptions& options) {
     Image image(scene.width, scene.height);
-    const PictureRays rays(scene.camera, scene.width, scene.height);
-    const std::vector<Vector3> suns = sun_directions(scene);
+    const RowRenderer rows(scene, light);
     constexpr int tile = 8;  // rows
     const int tiles = (scene.height + tile - 1) / tile;
     parallel_for(
@@ -98,12 +132,11 @@ Image render(const Scene& scene, const LayerLight& light, const RenderOptions& o
         [&](int t) {
             for (int y = t * tile; y < std::min((t + 1) * tile, scene.height); ++y) {
                 if (y % options.row_step != options.row_step / 2) continue;
-                for (int x = 0; x < scene.width; ++x) {
-                    const Rgb value = radiance(scene, light, rays, suns, x, y);
-                    float* const pixel = image.pixel(x, y);
-                    pixel[0] = value.r;
-                    pixel[1] = value.g;
-                    pixel[2] = value.b;
+                float* pixel = image.pixel(0, y);
+                for (const Rgb& value : rows.row(y, 0, scene.width)) {
+                    *pixel++ = value.r;
+                    *pixel++ = value.g;
+                    *pixel++ = value.b;
                 }
             }
         },

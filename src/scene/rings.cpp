@@ -64,8 +64,7 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
 /// Sunlight that the rings' matter scatters where it is not in the planet's shadow.
 Rgb3 ring_light(const Matter& matter, const View& view, const Geometry& geometry) noexcept {
     const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
-                                                   : view.light.transmission(matter, geometry));
+    return layer_light(view, matter, geometry, lit ? Side::reflection : Side::transmission);
 }
 
 }  // namespace

@@ -34,13 +34,6 @@ Rgb3 ground_light(const Slab& slab, const View& view, const Vector3& point) noex
     return irradiance(view, mu_in) * view.light.ground(lit, mu_in, albedo);
 }
 
-/// What the layer scatters towards the eye of the sun's light.
-Rgb3 scattered(const View& view, const Matter& matter, const Geometry& geometry,
-               bool lit) noexcept {
-    return irradiance(view, geometry.mu_in) * (lit ? view.light.reflection(matter, geometry)
-                                                   : view.light.transmission(matter, geometry));
-}
-
 /// The ray crosses the layer and goes on to the background. Over ground it comes from below, and the
 /// layer reflects down what the ground sends up: A t(mu_in) / (1 - A s) times the plane albedo, the
 /// sum over all orders of light between the two. Of ground and layers that vary, the ground straight
@@ -51,15 +44,19 @@ Rgb3 sky_light(const Slab& slab, const View& view, const Vector3& crossing) noex
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
     Rgb3 light{};
     if (!slab.surface || view.to_sun.z > 0)
-        light = scattered(view, matter, geometry, (view.to_sun.z > 0) == (direction.z < 0));
+        light = layer_light(
+            view, matter, geometry,
+            (view.to_sun.z > 0) == (direction.z < 0) ? Side::reflection : Side::transmission);
     if (!view.scene.effects.background) return light;
-    if (slab.surface)
+    if (slab.surface && matter.optical_depth > 0)
         light = light + view.light.plane_albedo(matter, geometry.mu_out) *
                             ground_light(slab, view, crossing - Vector3{0, 0, slab.height});
-    return light +
-           view.light.background(matter, geometry.mu_out) *
-               background_along(view.scene, direction) +
-           view.light.beam(matter, geometry.mu_out) * sun_along(view.scene, direction);
+    if (!view.scene.background.is_black())
+        light = light + view.light.background(matter, geometry.mu_out) *
+                            background_along(view.scene, direction);
+    if (is_sun_along(view.scene, direction))
+        light = light + view.light.beam(matter, geometry.mu_out) * sun_along(view.scene, direction);
+    return light;
 }
 
 /// The ray crosses the layer from above and ends on the ground.
@@ -69,7 +66,7 @@ Rgb3 light_over_ground(const Slab& slab, const View& view, const Vector3& crossi
     const Matter matter = matter_at(slab, view.scene.layer, crossing);
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -direction);
     const Vector3 point = crossing + (slab.height / geometry.mu_out) * direction;
-    return scattered(view, matter, geometry, true) +
+    return layer_light(view, matter, geometry, Side::reflection) +
            view.light.total_transmittance(matter, geometry.mu_out) *
                ground_light(slab, view, point);
 }

@@ -14,7 +14,8 @@ struct View {
     const LayerLight& light;
     const Ray& ray;
     const Vector3& to_sun;
-    const Cell* cell = nullptr;  // that the ray stands for; null: itself alone
+    const Cell* cell = nullptr;     // that the ray stands for; null: itself alone
+    LightSum* scattered = nullptr;  // takes the layer's light where it is not null
 };
 
 Rgb3 radiance_of(const Rings& rings, const View& view) noexcept;
@@ -23,6 +24,9 @@ Rgb3 radiance_of(const Slab& slab, const View& view) noexcept;
 
 /// The background's radiance in a direction, without the sun's disk.
 Rgb3 background_along(const Scene& scene, const Vector3& direction) noexcept;
+
+/// Whether the sun's disk is visible, and in that direction.
+bool is_sun_along(const Scene& scene, const Vector3& direction) noexcept;
 
 /// pi I / F0 of the sun's disk, pi over its solid angle; 0 beside it and where it is not visible.
 Rgb3 sun_along(const Scene& scene, const Vector3& direction) noexcept;
@@ -41,6 +45,19 @@ Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
 inline Rgb3 irradiance(const View& view, double mu) noexcept {
     const auto& colour = view.scene.sun_colour;
     return {mu * colour[0], mu * colour[1], mu * colour[2]};
+}
+
+/// What the layer sends of the sun's light, from its lit side or through it. Nothing here, but to the
+/// view's sum, where it has one.
+inline Rgb3 layer_light(const View& view, const Matter& matter, const Geometry& geometry,
+                        Side side) noexcept {
+    const Rgb3 lit = irradiance(view, geometry.mu_in);
+    if (view.scattered) {
+        if (matter.optical_depth > 0) view.scattered->add(side, geometry, lit);
+        return {};
+    }
+    return lit * (side == Side::reflection ? view.light.reflection(matter, geometry)
+                                           : view.light.transmission(matter, geometry));
 }
 
 }  // namespace stratus

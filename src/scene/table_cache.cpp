@@ -1,7 +1,7 @@
 #include <stratus/scene/table_cache.h>
 
 #include <stratus/bake/bake.h>
-#include <stratus/io/table_file.h>
+#include <stratus/io/atomic_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
-constexpr const char* ending = ".h5";
+constexpr const char* ending = packed_ending;
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -53,9 +54,7 @@ std::string kind_of(Recipe recipe) {
     recipe.azimuth = {0, 180};
     if (recipe.mixture) recipe.mixture = Range{0, 1};
     recipe.reflection = recipe.transmission = true;
-    return baking_program() + "\nformat " + std::to_string(table_format_major_of_path_law) + "." +
-           std::to_string(table_format_minor_of_path_law) + ", " +
-           std::to_string(table_format_major) + "." + std::to_string(table_format_minor) + "\n" +
+    return baking_program() + "\n" +
            (infinite      ? "infinite depth alone\n"
             : to_infinity ? "to infinite depth\n"
                           : "") +
@@ -127,12 +126,12 @@ std::vector<KeptFile> kept_files(const fs::path& folder) {
 }
 
 /// The table of a file; none where it is not what its name says.
-std::optional<Table> read_kept(const fs::path& path) {
+std::optional<PackedTable> read_kept(const fs::path& path) {
     try {
-        Table table = read_table(path);
-        const auto key = table.attributes.find(key_attribute);
-        if (key == table.attributes.end() ||
-            !key->second.starts_with(path.filename().string() + "\n"))
+        PackedTable table(path.string());
+        const auto& attributes = table.header().attributes;
+        const auto key = attributes.find(key_attribute);
+        if (key == attributes.end() || !key->second.starts_with(path.filename().string() + "\n"))
             return std::nullopt;
         return table;
     } catch (const std::exception&) {
@@ -145,7 +144,7 @@ std::optional<Table> read_kept(const fs::path& path) {
 TableCache::TableCache(fs::path folder, std::uintmax_t limit)
     : folder_(std::move(folder)), limit_(limit) {}
 
-std::optional<Table> TableCache::find(const Recipe& recipe) {
+std::optional<PackedTable> TableCache::find(const Recipe& recipe) {
     const std::string kind = kind_of(recipe), hash = hash_of(kind);
     std::vector<KeptFile> files = kept_files(folder_);
     std::erase_if(files, [&](const KeptFile& file) { return !serves(file.path, recipe, hash); });
@@ -155,9 +154,9 @@ std::optional<Table> TableCache::find(const Recipe& recipe) {
         return std::pair(file.path.filename() != own, file.size);
     });
     for (const KeptFile& file : files) {
-        std::optional<Table> table = read_kept(file.path);
-        if (!table || !table->attributes.at(key_attribute).ends_with("\n" + kind)) continue;
-        table->attributes.erase(key_attribute);
+        std::optional<PackedTable> table = read_kept(file.path);
+        if (!table || !table->header().attributes.at(key_attribute).ends_with("\n" + kind))
+            continue;
         std::error_code ignored;  // of a folder that is only read
         fs::last_write_time(file.path, fs::file_time_type::clock::now(), ignored);
         return table;
@@ -165,17 +164,22 @@ std::optional<Table> TableCache::find(const Recipe& recipe) {
     return std::nullopt;
 }
 
-void TableCache::keep(const Recipe& recipe, const Table& table) {
+std::vector<char> TableCache::keep(const Recipe& recipe, Table table) {
+    table.attributes[key_attribute] = key_of(recipe);
+    std::vector<char> packed = pack(table);
     try {
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);
-        Table named = table;
-        named.attributes[key_attribute] = key_of(recipe);
-        write_table(named, path);
+        write_atomically(path, [&](const fs::path& temporary) {
+            std::ofstream file(temporary, std::ios::binary);
+            file.exceptions(std::ios::failbit | std::ios::badbit);
+            file.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+        });
         remove_oldest(path);
     } catch (const std::exception& error) {
         trouble_ = error.what();
     }
+    return packed;
 }
 
 void TableCache::remove_oldest(const fs::path& newest) const {

@@ -1,55 +1,39 @@
 #include <stratus/scene/texture.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/instruction_set.h>
+
+#include "kernels/noise.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 namespace stratus {
+
+namespace avx512 {
+extern const NoiseKernel noise_kernel;
+}
+namespace avx2 {
+extern const NoiseKernel noise_kernel;
+}
+namespace generic {
+extern const NoiseKernel noise_kernel;
+}
+
 namespace {
 
-/// Mueller's 32-bit integer hash: every bit of the result depends on every bit of n.
-std::uint32_t scrambled(std::uint32_t n) noexcept {
-    n = (n ^ (n >> 16)) * 0x45d9f3bu;
-    n = (n ^ (n >> 16)) * 0x45d9f3bu;
-    return n ^ (n >> 16);
-}
-
-std::uint32_t random_of(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) noexcept {
-    std::uint32_t n = scrambled(seed + 0x9e3779b9u);
-    for (const std::int64_t cell : {i, j, k}) n = scrambled(n ^ static_cast<std::uint32_t>(cell));
-    return n;
-}
+#ifdef STRATUS_WIDE
+constexpr PerInstructionSet<NoiseKernel> noise_kernels{&generic::noise_kernel, &avx2::noise_kernel,
+                                                       &avx512::noise_kernel};
+#else
+constexpr PerInstructionSet<NoiseKernel> noise_kernels{&generic::noise_kernel, nullptr, nullptr};
+#endif
 
 double unit_random(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed) noexcept {
-    return random_of(i, j, k, seed) * 0x1p-32;
-}
-
-double eased(double t) noexcept { return t * t * t * (t * (6 * t - 15) + 10); }
-
-double between(double a, double b, double share) noexcept { return a + share * (b - a); }
-
-/// Dot product of an offset from a lattice point with that point's gradient: one of the twelve
-/// directions to a cube's edges.
-double slope_at(std::int64_t i, std::int64_t j, std::int64_t k, unsigned seed, double x, double y,
-                double z) noexcept {
-    const std::uint32_t which = random_of(i, j, k, seed) % 12;
-    const double first = which < 8 ? x : y, second = which < 4 ? y : z;
-    return (which & 1 ? -first : first) + (which & 2 ? -second : second);
-}
-
-double gradient_noise(const Vector3& p, unsigned seed) noexcept {
-    const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
-    const auto i = static_cast<std::int64_t>(fx), j = static_cast<std::int64_t>(fy),
-               k = static_cast<std::int64_t>(fz);
-    const double x = p.x - fx, y = p.y - fy, z = p.z - fz;
-    const double u = eased(x), v = eased(y), w = eased(z);
-    auto row = [&](int dj, int dk) {
-        return between(slope_at(i, j + dj, k + dk, seed, x, y - dj, z - dk),
-                       slope_at(i + 1, j + dj, k + dk, seed, x - 1, y - dj, z - dk), u);
-    };
-    return between(between(row(0, 0), row(1, 0), v), between(row(0, 1), row(1, 1), v), w);
+    std::uint32_t n = seed_hash(seed);
+    for (const std::int64_t cell : {i, j, k}) n = hash_of(n, static_cast<std::uint32_t>(cell));
+    return n * 0x1p-32;
 }
 
 Rgb mixed(const Rgb& a, const Rgb& b, double share) noexcept {
@@ -91,15 +75,8 @@ SurfacePoint plane_point(double x, double y, double extent) noexcept {
     return {{x, y, 0}, x / extent, y / extent};
 }
 
-double noise(Vector3 point, unsigned seed, int octaves) noexcept {
-    double sum = 0, share = 1;
-    for (int octave = 0; octave < octaves; ++octave, share /= 2) {
-        sum += share * gradient_noise(point, seed + static_cast<unsigned>(octave));
-        // Rotated and shifted, so that the lattices of two octaves do not line up.
-        point = {1.6 * point.x + 1.2 * point.y + 17.3, 1.6 * point.y - 1.2 * point.x + 5.1,
-                 2 * point.z + 11.7};
-    }
-    return sum;
+double noise(const Vector3& point, unsigned seed) noexcept {
+    return noise_kernels.chosen().noise(point.x, point.y, point.z, seed);
 }
 
 Rgb Texture::at(const SurfacePoint& point) const noexcept {

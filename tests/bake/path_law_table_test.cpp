@@ -3,7 +3,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "small_recipe.h"
 #include "temporary_folder.h"
@@ -89,7 +89,7 @@ TEST(PathLawTable, LookupsMeetTheSolver) {
 
 TEST(PathLawTable, SlicesColoursAndTexturesMeetLookups) {
     const TableView view = table().view();
-    const TexturedTable textured(view);
+    const PackedTable packed(pack(table()));
     const double depths[] = {0.7, 1.5, 3.0}, albedos[] = {0.92, 0.97, 1.0};
     const RgbSlice colours = bind_rgb(view, depths, albedos);
     for (int c = 0; c < 3; ++c) {
@@ -107,15 +107,15 @@ TEST(PathLawTable, SlicesColoursAndTexturesMeetLookups) {
             };
             EXPECT_NEAR(of_channel(colours.reflection(in, out, azimuth)), up, 4e-3 * up);
             EXPECT_NEAR(of_channel(colours.transmission(in, out, azimuth)), down, 4e-3 * down);
-            EXPECT_NEAR(textured.reflection(albedo, tau, at).total(), up, 6e-3 * up);
-            EXPECT_NEAR(textured.transmission(albedo, tau, at).total(), down, 6e-3 * down);
+            EXPECT_NEAR(packed.reflection(albedo, tau, at).total(), up, 6e-3 * up);
+            EXPECT_NEAR(packed.transmission(albedo, tau, at).total(), down, 6e-3 * down);
             // many at once
             float one = 0;
             slice.transmission(1, &in, &out, &azimuth, &one);
             EXPECT_NEAR(one, slice.transmission(in, out, azimuth), 2e-6 * down);
             const float w = static_cast<float>(albedo), depth = static_cast<float>(tau);
-            textured.transmission({&w, &depth, &in, &out, &azimuth, 1}, &one);
-            EXPECT_NEAR(one, textured.transmission(albedo, tau, at).total(), 1e-5 * down);
+            packed.transmission({&w, &depth, &in, &out, &azimuth, 1}, &one);
+            EXPECT_NEAR(one, packed.transmission(albedo, tau, at).total(), 1e-5 * down);
         }
     }
 }
@@ -137,13 +137,13 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
     EXPECT_EQ(bind(view, 2, 0).transmission(0.7f, 0.72f, 0.1f), 0);
     // not-a-number never becomes an index
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    const TexturedTable textured(view);
+    const PackedTable packed(pack(table()));
     for (const double bad : {nan, -nan}) {
         const auto of = static_cast<float>(bad);
         for (const Geometry& at : {Geometry{bad, 0.5, 1}, Geometry{0.5, 0.5, bad}}) {
             transmission(view, 1, 2, at);
             reflection(view, bad, 2, at);
-            textured.transmission(1, 2, at);
+            packed.transmission(1, 2, at);
         }
         all.transmission(of, 0.5f, 1);
         all.reflection(0.5f, 0.5f, of);

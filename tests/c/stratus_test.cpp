@@ -5,6 +5,7 @@
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 
 #include "../io/temporary_folder.h"
@@ -16,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <fstream>
 #include <memory>
 #include <random>
 #include <string>
@@ -325,6 +327,34 @@ TEST_F(C, DrawsToTheBitsOfCpp) {
     EXPECT_EQ(stratus_bsdf_slice(nullptr), nullptr);
     EXPECT_EQ(stratus_bsdf_bytes(nullptr), 0u);
     stratus_bsdf_free(nullptr);
+}
+
+TEST_F(C, MapsPackedTables) {
+    const std::string path = (folder_.path() / "table.stratus").string();
+    const std::vector<char> bytes = stratus::pack(table_);
+    std::ofstream(path, std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stratus_table* packed = nullptr;
+    ASSERT_EQ(stratus_table_open(path.c_str(), &packed), STRATUS_OK) << stratus_last_error();
+    EXPECT_STREQ(stratus_table_text(packed, "phase_function"),
+                 stratus_table_text(handle_, "phase_function"));
+    const stratus::PackedTable same(bytes);
+    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
+    stratus_scattered value{};
+    ASSERT_EQ(stratus_table_reflection(packed, 1, &point, &value), STRATUS_OK);
+    const stratus::Scattered expected =
+        stratus::reflection(same.view(), point.albedo, point.optical_depth,
+                            {point.mu_in, point.mu_out, point.azimuth});
+    EXPECT_EQ(value.single, expected.single);
+    EXPECT_EQ(value.multiple, expected.multiple);
+    const double depth = 1, albedo = 0.8;
+    stratus_slice* slice = nullptr;
+    EXPECT_EQ(stratus_slice_bind(packed, 1, &depth, &albedo, nullptr, &slice), STRATUS_OK)
+        << stratus_last_error();
+    stratus_slice_free(slice);
+    stratus_table_close(packed);
+    std::ofstream(path) << "no table";
+    expect_refused(stratus_table_open(path.c_str(), &packed), STRATUS_FAILED, "table.stratus");
 }
 
 TEST(CSingle, NeedsNoTable) {

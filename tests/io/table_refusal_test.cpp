@@ -206,6 +206,25 @@ TEST_P(BothFormats, ReadANewerMinorVersion) {
     expect_same(read_table(path), expected);
 }
 
+TEST_P(BothFormats, RefuseSomeAzimuthsInVersionsThatHaveNone) {
+    const auto write_azimuths = [&](double min, double max, const char* minor) {
+        Table table = sample_table();
+        for (double& azimuth : table.azimuth.values) azimuth = min + (max - min) * azimuth / pi;
+        write_changed(
+            path, [&](io::Metadata& metadata) { metadata["format_minor"] = minor; }, table);
+    };
+    write_azimuths(0, 1, "3");
+    EXPECT_EQ(
+        refusal_of_reading(path),
+        path.string() + ": azimuth must span 0 to pi before format 1.4, got 0 to 1 in format 1.3");
+    write_azimuths(1, pi, "0");
+    EXPECT_NE(refusal_of_reading(path).find("got 1 to 3.14159"), std::string::npos);
+    write_azimuths(0, 1, "4");
+    EXPECT_EQ(read_table(path).azimuth.values.back(), 1);
+    write_azimuths(0, pi, "3");
+    EXPECT_EQ(read_table(path).azimuth.values.back(), pi);
+}
+
 struct Change {
     const char* name;
     const char* attribute;

@@ -1,7 +1,7 @@
 // A program of its own, because it counts every call of operator new in it.
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/lookup.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "small_table.h"
 
@@ -42,7 +42,7 @@ TEST(Lookup, AllocatesNothing) {
     prepare(table);
     const Table both = mixed(table, table);
     const TableView views[] = {table.view(), both.view()};
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     const std::vector<float> some(20, 0.6f);
     std::vector<float> total(20);
 
@@ -54,8 +54,8 @@ TEST(Lookup, AllocatesNothing) {
             sum += reflection(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
             sum += transmission(mixed_view, 0.7, optical_depth, {0.4, 0.6, 1}).total();
         }
-    sum += textured.reflection(0.7, 2, {0.4, 0.6, 1}).total();
-    textured.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},
+    sum += packed.reflection(0.7, 2, {0.4, 0.6, 1}).total();
+    packed.transmission({some.data(), some.data(), some.data(), some.data(), some.data(), 20},
                           total.data());
     const long after = allocations;
     EXPECT_EQ(after - before, 0);

@@ -149,9 +149,11 @@ TEST(SphereScattering, HasTheMomentsOfItsCrossSections) {
     EXPECT_NEAR(spheres.moments[1], spheres.total.asymmetry(), 1e-12);
 }
 
-TEST(SphereScattering, SumsWhatSpheresScatterAlone) {
+class SumOfSpheres : public testing::TestWithParam<std::vector<SphereSize>> {};
+
+TEST_P(SumOfSpheres, IsWhatTheyScatterAlone) {
     const Complex m(1.35, 1e-3);
-    const std::vector<SphereSize> sizes = {{3, 1}, {20, 0.5}, {21.5, 0.25}, {60, 0.1}, {8, 0.01}};
+    const std::vector<SphereSize>& sizes = GetParam();
     const PhaseFunction phi = PhaseFunction::from_moments(scattering_of(sizes, m).moments);
     double scattering = 0;
     for (const SphereSize& size : sizes)
@@ -166,6 +168,20 @@ TEST(SphereScattering, SumsWhatSpheresScatterAlone) {
         EXPECT_NEAR(phi(c) / (2 * pi * intensity / scattering), 1, 1e-10) << degrees;
     }
 }
+
+/// More spheres than their series have terms.
+std::vector<SphereSize> many_sizes() {
+    std::vector<SphereSize> sizes;
+    for (int i = 0; i < 101; ++i) sizes.push_back({0.3 + (37 * i % 101) * 0.4, 1 / (1.0 + i)});
+    return sizes;
+}
+
+// They are summed in two ways.
+INSTANTIATE_TEST_SUITE_P(
+    SphereScattering, SumOfSpheres,
+    testing::Values(std::vector<SphereSize>{{3, 1}, {20, 0.5}, {21.5, 0.25}, {60, 0.1}, {8, 0.01}},
+                    many_sizes()),
+    [](const auto& row) { return row.index == 0 ? "Few" : "Many"; });
 
 // ---- Distributions
 
@@ -268,6 +284,22 @@ TEST(Mie, HasTheValuesOfItsSeries) {
                 << text << ' ' << degrees;
         EXPECT_NEAR(phi(1) / series(1), 1, 1e-9);
     }
+}
+
+TEST(Mie, IsTheSameWhetherComputedOrShared) {
+    // Droplets that others live of are not computed again; what differs in anything is.
+    const char* const text = "mie:radius=2um,variance=0.1";
+    const std::vector<double> alone = parse_phase_function(text).moments(60);
+    const PhaseFunction first = parse_phase_function(text), again = parse_phase_function(text);
+    EXPECT_EQ(first.moments(60), alone);
+    EXPECT_EQ(again.moments(60), alone);
+    EXPECT_EQ(again.albedo(), first.albedo());
+    for (const char* other :
+         {"mie:radius=2.1um,variance=0.1", "mie:radius=2um,variance=0.11",
+          "mie:radius=2um,variance=0.1,distribution=lognormal",
+          "mie:radius=2um,variance=0.1,wavelength=0.56um",
+          "mie:radius=2um,variance=0.1,material=ice", "mie:radius=2um,variance=0.1,index=1.34"})
+        EXPECT_NE(parse_phase_function(other).moments(60), alone) << other;
 }
 
 TEST(Mie, AbsorbsNothingAtRealIndices) {

@@ -3,7 +3,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "refusal.h"
 #include "small_table.h"
@@ -163,8 +163,8 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
     }
 }
 
-TEST_P(NarrowTable, IsTexturedLikeItIsLookedUp) {
-    const TexturedTable textured(table_.view());
+TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
+    const PackedTable packed(pack(table_));
     const std::vector<Point> at = points(200);
     std::vector<float> numbers[5], total(at.size());
     for (const Point& p : at) {
@@ -172,20 +172,20 @@ TEST_P(NarrowTable, IsTexturedLikeItIsLookedUp) {
         for (std::size_t q = 0; q < 5; ++q) numbers[q].push_back(static_cast<float>(all[q]));
     }
     for (const bool reflects : {true, false}) {
-        const TexturedPoints points{numbers[0].data(), numbers[1].data(), numbers[2].data(),
+        const PackedPoints points{numbers[0].data(), numbers[1].data(), numbers[2].data(),
                                     numbers[3].data(), numbers[4].data(), at.size()};
         if (reflects)
-            textured.reflection(points, total.data());
+            packed.reflection(points, total.data());
         else
-            textured.transmission(points, total.data());
+            packed.transmission(points, total.data());
         for (std::size_t n = 0; n < at.size(); ++n) {
             const Point& p = at[n];
             const double expected = (reflects ? reflection : transmission)(
                                         table_.view(), p.albedo, p.optical_depth, geometry(p))
                                         .total();
             const double found =
-                (reflects ? textured.reflection(p.albedo, p.optical_depth, geometry(p))
-                          : textured.transmission(p.albedo, p.optical_depth, geometry(p)))
+                (reflects ? packed.reflection(p.albedo, p.optical_depth, geometry(p))
+                          : packed.transmission(p.albedo, p.optical_depth, geometry(p)))
                     .total();
             EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;

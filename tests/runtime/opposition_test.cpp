@@ -37,18 +37,18 @@ enum class Boundary { across_the_bisector, horizontal };
 /// The law by brute force: small cubes counted where they lie in both cylinders, of radius 1, by the
 /// depth of the particle from which on they do; then trapezoids over depth.
 double counted_factor(double density, double optical_depth, const Path& at, Boundary boundary) {
-    const double half = at.phase_angle() / 2, s = 1 / at.mu_in + 1 / at.mu_out;
+    const double half = at.phase_angle() / 2, cos_half = std::cos(half), sin_half = std::sin(half);
+    const double s = 1 / at.mu_in + 1 / at.mu_out;
     const double radius = 0.75 * density;  // over mean free path: depth t = radius * z
     const double deepest = std::min(optical_depth, 20 / s) / radius;
     // Along the bisector, across it in the plane of both axes, and along that plane's normal.
-    const double mu_bisector = (at.mu_in + at.mu_out) / (2 * std::cos(half));
-    const double mu_across = (at.mu_in - at.mu_out) / (2 * std::sin(half));
+    const double mu_bisector = (at.mu_in + at.mu_out) / (2 * cos_half);
+    const double mu_across = (at.mu_in - at.mu_out) / (2 * sin_half);
     const double mu_normal =
         std::sqrt(std::max(0.0, 1 - mu_bisector * mu_bisector - mu_across * mu_across));
     constexpr int normals = 80, acrosses = 160, depths = 4000;
-    constexpr int alongs = 3000;
-    const double reach = std::min(1 / std::sin(half), deepest / mu_bisector + 3),
-                 width = 1 / std::cos(half);
+    constexpr int alongs = 1000;
+    const double reach = std::min(1 / sin_half, deepest / mu_bisector + 3), width = 1 / cos_half;
     const double cube = 4 * width * reach / (normals * acrosses * double{alongs});
     std::vector<double> volume(depths + 1, 0.0);
     for (int i = 0; i < normals; ++i)
@@ -59,8 +59,8 @@ double counted_factor(double density, double optical_depth, const Path& at, Boun
                              along = reach * (k + 0.5) / alongs;
                 bool inside = true;
                 for (const double side : {-1.0, 1.0}) {
-                    const double axial = along * std::cos(half) + side * across * std::sin(half),
-                                 aside = along * std::sin(half) - side * across * std::cos(half);
+                    const double axial = along * cos_half + side * across * sin_half,
+                                 aside = along * sin_half - side * across * cos_half;
                     inside = inside && axial > 0 && aside * aside + normal * normal < 1;
                 }
                 if (!inside) continue;

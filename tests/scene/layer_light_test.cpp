@@ -3,6 +3,7 @@
 
 #include <stratus/transfer/solve.h>
 
+#include "layer_fluxes.h"
 #include "refusal.h"
 #include "small_scene.h"
 
@@ -25,7 +26,7 @@ LayerSolution solved(const PhaseFunction& phase_function, double albedo, double 
 TEST(LayerLight, MatchesTheSolver) {
     Scene scene = small_slab(1.5, 0.9);
     scene.tolerance = tolerance;
-    const auto tables = bake_layer_tables(scene, of_all_directions(*needed_recipe(scene)));
+    const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
     const LayerLight light(scene, tables.get());
     const Geometry geometry{0.7, 0.4, 1.1};
     const Matter matter = *uniform_matter(scene);
@@ -44,7 +45,7 @@ TEST(LayerLight, WithGroundMatchesTheSolverOverALambertSurface) {
     const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-        const auto tables = bake_layer_tables(scene, of_all_directions(*needed_recipe(scene)));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         for (const double depth :
              varied ? std::vector<double>{0.004, 0.05, 0.3, 2.9} : std::vector<double>{3}) {
@@ -100,6 +101,42 @@ TEST(LayerLight, ChannelsHaveTheirOwnPhaseFunctionsAndDepths) {
     }
 }
 
+TEST(LayerFluxes, AreThoseOfTheTableAtItsSamplesForOwnAndOtherAlbedos) {
+    Scene scene = small_planet(0, 4, 1);
+    scene.layer.albedo = {0.6, 0.9, 0.98};
+    std::get<Planet>(scene.subject).surface.colour = {0.5f, 0.5f, 0.5f};
+    scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
+    scene.tolerance = 2e-2;
+    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
+    const Table& table = tables->tables[0];
+    const std::size_t albedos = table.albedo.values.size(),
+                      depths = table.optical_depth.values.size(),
+                      cosines = table.mu_in.values.size();
+    ASSERT_GT(albedos, 1u);
+    const std::size_t a = albedos / 2, d = depths - 2, m = 1;
+    const double albedo = table.albedo.values[a];
+    for (const bool own : {false, true}) {
+        const double given = own ? albedo : 0.5;
+        const LayerFluxes fluxes(tables->tables, {given, given, given});
+        LayerFluxes::Place place;
+        fluxes.set_cosine(place, table.mu_in.values[m]);
+        fluxes.set_albedo(place, 0, albedo);
+        const auto expect = [&](std::size_t depth, double factor) {
+            const std::size_t row = a * depths + depth;
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::spherical_albedo),
+                        factor * double{table.spherical_albedo[row]}, 1e-6);
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::plane_albedo),
+                        factor * double{table.plane_albedo[row * cosines + m]}, 1e-6);
+            EXPECT_NEAR(fluxes.at(place, LayerFluxes::diffuse_transmittance),
+                        factor * double{table.diffuse_transmittance[row * cosines + m]}, 1e-6);
+        };
+        fluxes.set_optical_depth(place, table.optical_depth.values[d]);
+        expect(d, 1);
+        fluxes.set_optical_depth(place, table.optical_depth.values[0] / 4);
+        expect(0, 0.25);
+    }
+}
+
 TEST(LayerLight, TakesThreeOpticalDepths) {
     Scene scene = small_planet(0, 4, 0.9);
     scene.layer.extinction = {0.125, 0.5, 1};
@@ -110,7 +147,7 @@ TEST(LayerLight, TakesThreeOpticalDepths) {
     const Geometry geometry{0.8, 0.3, 0.4};
     for (const bool varied : {false, true}) {
         if (varied) scene.layer.optical_depth.pattern = DepthMap::Pattern::clouds;
-        const auto tables = bake_layer_tables(scene, of_all_directions(*needed_recipe(scene)));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         const Matter matter{4, scene.layer.albedo, 1};
         const Rgb3 reflected = light.reflection(matter, geometry),

@@ -148,10 +148,10 @@ TEST(NeededRecipe, OfTheDirectionsOfViewGivesTheSamePicture) {
         scene.tolerance = 1e-2;
         Recipe recipe = *needed_recipe(scene);
         ASSERT_EQ(recipe.mu_in.min, recipe.mu_in.max);
-        const auto narrow = bake_layer_tables(scene, recipe);
+        const auto narrow = bake_layer_tables(recipe);
         ASSERT_LT(recipe.azimuth.max - recipe.azimuth.min, 90);
-        const auto all = bake_layer_tables(scene, of_all_directions(recipe));
-        EXPECT_EQ(narrow->tables[0].mu_in.values.size(), 1u);
+        const auto all = bake_layer_tables(of_all_directions(recipe));
+        EXPECT_EQ(narrow->headers[0].mu_in.values.size(), 1u);
         const Image found = render(scene, LayerLight(scene, narrow.get())),
                     expected = render(scene, LayerLight(scene, all.get()));
         float brightest = 0;
@@ -223,8 +223,8 @@ TEST(BakeFor, SharesTheTablesOfChannels) {
     green.layer.channels.clear();
     const auto tables = bake_for({one, once(one), green});
     ASSERT_TRUE(tables[0]);
-    EXPECT_TRUE(tables[0]->tables.empty());
-    EXPECT_EQ(tables[0]->channels[0]->tables[0].phase_function.text(), "isotropic");
+    EXPECT_FALSE(tables[0]->packed);
+    EXPECT_EQ(tables[0]->channels[0]->headers[0].phase_function.text(), "isotropic");
     EXPECT_EQ(tables[0]->channels[1], tables[2]) << "the same phase function";
     EXPECT_FALSE(tables[0]->channels[2]) << "black";
     EXPECT_FALSE(tables[1]) << "scattered once";
@@ -237,13 +237,15 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     recipe.optical_depth = {0.5, 2};
     recipe.albedo = {0.5, 0.9};
     const Table table = bake(recipe);
-    EXPECT_EQ(adopt_tables({scene}, {table})->tables.size(), 1u);
+    const auto adopt = [](const std::vector<Scene>& scenes,
+                          const std::vector<const Table*>& tables) {
+        std::vector<PackedTable> packed;
+        for (const Table* const each : tables) packed.emplace_back(pack(*each));
+        return adopt_tables(scenes, std::move(packed));
+    };
+    EXPECT_TRUE(adopt({scene}, {&table})->packed);
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>(
-            [&] {
-                adopt_tables({scene, other}, {table});
-            },
-            fragments);
+        expect_refusal<std::invalid_argument>([&] { adopt({scene, other}, {&table}); }, fragments);
     };
     refuse(small_slab(4, 0.8), {"table.optical_depth.max", "got 2"});
     refuse(small_slab(1, 0.95), {"table.albedo.max", "got 0.9"});
@@ -256,28 +258,29 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     other.layer.components = {PhaseFunction::isotropic()};
     refuse(other, {"table.phase_function", "isotropic", "got rayleigh"});
     other.layer.channels = {3, PhaseFunction::rayleigh()};
-    expect_refusal<std::invalid_argument>([&] { adopt_tables({other}, {table}); },
+    expect_refusal<std::invalid_argument>([&] { adopt({other}, {&table}); },
                                           {"--table", "three times", "got 1"});
     expect_refusal<std::invalid_argument>(
         [&] {
-            adopt_tables({scene}, {table, table});
+            adopt({scene}, {&table, &table});
         },
         {"--table", "once", "got 2"});
-    EXPECT_TRUE(adopt_tables({other}, {table, table, table})->channels[2]);
+    EXPECT_TRUE(adopt({other}, {&table, &table, &table})->channels[2]);
     const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {
-        expect_refusal<std::invalid_argument>([&] { adopt_tables({scene}, {changed}); }, fragments);
+        expect_refusal<std::invalid_argument>([&] { adopt({scene}, {&changed}); }, fragments);
     };
-    Table without_reflection = table, narrow = table;
+    Table without_reflection = table;
     without_reflection.reflection_multiple.clear();
     refuse_table(without_reflection, {"one with reflection", "got none"});
-    narrow.mu_in = make_axis(AxisScale::arcsine_of_fourth_root, 0.5, 0.5, 1);
-    refuse_table(narrow, {"table.mu_in.min", "got 0.5"});
-    narrow = table;
-    narrow.mu_out = make_axis(AxisScale::arcsine_of_fourth_root, 0.1, 0.45, 4);
-    refuse_table(narrow, {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
-    narrow = table;
-    narrow.azimuth = make_axis(AxisScale::linear, 1, 3, 4);
-    refuse_table(narrow, {"table.azimuth.min", "got 1"});
+    const auto narrowed = [&](Range Recipe::*member, const Range& range) {
+        Recipe narrow = recipe;
+        narrow.*member = range;
+        return bake(narrow);
+    };
+    refuse_table(narrowed(&Recipe::mu_in, {0.5, 0.5}), {"table.mu_in.min", "got 0.5"});
+    refuse_table(narrowed(&Recipe::mu_out, {0.1, 0.45}),
+                 {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
+    refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
     scene.tolerance = tolerance;
     Recipe recipe = of_all_directions(*needed_recipe(scene));
     recipe.reflection = recipe.transmission = true;
-    const auto tables = bake_layer_tables(scene, recipe);
+    const auto tables = bake_layer_tables(recipe);
     const LayerLight light(scene, tables.get());
     for (const double mixture : {0.05, 0.37, 0.6, 0.88}) {
         const Geometry geometry{0.6, 0.5, 2.5};
@@ -26,7 +26,7 @@ TEST(LayerLight, OfAMixtureMatchesTheSolver) {
         const LayerSolution layer =
             solve_layer(phase, 0.95, 1.2, {geometry.mu_in, geometry.mu_out});
         const double R = layer.reflection(0, 1, 2.5).total, T = layer.transmission(0, 1, 2.5).total;
-        // The table's tolerance, and half as much again for the textured table's functions.
+        // The table's tolerance, and half as much again for the packed table's functions.
         EXPECT_NEAR(light.reflection(matter, geometry)[0] / R, 1, 1.5 * tolerance) << mixture;
         EXPECT_NEAR(light.transmission(matter, geometry)[0] / T, 1, 1.5 * tolerance) << mixture;
     }

@@ -178,8 +178,8 @@ TEST(PlanReport, TellsWhatEffectsChangeAndCost) {
     const auto multiple = static_cast<std::size_t>(share_of("multiple") - report.shares.begin());
     EXPECT_EQ(costs.without[multiple].bytes, 0);
     // What is counted is what a bake fills: samples and some fluxes.
-    const auto tables = bake_layer_tables(scene, *needed_recipe(scene));
-    const double samples = static_cast<double>(tables->tables[0].sample_count());
+    const auto tables = bake_layer_tables(*needed_recipe(scene));
+    const double samples = static_cast<double>(tables->headers[0].sample_count());
     EXPECT_NEAR(costs.all.bytes / (sizeof(float) * samples), 1, 0.1);
 }
 

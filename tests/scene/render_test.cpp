@@ -167,7 +167,7 @@ TEST(RenderedSlab, BalancesTheLightBetweenLayerAndGround) {
     const double mu_in = scene.to_sun.z, beam = mu_in * std::exp(-2 / mu_in);
     for (const double albedo : {0.9, 1.0}) {
         scene.layer.albedo = {albedo, albedo, albedo};
-        const auto tables = bake_layer_tables(scene, of_all_directions(*needed_recipe(scene)));
+        const auto tables = bake_layer_tables(of_all_directions(*needed_recipe(scene)));
         const LayerLight light(scene, tables.get());
         const Rgb3 down = flux_from(scene, light, {0, 0, -1.5}, 1),
                    up = flux_from(scene, light, {0, 0, -1.5}, -1),
@@ -318,6 +318,28 @@ TEST(Render, IsIndependentOfThreadsAndOfOtherPixels) {
             const Rgb pixel = radiance(scene, light, x, y);
             EXPECT_EQ(pixel.r, image.pixel(x, y)[0]);
             EXPECT_EQ(pixel.b, image.pixel(x, y)[2]);
+        }
+}
+
+TEST(Render, SumsWhatItsRaysSeeOneByOne) {
+    // Light of uniform layers is looked up for many pixels together, but not along one ray.
+    for (Scene scene : {once(small_planet(40, 0.8, 0.6)), once(small_slab(0.7, 0.5)),
+                        once(small_slab(infinity, 0.9))})
+        for (const bool coloured : {false, true}) {
+            if (coloured) scene.layer.albedo = {0.3, 0.6, 0.9};
+            scene.width = 70;  // more than are looked up at once
+            scene.height = 2;
+            const LayerLight light(scene, nullptr);
+            const Image image = render(scene, light);
+            const PictureRays rays(scene.camera, scene.width, scene.height);
+            for (int y = 0; y < scene.height; ++y)
+                for (int x = 0; x < scene.width; ++x) {
+                    const Rgb3 along =
+                        radiance_along(scene, light, rays.through(x + 0.5, y + 0.5), scene.to_sun);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        ASSERT_NEAR(double{image.pixel(x, y)[c]}, along[c], 1e-5 * along[c])
+                            << x << ' ' << y << ' ' << c;
+                }
         }
 }
 

@@ -1,11 +1,13 @@
 #include <stratus/scene/texture.h>
 
 #include <stratus/runtime/angle.h>
+#include <stratus/runtime/instruction_set.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace stratus {
 namespace {
@@ -37,6 +39,53 @@ TEST(DepthMap, CloudsHaveTheRequestedCoverage) {
             covered += depth > 0;
         }
         EXPECT_NEAR(covered / 20000.0, coverage, 0.08);  // noise is not quite normally distributed
+    }
+}
+
+/// Perlin's noise, corner by corner and octave by octave.
+double plain_noise(Vector3 p, unsigned seed) {
+    const auto scrambled = [](std::uint32_t n) {
+        for (int round = 0; round < 2; ++round) n = (n ^ (n >> 16)) * 0x45d9f3bu;
+        return n ^ (n >> 16);
+    };
+    const auto eased = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
+    double sum = 0;
+    for (int octave = 0; octave < 8; ++octave) {
+        const Vector3 cell{std::floor(p.x), std::floor(p.y), std::floor(p.z)};
+        double corner[8];
+        for (int c = 0; c < 8; ++c) {
+            const int step[] = {c & 1, (c >> 1) & 1, c >> 2};
+            std::uint32_t hash = scrambled(seed + static_cast<std::uint32_t>(octave) + 0x9e3779b9u);
+            const double at[] = {cell.x, cell.y, cell.z};
+            for (int axis = 0; axis < 3; ++axis)
+                hash = scrambled(hash ^ static_cast<std::uint32_t>(
+                                            static_cast<std::int64_t>(at[axis]) + step[axis]));
+            const double x = p.x - cell.x - step[0], y = p.y - cell.y - step[1],
+                         z = p.z - cell.z - step[2];
+            const double pairs[3][2] = {{x, y}, {x, z}, {y, z}};
+            const std::uint32_t which = hash % 12;
+            corner[c] = (which & 1 ? -1 : 1) * pairs[which / 4][0] +
+                        (which & 2 ? -1 : 1) * pairs[which / 4][1];
+        }
+        const double share[] = {eased(p.x - cell.x), eased(p.y - cell.y), eased(p.z - cell.z)};
+        for (int axis = 0, count = 4; axis < 3; ++axis, count /= 2)
+            for (int c = 0; c < count; ++c)
+                corner[c] = corner[2 * c] + share[axis] * (corner[2 * c + 1] - corner[2 * c]);
+        sum += std::ldexp(corner[0], -octave);
+        p = {1.6 * p.x + 1.2 * p.y + 17.3, 1.6 * p.y - 1.2 * p.x + 5.1, 2 * p.z + 11.7};
+    }
+    return sum;
+}
+
+TEST(Noise, IsPerlinsOnEveryProcessor) {
+    for (const auto set : {InstructionSet::generic, InstructionSet::avx2, InstructionSet::avx512}) {
+        const InstructionSetLimit limit(set);
+        for (int k = 0; k < 2000; ++k) {
+            const double far = k % 4 == 3 ? 1e12 : 1;  // where cells pass 2^32
+            const Vector3 point{far * (0.37 * k - 300), far * (200 - 0.171 * k), 0.5 - 0.03 * k};
+            const auto seed = static_cast<unsigned>(k % 7);
+            ASSERT_EQ(noise(point, seed), plain_noise(point, seed)) << name_of(set) << ' ' << k;
+        }
     }
 }
 

@@ -31,7 +31,7 @@ struct FitOptions {
 
 /// A fitted parameter and its standard deviation, from the model linearised at the best fit; 0 for
 /// one that was held.
-struct Estimate {
+struct FittedValue {
     double value = 0, sigma = 0;
 };
 
@@ -39,7 +39,7 @@ struct Estimate {
 enum FitParameter { fit_optical_depth, fit_w1, fit_w2, fit_g1, fit_g2, fit_parameters };
 
 struct Fit {
-    std::array<Estimate, fit_parameters> estimate;
+    std::array<FittedValue, fit_parameters> estimate;
 
     /// Symmetric; rows of parameters that were held are 0.
     std::array<std::array<double, fit_parameters>, fit_parameters> covariance{};
@@ -55,11 +55,11 @@ struct Fit {
     /// determine, one at the edge of its range, another layer that fits as well.
     std::vector<std::string> remarks;
 
-    const Estimate& optical_depth() const { return estimate[fit_optical_depth]; }
-    const Estimate& w1() const { return estimate[fit_w1]; }
-    const Estimate& w2() const { return estimate[fit_w2]; }
-    const Estimate& g1() const { return estimate[fit_g1]; }
-    const Estimate& g2() const { return estimate[fit_g2]; }
+    const FittedValue& optical_depth() const { return estimate[fit_optical_depth]; }
+    const FittedValue& w1() const { return estimate[fit_w1]; }
+    const FittedValue& w2() const { return estimate[fit_w2]; }
+    const FittedValue& g1() const { return estimate[fit_g1]; }
+    const FittedValue& g2() const { return estimate[fit_g2]; }
 };
 
 /// The remark that chi-square refuses the model is made below this probability.

@@ -103,6 +103,11 @@ class PathOrders {
 
     explicit PathOrders(const PathLaw& law);
 
+    /// One that was tabulated before; `samples` over (half and angle, order).
+    ///
+    /// Errors   std::invalid_argument for numbers that belong to none.
+    PathOrders(float offset, double deepest, int order_count, std::vector<float> samples);
+
     /// Null for a phase function without a narrow peak, or with one too narrow for 8192 moments.
     static std::shared_ptr<const PathOrders> of(const PhaseFunction& phase_function);
 
@@ -158,6 +163,10 @@ class PathSheet {
 
     PathSheetView view() const noexcept;
     std::size_t sample_count() const noexcept { return samples_.size(); }
+
+    /// The view of samples that lie elsewhere.
+    static PathSheetView view_of(const float* samples, float offset, int angles,
+                                 int depths) noexcept;
 
   private:
     float offset_ = 1;

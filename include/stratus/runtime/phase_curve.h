@@ -67,7 +67,16 @@ class PhaseCurve {
 
     PhaseCurveView view() const noexcept;
 
+    /// One that was sampled before: samples over (place, function), of one function or, with a
+    /// layer as the lower boundary, two.
+    ///
+    /// Range    at least two places; width 1 or 2.
+    static PhaseCurve of_samples(std::vector<float> samples, int width);
+
     PhaseForm form() const noexcept { return form_; }
+
+    /// Functions side by side.
+    int width() const noexcept { return width_; }
 
     std::size_t sample_count() const noexcept { return samples_.size(); }
 

@@ -25,6 +25,8 @@
 
 namespace stratus {
 
+class PackedTable;  // packed_table.h
+
 /// What a lookup reads: plain pointers into memory that the caller owns and keeps alive (a Table,
 /// or a renderer's own).
 struct TableView {
@@ -61,8 +63,16 @@ struct TableView {
     double extrapolation_length;  // optical depth; of the first phase function
     double tolerance;             // that the samples were baked for; 0: unknown
 
-    bool has_reflection() const noexcept { return reflection_multiple != nullptr; }
-    bool has_transmission() const noexcept { return transmission_multiple != nullptr; }
+    // Of a packed table, in place of samples and weights; null: none.
+    const PackedTable* packed = nullptr;
+    bool packed_reflection = false, packed_transmission = false;
+
+    bool has_reflection() const noexcept {
+        return reflection_multiple != nullptr || packed_reflection;
+    }
+    bool has_transmission() const noexcept {
+        return transmission_multiple != nullptr || packed_transmission;
+    }
     bool has_lower_boundary() const noexcept {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }
@@ -176,6 +186,9 @@ void for_each_of_mixtures(const Use& use, Tables&... tables) {
 ///
 /// Errors   std::invalid_argument naming the dataset, what is required and what was met.
 void prepare(Table& table);
+
+/// The same without samples, whatever there are, and without the phase curve.
+void prepare_header(Table& table);
 
 /// A sample of the mixture axis as a table of its own, its phase function the sum of both.
 ///

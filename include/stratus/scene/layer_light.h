@@ -1,5 +1,5 @@
 // The light of a scene's layer at any of its points, with the scene's effects: by a slice where the
-// layer is uniform, by textured tables where it varies; single scattering in closed form.
+// layer is uniform, by packed tables where it varies; single scattering in closed form.
 #pragma once
 
 #include <stratus/runtime/constants.h>
@@ -11,6 +11,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 namespace stratus {
@@ -36,6 +37,7 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+class LayerFluxes;
 class RingShine;
 class PlanetShine;
 
@@ -59,6 +61,9 @@ class LayerLight {
     Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept {
         return light(matter, geometry, Side::transmission);
     }
+
+    /// Whether a LightSum finds this layer's light: that of a uniform layer.
+    bool has_sums() const noexcept;
 
     /// exp(-tau / mu).
     Rgb3 beam(const Matter& matter, double mu) const noexcept;
@@ -92,11 +97,19 @@ class LayerLight {
     void record(LookupRange* range) noexcept { recorded_ = range; }
 
   private:
+    friend class LightSum;
+
     /// The depth that one channel sees.
     double seen_depth_of(const Matter& matter, std::size_t c) const noexcept;
-    /// `of(light, albedo, seen depth)` of each channel, evaluated once where neighbours are alike.
+    /// One channel of the layer where it is looked up.
+    struct Channel {
+        const LayerLight& light;  // with its tables
+        std::size_t index;
+        double albedo, optical_depth;  // as seen
+    };
+    /// `of(channel)` of each, evaluated once where neighbours are alike.
     template <class Function>
-    Rgb3 each_channel(const Matter& matter, const Function& of) const noexcept;
+    auto each_channel(const Matter& matter, const Function& of) const noexcept;
     /// `of(light, c)` of each channel's own light.
     template <class Function>
     Rgb3 of_channels(const Function& of) const noexcept;
@@ -105,29 +118,59 @@ class LayerLight {
     void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    Rgb3 textured_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    double transmittance(double albedo, double optical_depth, double mu) const noexcept;
-    double spherical_albedo(double albedo, double optical_depth) const noexcept;
-    double plane_albedo(double albedo, double optical_depth, double mu) const noexcept;
-    double diffuse_transmittance(const Matter& matter, double albedo, double optical_depth,
-                                 double mu) const noexcept;
-    /// `flux` of a table, over (albedo, optical_depth) or, where `mu` is not null, over
-    /// (albedo, optical_depth, mu).
-    double flux(const Table& table, const std::vector<float>& flux, double albedo,
-                double optical_depth, const Stencil* mu) const noexcept;
+    Rgb3 packed_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
+    class FluxLookup;
+    double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double plane_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
+    double diffuse_transmittance(const Matter& matter, const Channel& channel,
+                                 FluxLookup& fluxes) const noexcept;
 
     const Scene& scene_;
     const LayerTables* tables_;
     std::vector<Scene> channel_scenes_;  // these two are empty where channels share all
     std::vector<LayerLight> channels_;
-    std::optional<RgbSlice> slice_;
-    Opposition opposition_;                                   // as it is seen
-    OppositionTable opposition_table_;                        // where the layer varies
+    std::variant<std::monostate, Slice, RgbSlice> slice_;  // of a uniform layer; grey or coloured
+    std::shared_ptr<const LayerFluxes> fluxes_;            // null without tables
+    Opposition opposition_;                                // as it is seen
+    OppositionTable opposition_table_;                     // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
     std::shared_ptr<const RingShine> ring_shine_;
     std::shared_ptr<const PlanetShine> planet_shine_;
     LookupRange* recorded_ = nullptr;
+};
+
+/// Sums of R or diffuse T of a uniform layer, each times a share: looked up together, which is
+/// faster than one by one, and the same to rounding.
+class LightSum {
+  public:
+    /// `light` must outlive this, and have sums.
+    explicit LightSum(const LayerLight& light) noexcept : light_(light) {}
+
+    /// What is added from now on goes to `sum`, which must stay until `finish`.
+    void into(Rgb3& sum) noexcept { sum_ = &sum; }
+    void add(Side side, const Geometry& geometry, const Rgb3& share) noexcept;
+    /// Until then, sums are incomplete.
+    void finish() noexcept;
+
+  private:
+    static constexpr std::size_t most = 64;
+    struct OfSide {
+        std::size_t count = 0;
+        std::array<float, most> mu_in, mu_out, azimuth;
+        std::array<Rgb3, most> share;
+        std::array<Rgb3*, most> sum;
+    };
+    void look_up(Side side) noexcept;
+    /// Values of a layer's slice, into channels [begin, end) of the sums.
+    template <int channels>
+    void add_values(const SliceOf<channels>& slice, Side side, std::size_t begin,
+                    std::size_t end) noexcept;
+
+    const LayerLight& light_;
+    OfSide reflection_, transmission_;
+    Rgb3* sum_ = nullptr;
 };
 
 }  // namespace stratus

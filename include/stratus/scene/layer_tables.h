@@ -4,7 +4,7 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/table.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
@@ -28,18 +28,17 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other);
 /// Tables of one layer. Must not be moved while a LayerLight uses them.
 struct LayerTables {
     Axis mixture{AxisScale::linear, {}};  // empty where there is one mixture
-    std::vector<Table> tables;            // one for each mixture
-    std::vector<TexturedTable> textured;  // as many; none for a uniform layer
+    std::vector<Table> headers;           // without samples, one for each mixture
+    std::optional<PackedTable> packed;    // none where channels have their own
     /// Of red, green and blue where these have their own phase functions, in place of all above.
     std::array<std::shared_ptr<const LayerTables>, 3> channels;
 };
 
 /// Prepares a table for lookups.
-std::unique_ptr<LayerTables> make_layer_tables(Table table, bool is_uniform);
+std::unique_ptr<LayerTables> make_layer_tables(PackedTable table);
 
 /// Bakes `recipe`, or takes its table from the cache, and prepares it for a scene.
-std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe,
-                                               const BakeOptions& options = {},
+std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions& options = {},
                                                TableCache* cache = nullptr);
 
 /// Prepares existing tables for several scenes: one, or three for scenes whose channels have their
@@ -48,7 +47,7 @@ std::unique_ptr<LayerTables> bake_layer_tables(const Scene& scene, Recipe recipe
 /// Errors   std::invalid_argument for a table of another phase function, or that does not cover
 ///          what a scene needs; for another number of tables.
 std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
-                                                std::vector<Table> tables);
+                                                std::vector<PackedTable> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);

@@ -1,4 +1,4 @@
-// Tables kept between runs: a folder with a file for each, found again by recipe.
+// Packed tables kept between runs: a folder with a file for each, found again by recipe.
 //
 // A file is named by a hash of what must be the same (phase functions, tolerance, discretisation,
 // the program's version and the format's) and by what may be wider than asked: sides and ranges. It
@@ -8,12 +8,13 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -23,10 +24,10 @@ class TableCache {
     TableCache(std::filesystem::path folder, std::uintmax_t limit);
 
     /// A table that serves the recipe: its own, or one with more sides or wider ranges.
-    std::optional<Table> find(const Recipe& recipe);
+    std::optional<PackedTable> find(const Recipe& recipe);
 
-    /// Keeps a table, unless it alone exceeds the limit.
-    void keep(const Recipe& recipe, const Table& table);
+    /// Packs a table and keeps the file, unless it alone exceeds the limit; what it holds.
+    std::vector<char> keep(const Recipe& recipe, Table table);
 
     /// Why tables could not be kept; empty: they could.
     const std::string& trouble() const noexcept { return trouble_; }

@@ -23,9 +23,9 @@ SurfacePoint sphere_point(const Vector3& point) noexcept;
 /// On a plane whose images are `extent` wide and high, starting at the origin.
 SurfacePoint plane_point(double x, double y, double extent) noexcept;
 
-/// Perlin's gradient noise (Improving noise, 2002), about -1 to 1; each octave is twice as fine and
-/// half as strong as the one before.
-double noise(Vector3 point, unsigned seed, int octaves = 8) noexcept;
+/// Perlin's gradient noise (Improving noise, 2002), about -1 to 1: eight octaves, each twice as fine
+/// and half as strong as the one before. The same bits on every machine.
+double noise(const Vector3& point, unsigned seed) noexcept;
 
 /// Colour of a Lambert surface (its albedo) or of a background (its radiance).
 struct Texture {
@@ -44,6 +44,10 @@ struct Texture {
 
     Rgb at(const SurfacePoint& point) const noexcept;
     bool is_black() const noexcept;
+    /// Whether it depends on the point's place on an image.
+    bool uses_image_place() const noexcept {
+        return pattern != Pattern::plain && pattern != Pattern::continents;
+    }
 };
 
 /// Optical depth of a layer.
@@ -61,6 +65,8 @@ struct DepthMap {
 
     double at(const SurfacePoint& point) const noexcept;
     bool is_plain() const noexcept { return pattern == Pattern::plain; }
+    /// Whether it depends on the point's place on an image.
+    bool uses_image_place() const noexcept { return pattern == Pattern::image; }
 };
 
 }  // namespace stratus

@@ -1,5 +1,5 @@
 // Single scattering in closed form, [Blinn82] 2.4, and the shares of light intercepted along both
-// directions, which orders n >= 2 were divided by: for one lookup, for many, and for textured ones.
+// directions, which orders n >= 2 were divided by: for one lookup, for many, and for packed tables.
 //
 // A depth or an albedo is a number of type N: F itself, or a float that all lanes share.
 #pragma once

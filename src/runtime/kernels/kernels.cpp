@@ -303,7 +303,7 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightP
 
 }  // namespace
 
-extern const TexturedKernels textured_kernels;
+extern const PackedKernels packed_kernels;
 extern const Kernels kernels;
 constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 1>(),
@@ -311,6 +311,6 @@ constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 3>(),
                           {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
                           paths_of_vectors,
-                          &textured_kernels};
+                          &packed_kernels};
 
 }  // namespace stratus::STRATUS_ISA

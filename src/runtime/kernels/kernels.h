@@ -43,7 +43,7 @@ struct SideKernels {
     }
 };
 
-struct TexturedKernels;  // textured.h
+struct PackedKernels;  // packed.h
 
 struct Kernels {
     SideKernels<1> reflected, transmitted;
@@ -51,7 +51,7 @@ struct Kernels {
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
                                LightPaths& paths);  // over Side
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
-    const TexturedKernels* textured;
+    const PackedKernels* packed;
 };
 
 /// For chosen_instruction_set().

@@ -1,37 +1,64 @@
-// The sum over Mie's series at many angles, where the time of mie_scattering.cpp goes: compiled once
-// for each instruction set, with the same roundings in all, so that a phase function has the same
-// bits on every machine.
+// Mie's series of many spheres, where the time of mie_scattering.cpp goes: compiled once for each
+// instruction set, with the same roundings in all, so that a phase function has the same bits on
+// every machine.
 #pragma once
 
 #include <cstddef>
 
 namespace stratus {
 
-constexpr int spheres_at_once = 4;
+constexpr std::size_t mie_lanes = 8;  // spheres or angles side by side
 
-/// A term of the series of `spheres_at_once` spheres: (2n+1) / (n(n+1)) times a_n + b_n and
-/// a_n - b_n.
-struct SphereTerm {
-    double sum_re[spheres_at_once], sum_im[spheres_at_once];
-    double difference_re[spheres_at_once], difference_im[spheres_at_once];
+/// What the coefficients of spheres begin with.
+struct SphereLanes {
+    double x[mie_lanes], sine[mie_lanes], cosine[mie_lanes];  // of x
+    double terms[mie_lanes];                                  // in the series of each
 };
 
-/// The same term at an angle: pi_n + tau_n and pi_n - tau_n. [BH83] 4.47
-struct AngleTerm {
-    double sum, difference;
+/// a_n and b_n of spheres.
+struct CoefficientLanes {
+    double a_re[mie_lanes], a_im[mie_lanes], b_re[mie_lanes], b_im[mie_lanes];
 };
 
-/// S1 + S2 and S1 - S2.
-struct SphereAmplitudes {
-    double sum_re[spheres_at_once], sum_im[spheres_at_once];
-    double difference_re[spheres_at_once], difference_im[spheres_at_once];
+/// A term of the series at angles: pi_n + tau_n and pi_n - tau_n. [BH83] 4.47
+struct AngleLanes {
+    double sum[mie_lanes], difference[mie_lanes];
+};
+
+/// Where the recurrences of a series of `count` terms begin.
+struct SeriesLength {
+    std::size_t count;       // terms of the longest
+    std::size_t derivative;  // of the logarithmic derivatives
+    std::size_t ratio;       // of the ratios of Riccati-Bessel functions
 };
 
 struct SphereSums {
-    /// S at `angles` angles: `terms` of `count` in the series; the angle terms of the next angle
-    /// begin `stride` further.
-    void (*amplitudes)(const SphereTerm* terms, std::size_t count, const AngleTerm* angle,
-                       std::size_t stride, std::size_t angles, SphereAmplitudes* S);
+    /// `count` coefficients of spheres whose index is m_re + i m_im, 0 beyond the terms of each.
+    /// `scratch` holds 3 (count + 1) mie_lanes numbers.
+    void (*coefficients)(const SphereLanes& spheres, double m_re, double m_im,
+                         const SeriesLength& length, double* scratch,
+                         CoefficientLanes* coefficients);
+
+    // Terms of several spheres lie as [n / mie_lanes][row][n % mie_lanes], `rows` of them; matrices
+    // row by row, `size` numbers each, a multiple of mie_lanes.
+
+    /// Adds row^T row of each row to a matrix, up to the terms n < `used`, a multiple of mie_lanes.
+    /// Only its diagonal and what is right of that are complete.
+    void (*add_products)(const double* term, std::size_t rows, std::size_t used, std::size_t size,
+                         double* matrix);
+
+    /// Sums over the terms of the two rows from `first` on: of `sum` times the sums of the angles'
+    /// terms, then of `difference` times their differences.
+    void (*amplitudes)(const double* sum, const double* difference, std::size_t first,
+                       std::size_t rows, std::size_t size, const AngleLanes* angle,
+                       double (*value)[mie_lanes]);
+
+    /// Adds v^T matrix v at `groups` times mie_lanes angles, v the sums or the differences of their
+    /// terms, `size` of each group; the matrix is 0 left of its diagonal.
+    void (*add_sum_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
+                         std::size_t groups, double (*value)[mie_lanes]);
+    void (*add_difference_form)(const double* matrix, std::size_t size, const AngleLanes* angle,
+                                std::size_t groups, double (*value)[mie_lanes]);
 };
 
 /// For this machine.

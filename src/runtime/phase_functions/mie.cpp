@@ -10,6 +10,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <mutex>
 
 namespace stratus {
 namespace {
@@ -82,6 +85,49 @@ double lagrange(const double* value, double t) noexcept {
     return sum;
 }
 
+// ---- Scattering
+
+Mie::Scattering compute_scattering(const Droplets& droplets) {
+    const std::complex<double> index = index_of_refraction(droplets);
+    SphereScattering spheres = scattering_of(sizes_of(droplets), index);
+    Mie::Scattering all;
+    all.extinction_efficiency = spheres.total.extinction / spheres.total.area;
+    all.albedo =
+        index.imag() == 0 ? 1 : std::min(1.0, spheres.total.scattering / spheres.total.extinction);
+    all.chi = std::move(spheres.moments);
+    while (all.chi.size() > 1 && std::abs(all.chi.back()) < 1e-16) all.chi.pop_back();
+    // Sixteen samples for each period of the shortest wave: eight of them to a polynomial leave
+    // 1e-6 of that wave, and less of all others.
+    const std::size_t intervals = std::max<std::size_t>(1024, 8 * all.chi.size());
+    const std::vector<double> value = series_at_angles(all.chi, intervals);
+    all.intervals = static_cast<double>(intervals);
+    for (std::size_t i = beyond_end; i > 0; --i) all.value.push_back(value[i]);
+    all.value.insert(all.value.end(), value.begin(), value.end());
+    for (std::size_t i = 1; i <= beyond_end; ++i) all.value.push_back(value[intervals - i]);
+    return all;
+}
+
+using SharedScattering = std::shared_ptr<const Mie::Scattering>;
+
+/// What droplets of this text scatter: from those that live, or computed. A scene reads the same
+/// text once a panel, and once more with its table.
+SharedScattering shared_scattering(const Droplets& droplets, const std::string& text) {
+    static std::mutex mutex;
+    static std::map<std::string, std::weak_ptr<const Mie::Scattering>> living;
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        const auto found = living.find(text);
+        if (found != living.end())
+            if (SharedScattering shared = found->second.lock()) return shared;
+    }
+    const auto computed = std::make_shared<const Mie::Scattering>(compute_scattering(droplets));
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (auto each = living.begin(); each != living.end();)
+        each = each->second.expired() ? living.erase(each) : std::next(each);
+    living[text] = computed;
+    return computed;
+}
+
 // ---- Text
 
 double read_length(PhaseText& text, const std::string& parameter) {
@@ -146,23 +192,9 @@ std::string index_text(std::complex<double> index) {
 
 Mie::Mie(const Droplets& droplets_) : droplets(droplets_) {
     check(droplets);
-    const std::complex<double> index = index_of_refraction(droplets);
-    SphereScattering spheres = scattering_of(sizes_of(droplets), index);
-    extinction_efficiency = spheres.total.extinction / spheres.total.area;
-    albedo =
-        index.imag() == 0 ? 1 : std::min(1.0, spheres.total.scattering / spheres.total.extinction);
-    Curve curve;
-    curve.chi = std::move(spheres.moments);
-    while (curve.chi.size() > 1 && std::abs(curve.chi.back()) < 1e-16) curve.chi.pop_back();
-    // Sixteen samples for each period of the shortest wave: eight of them to a polynomial leave
-    // 1e-6 of that wave, and less of all others.
-    const std::size_t intervals = std::max<std::size_t>(1024, 8 * curve.chi.size());
-    const std::vector<double> value = series_at_angles(curve.chi, intervals);
-    curve.intervals = static_cast<double>(intervals);
-    for (std::size_t i = beyond_end; i > 0; --i) curve.value.push_back(value[i]);
-    curve.value.insert(curve.value.end(), value.begin(), value.end());
-    for (std::size_t i = 1; i <= beyond_end; ++i) curve.value.push_back(value[intervals - i]);
-    curve_ = std::make_shared<const Curve>(std::move(curve));
+    scattering_ = shared_scattering(droplets, parameter_text());
+    albedo = scattering_->albedo;
+    extinction_efficiency = scattering_->extinction_efficiency;
 }
 
 Mie Mie::read(PhaseText& text, const std::string& first) {
@@ -200,14 +232,14 @@ std::string Mie::parameter_text() const {
 
 double Mie::operator()(double c) const noexcept {
     const double sine = std::sqrt(std::max(0.0, (1 - c) * (1 + c)));
-    const double place = std::atan2(sine, c) / pi * curve_->intervals;
-    const double cell = std::min(std::floor(place), curve_->intervals - 1);
+    const double place = std::atan2(sine, c) / pi * scattering_->intervals;
+    const double cell = std::min(std::floor(place), scattering_->intervals - 1);
     const std::size_t first = static_cast<std::size_t>(cell) + beyond_end + 1 - points / 2;
-    return lagrange(&curve_->value[first], place - cell + points / 2 - 1);
+    return lagrange(&scattering_->value[first], place - cell + points / 2 - 1);
 }
 
 std::vector<double> Mie::moments(std::size_t count) const {
-    std::vector<double> first = curve_->chi;
+    std::vector<double> first = scattering_->chi;
     first.resize(count, 0.0);
     return first;
 }

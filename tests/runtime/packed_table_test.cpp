@@ -1,4 +1,4 @@
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/instruction_set.h>
@@ -70,15 +70,15 @@ std::vector<Point> points(const Table& table, int count, double shallowest, doub
 
 Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
 
-/// That the lookups of a textured table are those of lookup.h, to the tolerance relative to R or T
+/// That the lookups of a packed table are those of lookup.h, to the tolerance relative to R or T
 /// but not to less than 1 % of 1.
-void expect_lookups(const TexturedTable& textured, const TableView& view,
+void expect_lookups(const PackedTable& packed, const TableView& view,
                     const std::vector<Point>& at) {
     for (const Point& p : at) {
         const std::pair<Scattered, Scattered> both[] = {
-            {textured.reflection(p.albedo, p.optical_depth, geometry(p)),
+            {packed.reflection(p.albedo, p.optical_depth, geometry(p)),
              reflection(view, p.albedo, p.optical_depth, geometry(p))},
-            {textured.transmission(p.albedo, p.optical_depth, geometry(p)),
+            {packed.transmission(p.albedo, p.optical_depth, geometry(p)),
              transmission(view, p.albedo, p.optical_depth, geometry(p))}};
         for (const auto& [found, expected] : both) {
             const double scale = std::max(expected.total(), 0.01);
@@ -99,16 +99,16 @@ struct Shape {
     const char* phase;
 };
 
-class TexturedTableShapes : public testing::TestWithParam<Shape> {};
+class PackedTableShapes : public testing::TestWithParam<Shape> {};
 
-TEST_P(TexturedTableShapes, AgreeWithLookups) {
+TEST_P(PackedTableShapes, AgreeWithLookups) {
     const Shape& of = GetParam();
     const Table table = filled(of.counts, of.depths, of.phase);
-    expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.01, 20));
+    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 400, 0.01, 20));
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    All, TexturedTableShapes,
+    All, PackedTableShapes,
     testing::Values(Shape{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
                     Shape{"to_infinity", usual, to_infinity, "rayleigh"},
                     Shape{"two_lobes", usual, to_eight,
@@ -142,7 +142,7 @@ Table forward_filled() {
     return table;
 }
 
-class TexturedTableInstructionSets : public testing::TestWithParam<InstructionSet> {
+class PackedTableInstructionSets : public testing::TestWithParam<InstructionSet> {
   protected:
     void SetUp() override {
         if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
@@ -153,24 +153,24 @@ class TexturedTableInstructionSets : public testing::TestWithParam<InstructionSe
     std::optional<InstructionSetLimit> limit_;
 };
 
-TEST_P(TexturedTableInstructionSets, AgreeWithLookups) {
+TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
     const Table table = filled(usual, to_eight);
-    expect_lookups(TexturedTable(table.view()), table.view(), points(table, 200, 0.05, 8));
+    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 200, 0.05, 8));
 }
 
-TEST_P(TexturedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
+TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
     const Table table = forward_filled();
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     std::vector<Point> at = points(table, 200, 0.05, 8);
     for (Point& p : at) p.azimuth *= p.azimuth / pi;  // many of them forward
-    expect_lookups(textured, table.view(), at);
+    expect_lookups(packed, table.view(), at);
     for (Point& p : at) p.azimuth = 2 * pi - p.azimuth;
-    expect_lookups(textured, table.view(), at);
+    expect_lookups(packed, table.view(), at);
 }
 
-TEST_P(TexturedTableInstructionSets, AgreeBetweenOneAndMany) {
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
     const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     const std::vector<Point> at = points(table, 1003, 0.01, 40);  // no multiple of any width
     std::vector<float> of[5];
     for (const Point& p : at) {
@@ -178,97 +178,97 @@ TEST_P(TexturedTableInstructionSets, AgreeBetweenOneAndMany) {
         for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
     }
     std::vector<float> R(at.size()), T(at.size());
-    const TexturedPoints points{of[0].data(), of[1].data(), of[2].data(),
-                                of[3].data(), of[4].data(), at.size()};
-    textured.reflection(points, R.data());
-    textured.transmission(points, T.data());
+    const PackedPoints points{of[0].data(), of[1].data(), of[2].data(),
+                              of[3].data(), of[4].data(), at.size()};
+    packed.reflection(points, R.data());
+    packed.transmission(points, T.data());
     for (std::size_t n = 0; n < at.size(); ++n) {
         const Geometry here{of[2][n], of[3][n], of[4][n]};
-        const double of_one[] = {textured.reflection(of[0][n], of[1][n], here).total(),
-                                 textured.transmission(of[0][n], of[1][n], here).total()};
+        const double of_one[] = {packed.reflection(of[0][n], of[1][n], here).total(),
+                                 packed.transmission(of[0][n], of[1][n], here).total()};
         EXPECT_NEAR(R[n], of_one[0], 1e-6 * std::max(1.0, of_one[0]));
         EXPECT_NEAR(T[n], of_one[1], 1e-6 * std::max(1.0, of_one[1]));
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, TexturedTableInstructionSets,
+INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),
                          [](const auto& row) { return name_of(row.param); });
 
-TEST(TexturedTable, IsSymmetricInTheCosinesBitForBit) {
+TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
     const Table table = filled(usual, to_infinity);
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     for (const Point& p : points(table, 200, 0.01, 40)) {
         const Geometry back{p.mu_out, p.mu_in, p.azimuth};
-        EXPECT_EQ(textured.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
-                  textured.reflection(p.albedo, p.optical_depth, back).multiple);
-        EXPECT_EQ(textured.transmission(p.albedo, p.optical_depth, geometry(p)).multiple,
-                  textured.transmission(p.albedo, p.optical_depth, back).multiple);
+        EXPECT_EQ(packed.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  packed.reflection(p.albedo, p.optical_depth, back).multiple);
+        EXPECT_EQ(packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  packed.transmission(p.albedo, p.optical_depth, back).multiple);
     }
 }
 
-TEST(TexturedTable, IsEvenAndPeriodicInAzimuth) {
+TEST(PackedTable, IsEvenAndPeriodicInAzimuth) {
     const Table table = filled(usual, to_eight);
-    const TexturedTable textured(table.view());
-    const double there = textured.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
+    const PackedTable packed(pack(table));
+    const double there = packed.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
     for (const double azimuth : {-1.2, 2 * pi - 1.2, 2 * pi + 1.2, 20 * pi + 1.2})
-        EXPECT_NEAR(textured.reflection(0.9, 1, {0.4, 0.7, azimuth}).total(), there, 1e-6);
+        EXPECT_NEAR(packed.reflection(0.9, 1, {0.4, 0.7, azimuth}).total(), there, 1e-6);
 }
 
-TEST(TexturedTable, ScattersNothingAtZeroDepthOrAlbedo) {
+TEST(PackedTable, ScattersNothingAtZeroDepthOrAlbedo) {
     Table table = filled(usual, to_infinity);
-    const TexturedTable textured(table.view());
-    EXPECT_EQ(textured.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
-    EXPECT_EQ(textured.transmission(0.9, 0, {0.4, 0.7, 1}).total(), 0);
-    EXPECT_EQ(textured.transmission(0.9, infinity, {0.4, 0.7, 1}).total(), 0);
-    EXPECT_EQ(textured.reflection(0, 1, {0.4, 0.7, 1}).single, 0);
+    const PackedTable packed(pack(table));
+    EXPECT_EQ(packed.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.transmission(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.transmission(0.9, infinity, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.reflection(0, 1, {0.4, 0.7, 1}).single, 0);
 }
 
-TEST(TexturedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
+TEST(PackedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
     const Table table = filled(usual, to_infinity);
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     std::vector<Point> at = points(table, 100, 8, 1e5);
     for (int n = 0; n < 20; ++n) at[static_cast<std::size_t>(n)].optical_depth = infinity;
     at[0].albedo = at[30].albedo = 1;
-    expect_lookups(textured, table.view(), at);
+    expect_lookups(packed, table.view(), at);
 }
 
-TEST(TexturedTable, UsesNeighboursOfUnderflowingSamples) {
+TEST(PackedTable, UsesNeighboursOfUnderflowingSamples) {
     // T of the lower albedos is below 1e-35 at the deepest samples.
     const Table table = filled({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
-    const TexturedTable textured(table.view());
+    const PackedTable packed(pack(table));
     for (const Point& p : points(table, 200, 20, 400)) {
-        const double found = textured.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
+        const double found = packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
         const double expected =
             transmission(table.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
         EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01));
     }
 }
 
-TEST(TexturedTable, GivesSingleScatteringAloneOfAMissingSide) {
+TEST(PackedTable, GivesSingleScatteringAloneOfAMissingSide) {
     Table table = filled(usual, to_eight);
     table.transmission_multiple.clear();
-    const TexturedTable textured(table.view());
-    const Scattered found = textured.transmission(0.9, 1, {0.4, 0.7, 1});
+    const PackedTable packed(pack(table));
+    const Scattered found = packed.transmission(0.9, 1, {0.4, 0.7, 1});
     const Scattered expected = transmission(table.view(), 0.9, 1, {0.4, 0.7, 1});
     EXPECT_EQ(found.multiple, 0);
     EXPECT_NEAR(found.single, expected.single, 1e-6 * expected.single);
 }
 
-class TexturedTableOverBoundary : public testing::TestWithParam<LowerBoundary> {};
+class PackedTableOverBoundary : public testing::TestWithParam<LowerBoundary> {};
 
-TEST_P(TexturedTableOverBoundary, AgreeWithLookups) {
+TEST_P(PackedTableOverBoundary, AgreeWithLookups) {
     Table table = empty_table(usual, to_infinity);
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.tolerance = tolerance;
     table.lower_boundary = GetParam();
     table.reflection_multiple = samples_of(table, reflected_over);
     prepare(table);
-    expect_lookups(TexturedTable(table.view()), table.view(), points(table, 400, 0.005, 40));
+    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 400, 0.005, 40));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, TexturedTableOverBoundary,
+INSTANTIATE_TEST_SUITE_P(All, PackedTableOverBoundary,
                          testing::Values(LowerBoundary::surface(0.3),
                                          LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6)),
                          [](const auto& row) {
@@ -276,21 +276,30 @@ INSTANTIATE_TEST_SUITE_P(All, TexturedTableOverBoundary,
                                                                                    : "layer";
                          });
 
-TEST(TexturedTable, OutlivesItsTable) {
+TEST(PackedTable, OutlivesItsTable) {
     Table table = filled(usual, to_eight);
     const double expected = reflection(table.view(), 0.9, 1, {0.4, 0.7, 1}).total();
-    TexturedTable textured(table.view());
+    PackedTable packed(pack(table));
     table = Table();
-    const TexturedTable moved = std::move(textured);
+    const PackedTable moved = std::move(packed);
     EXPECT_NEAR(moved.reflection(0.9, 1, {0.4, 0.7, 1}).total(), expected, tolerance * expected);
     EXPECT_GT(moved.bytes(), 0u);
 }
 
-TEST(TexturedTable, RefusesMixtures) {
+TEST(PackedTable, JoinsMixturesAsLookupsDo) {
     const Table one = filled(usual, to_eight);
-    const Table table = mixed(one, one);
-    expect_refusal<std::invalid_argument>([&] { TexturedTable{table.view().at_mixture(0.5)}; },
-                                          {"TexturedTable", "mixture", "2"});
+    const Table other = filled(usual, to_eight, "henyey_greenstein:g=0.5");
+    const Table table = mixed(one, other);
+    const PackedTable packed(pack(table));
+    for (const double mixture : {0.0, 0.3, 1.0})
+        for (const Point& p : points(table, 50, 0.05, 8)) {
+            const Scattered found =
+                packed.reflection(p.albedo, p.optical_depth, geometry(p), mixture);
+            const Scattered expected = reflection(table.view().at_mixture(mixture), p.albedo,
+                                                  p.optical_depth, geometry(p));
+            EXPECT_NEAR(found.multiple, expected.multiple, tolerance * expected.total());
+            EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
+        }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Lookups in a TexturedTable: single scattering in closed form, and sixteen functions of the
+// Lookups in a PackedTable: single scattering in closed form, and sixteen functions of the
 // directions times the coefficients of an albedo and optical depth; one lookup at a time or many
 // side by side, compiled once for each instruction set (kernels.h says how that is kept apart).
 #pragma once
@@ -6,57 +6,49 @@
 #include <stratus/runtime/half.h>
 #include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
-#include <stratus/runtime/textured_table.h>
+#include <stratus/runtime/packed_table.h>
 
 #include <cstddef>
 
 namespace stratus {
 
 constexpr int functions = 16;  // a row of floats is one cache line
-constexpr int segments = 16;   // of the cosines
 
 /// Coefficients of the functions.
 struct alignas(64) CoefficientRow {
     float value[functions];
 };
 
-/// The functions at one direction.
-struct alignas(32) FunctionRow {
-    Half value[functions];
+/// The functions at one direction, as halves or, where these do not suffice, floats.
+template <class Number>
+struct alignas(functions * sizeof(Number)) FunctionRowOf {
+    Number value[functions];
 };
 
 /// The layers between two albedos and two optical depths.
-struct TexturedBlock {
-    /// Over (mu, mu', azimuth). Where R and T are known for the same cosines on both ways they are
-    /// symmetric in them: row i over mu has mu' = 0 .. i + 1 alone. Elsewhere mu is that of the
-    /// incident light. Where there are azimuths, a mirrored sample lies beyond either end.
-    const FunctionRow* function;
-    int columns;                        // mu' of a row that is not symmetric
+struct LayerBlock {
+    /// Rows of functions over (mu, mu', azimuth). Where R and T are known for the same cosines on
+    /// both ways they are symmetric in them: row i over mu has mu' = 0 .. i + 3 alone, and mu is
+    /// the one whose cubic starts at the higher sample. Elsewhere it is that of the incident light.
+    /// Where there are azimuths, a mirrored sample lies beyond either end.
+    const void* function;
     const CoefficientRow* coefficient;  // over (albedo, optical depth)
     int first_albedo, first_depth;      // of the coefficients: samples of the table
     int depths;                         // of the coefficients, infinity included
 };
 
-/// An axis of coefficients, at least four samples.
-struct TexturedAxis {
+/// An axis of four samples at least, or one of a single sample that stands for four.
+struct PackedAxis {
     float first, inverse_step;
     float last;  // index
 };
 
-/// The cosines on one way. The axis of v (mu_places.h) is divided into segments, each into as many
-/// steps as its block needs there: over (block, segment), the index of the cosine where a segment
-/// begins.
-struct TexturedCosines {
-    const float* place;
-    float v_first, segments_per_v;
-};
-
-/// One side of a textured table.
-struct TexturedSide {
+/// One side of a packed table.
+struct PackedSide {
     PhaseCurveView phase;
 
-    TexturedAxis albedo;         // over -sqrt(1 - w)
-    TexturedAxis optical_depth;  // over log2(tau), finite samples
+    PackedAxis albedo;         // over -sqrt(1 - w) or the fourth root
+    PackedAxis optical_depth;  // over log2(tau), finite samples
     float min_albedo, max_albedo;
     float min_depth;         // finite samples; a surface is seen as it is through less
     float max_finite_depth;  // finite samples; beyond it reflection follows the law of diffusion
@@ -74,11 +66,14 @@ struct TexturedSide {
     const float* inverse_deficit;
     const float* deepest_scale;
 
-    const TexturedBlock* block;
+    const LayerBlock* block;
     const float* block_of_cell;  // over (albedo, optical depth), whole numbers
+    bool halves;                 // rows of functions: else floats
     bool symmetric;              // in the cosines, which are then the same on both ways
-    TexturedCosines mu_in, mu_out;
-    int azimuths;  // samples of the table; 1: nothing depends on azimuth
+    PackedAxis mu_in, mu_out;    // over -acos(mu^(1/4))
+    int row_step, column_step;   // rows of functions from one mu to the next where R and T are not
+                                 // symmetric, from one mu' to the next; 0: one cosine
+    int azimuths;                // samples of the table; 1: nothing depends on azimuth
     float azimuth_first, azimuth_step_inverse;  // azimuth / pi or its square root
     float azimuth_window, last_azimuth_window;  // first sample of the first and the last cubic
     bool square_root_of_azimuth;                // what they lie evenly in
@@ -90,30 +85,30 @@ struct TexturedSide {
 
 /// One lookup; co_albedo is 1 - albedo, accurate where it is small.
 template <class F>
-struct TexturedPointOf {
+struct PackedPointOf {
     F albedo, co_albedo, optical_depth, mu_in, mu_out, azimuth;
 };
-using TexturedPoint = TexturedPointOf<float>;
+using PackedPoint = PackedPointOf<float>;
 
 constexpr int points_at_once = 16;
 
 /// A side of a layer: single and multiple at one point, or totals at `count` of them, a multiple of
 /// `points_at_once`.
-struct TexturedKernel {
-    void (*one)(const TexturedSide&, const TexturedPoint&, float* single_multiple);
-    void (*many)(const TexturedSide&, const TexturedPoints&, std::size_t count, float* total);
+struct PackedKernel {
+    void (*one)(const PackedSide&, const PackedPoint&, float* single_multiple);
+    void (*many)(const PackedSide&, const PackedPoints&, std::size_t count, float* total);
 };
 
-struct TexturedSideKernels {
-    TexturedKernel kernel[2 * phase_forms];
+struct PackedSideKernels {
+    PackedKernel kernel[2 * phase_forms];
 
-    const TexturedKernel& of(PhaseForm form, bool azimuthal) const {
+    const PackedKernel& of(PhaseForm form, bool azimuthal) const {
         return kernel[2 * static_cast<int>(form) + (azimuthal ? 1 : 0)];
     }
 };
 
-struct TexturedKernels {
-    TexturedSideKernels reflected, transmitted;
+struct PackedKernels {
+    PackedSideKernels reflected, transmitted;
 };
 
 }  // namespace stratus

@@ -1,4 +1,4 @@
-#include "textured.h"
+#include "packed.h"
 
 #include "closed_form.h"
 #include "diffusion_scales.h"
@@ -18,14 +18,15 @@ template <int width>
 struct Plan {
     alignas(64) float albedo_weight[stencil_size][width];
     alignas(64) float depth_weight[stencil_size][width];
-    alignas(64) float corner_weight[4][width];
+    alignas(64) float mu_weight[stencil_size][width];
+    alignas(64) float other_weight[stencil_size][width];
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], along_path[width], factor[width];
     CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
     const CoefficientRow* coefficient[width];   // first of the stencil
     int coefficient_stride[width];              // from one albedo to the next
-    const FunctionRow* function[width];         // (mu, mu') of both places, first azimuth
-    int next_mu[width];                         // rows to the next mu
+    const char* function[width];                // first of the stencils
+    int next_mu[width];                         // rows of functions to the next mu
 };
 
 /// A coordinate on an axis: the sample before it, and the first of the cubic's.
@@ -35,7 +36,7 @@ struct CubicPlace {
 };
 
 template <class F>
-STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate, F* weight) {
+STRATUS_INLINE CubicPlace<F> cubic_place(const PackedAxis& axis, F coordinate, F* weight) {
     const F place = clamped((coordinate - axis.first) * axis.inverse_step, 0, axis.last);
     const F cell = whole(place), first = clamped(cell - 1.0f, 0, axis.last - 3);
     cubic_weights(place - first, weight);
@@ -43,15 +44,6 @@ STRATUS_INLINE CubicPlace<F> cubic_place(const TexturedAxis& axis, F coordinate,
 }
 
 constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
-
-/// Place of a cosine among those of a block, from its coordinate (mu_places.h).
-template <class F, class Index>
-STRATUS_INLINE F mu_place(const TexturedCosines& cosines, Index block, F v) {
-    const F s = clamped((v - cosines.v_first) * cosines.segments_per_v, 0, segments * (1 - 1e-6f));
-    const auto segment = truncated(s);
-    const Neighbours<F> at = neighbours<1, F>(cosines.place, block * (segments + 1) + segment);
-    return at.here + (s - as_float(segment)) * (at.next - at.here);
-}
 
 /// Which coefficients an albedo and optical depth read, and their weights but for a scale.
 template <class F>
@@ -64,7 +56,7 @@ struct LayerWindow {
 };
 
 template <class F>
-STRATUS_INLINE LayerWindow<F> layer_window(const TexturedSide& side, F co_albedo, F depth) {
+STRATUS_INLINE LayerWindow<F> layer_window(const PackedSide& side, F co_albedo, F depth) {
     LayerWindow<F> at;
     const F root = square_root(maximum(co_albedo, 0.0f));
     const CubicPlace<F> in_albedo = cubic_place(
@@ -90,7 +82,7 @@ struct ClosedForm {
 };
 
 template <PhaseForm form, class F>
-STRATUS_INLINE ClosedForm<F> closed_reflection(const TexturedSide& side, F albedo, F depth,
+STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo, F depth,
                                                const LayerWindow<F>& layers,
                                                const LightPathOf<F>& path) {
     const ReflectedPath<F> directions(path);
@@ -115,8 +107,8 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const TexturedSide& side, F albed
 }
 
 template <PhaseForm form, class F>
-STRATUS_INLINE ClosedForm<F> closed_transmission(const TexturedSide& side, F albedo,
-                                                 F optical_depth, const LayerWindow<F>& layers,
+STRATUS_INLINE ClosedForm<F> closed_transmission(const PackedSide& side, F albedo, F optical_depth,
+                                                 const LayerWindow<F>& layers,
                                                  const LightPathOf<F>& path) {
     const TransmittedPath<F> directions(path);
     const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
@@ -139,8 +131,8 @@ STRATUS_INLINE float shares_at(float depth, float mu_in, float mu_out) {
 /// Lookup n of a plan, deeper than the last finite sample: from there to infinity reflection
 /// follows the law of diffusion (lookup.h). Both are the last samples of the last block.
 template <int width>
-void follow_diffusion(const TexturedSide& side, const TexturedBlock& block,
-                      const TexturedPoint& point, int n, Plan<width>& plan) {
+void follow_diffusion(const PackedSide& side, const LayerBlock& block, const PackedPoint& point,
+                      int n, Plan<width>& plan) {
     const LayerWindow<float> at = layer_window(side, point.co_albedo, point.optical_depth);
     const auto first = static_cast<int>(at.first_albedo);
     const float exponent = at.diffusion_exponent;
@@ -172,23 +164,24 @@ void follow_diffusion(const TexturedSide& side, const TexturedBlock& block,
 }
 
 /// Which function values of a block a lookup reads, and their weights.
-template <class F, class Index>
+template <class F>
 struct DirectionWindow {
-    Index mu, other_mu, first_azimuth;  // samples
-    CornerWeights<F> corner;
-    F azimuth[stencil_size];
+    F mu, other_mu, first_azimuth;  // samples
+    F of_mu[stencil_size], of_other[stencil_size], of_azimuth[stencil_size];
 };
 
-template <bool azimuthal, class F, class Index>
-STRATUS_INLINE auto direction_window(const TexturedSide& side, Index block,
-                                     const LightPathOf<F>& path, F azimuth) {
-    const MuCoordinates<F> v = mu_coordinates(path.mu_in, path.mu_out);
-    const F in = mu_place(side.mu_in, block, v.in), out = mu_place(side.mu_out, block, v.out);
-    const auto [mu, other] = side.symmetric ? sorted_places(in, out) : places_of(in, out);
-    DirectionWindow<F, std::remove_const_t<decltype(truncated(azimuth))>> at{};
-    at.mu = mu.sample;
-    at.other_mu = other.sample;
-    at.corner = corner_weights(mu.fraction, other.fraction);
+template <bool azimuthal, class F>
+STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
+                                                   const LightPathOf<F>& path, F azimuth) {
+    DirectionWindow<F> at{};
+    F in = mu_angle(path.mu_in) * -1.0f, out = mu_angle(path.mu_out) * -1.0f;
+    if (side.symmetric) {
+        const F higher = maximum(in, out);
+        out = minimum(in, out);
+        in = higher;
+    }
+    at.mu = cubic_place(side.mu_in, in, at.of_mu).first;
+    at.other_mu = cubic_place(side.mu_out, out, at.of_other).first;
     if constexpr (azimuthal) {
         const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
         const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
@@ -200,8 +193,8 @@ STRATUS_INLINE auto direction_window(const TexturedSide& side, Index block,
             clamped((along - side.azimuth_first) * side.azimuth_step_inverse, 0.0f, last);
         const F cell = whole(place);
         const F first = clamped(cell - 1.0f, side.azimuth_window, side.last_azimuth_window);
-        at.first_azimuth = truncated(first + 1.0f);  // a mirrored sample lies before the first
-        cubic_weights((place - cell) + (cell - first), at.azimuth);
+        at.first_azimuth = first + 1.0f;  // a mirrored sample lies before the first
+        cubic_weights((place - cell) + (cell - first), at.of_azimuth);
     }
     return at;
 }
@@ -213,20 +206,17 @@ STRATUS_INLINE void store_weights(const F (&weight)[count], float (&to)[count][w
 
 /// Function values of one (mu, mu').
 template <bool azimuthal>
-STRATUS_INLINE int rows_of(const TexturedSide& side) {
+STRATUS_INLINE int rows_of(const PackedSide& side) {
     return azimuthal ? side.azimuths + 2 : 1;
 }
 
-/// Starts reading what lookup n of a plan needs.
-template <bool azimuthal, int width>
-STRATUS_INLINE void prefetch(const Plan<width>& plan, int n, int rows) {
-    const int next = plan.next_mu[n];
-    for (const int corner : {0, rows, next, next + rows}) {
-        const auto* const from = reinterpret_cast<const char*>(plan.function[n] + corner);
-        constexpr int bytes = (azimuthal ? stencil_size : 1) * int{sizeof(FunctionRow)};
-        for (int line = 0; line < bytes; line += 64) __builtin_prefetch(from + line);
-        __builtin_prefetch(from + bytes - 1);
-    }
+STRATUS_INLINE int row_bytes(const PackedSide& side) {
+    return functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
+}
+
+/// Rows of functions from the first sample of mu to the r-th.
+STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int rows) {
+    return r * next_mu + (side.symmetric ? r * (r - 1) / 2 * rows : 0);
 }
 
 /// Samples that one lookup reads.
@@ -236,9 +226,9 @@ struct SampleIndices {
 
 /// Where lookup n of a plan reads.
 template <bool azimuthal, int width>
-STRATUS_INLINE void set_addresses(const TexturedSide& side, const SampleIndices& at,
-                                  const TexturedPoint& point, int n, Plan<width>& plan) {
-    const TexturedBlock& block = side.block[at.block];
+STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& at,
+                                  const PackedPoint& point, int n, Plan<width>& plan) {
+    const LayerBlock& block = side.block[at.block];
     plan.coefficient[n] = block.coefficient +
                           (at.first_albedo - block.first_albedo) * block.depths + at.first_depth -
                           block.first_depth;
@@ -251,16 +241,17 @@ STRATUS_INLINE void set_addresses(const TexturedSide& side, const SampleIndices&
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     }
     const int rows = rows_of<azimuthal>(side);
-    const int row = side.symmetric ? at.mu * (at.mu + 3) / 2 : at.mu * block.columns;
-    plan.function[n] = block.function + (row + at.other_mu) * rows + at.first_azimuth;
-    plan.next_mu[n] = (side.symmetric ? at.mu + 2 : block.columns) * rows;
-    if constexpr (width > 1) prefetch<azimuthal>(plan, n, rows);
+    const int row = side.symmetric ? at.mu * (at.mu + 7) / 2 * rows : at.mu * side.row_step;
+    plan.function[n] =
+        static_cast<const char*>(block.function) +
+        static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *
+            row_bytes(side);
+    plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
 }
 
 /// Orders n >= 2 of the path law: cubic in w^2.
 template <Side which, class F>
-STRATUS_INLINE F along_path(const TexturedSide& side, const LightPathOf<F>& path, F albedo,
-                            F depth) {
+STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
     const PathSheetView& sheet = side.path;
     const F square = albedo * albedo, place = square * side.path_steps;
     const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
@@ -287,7 +278,7 @@ STRATUS_INLINE F along_path(const TexturedSide& side, const LightPathOf<F>& path
 
 /// Lookups n .. n + lanes of F of a plan.
 template <Side which, PhaseForm form, bool azimuthal, class F, int width>
-STRATUS_INLINE void prepare(const TexturedSide& side, const TexturedPointOf<F>& point, int n,
+STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point, int n,
                             Plan<width>& plan) {
     constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(point.optical_depth, 0, 1e30f);
@@ -307,17 +298,18 @@ STRATUS_INLINE void prepare(const TexturedSide& side, const TexturedPointOf<F>& 
     store(closed.factor, plan.factor + n);
 
     const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
-    const auto directions = direction_window<azimuthal>(side, block, path, point.azimuth);
-    store_weights(directions.corner.at, plan.corner_weight, n);
-    if constexpr (azimuthal) store_weights(directions.azimuth, plan.azimuth_weight, n);
+    const DirectionWindow<F> directions = direction_window<azimuthal>(side, path, point.azimuth);
+    store_weights(directions.of_mu, plan.mu_weight, n);
+    store_weights(directions.of_other, plan.other_weight, n);
+    if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
 
     std::int32_t index[6][lanes];
     store(block, index[0]);
     store(truncated(layers.first_albedo), index[1]);
     store(truncated(layers.first_depth), index[2]);
-    store(directions.mu, index[3]);
-    store(directions.other_mu, index[4]);
-    store(directions.first_azimuth, index[5]);
+    store(truncated(directions.mu), index[3]);
+    store(truncated(directions.other_mu), index[4]);
+    store(truncated(directions.first_azimuth), index[5]);
     float number[5][lanes];
     store(point.albedo, number[0]);
     store(point.co_albedo, number[1]);
@@ -338,8 +330,8 @@ STRATUS_INLINE LookupLanes::Floats words(const CoefficientRow& row, int word) {
     return values;
 }
 
-/// The values are these times `function_unit`.
-STRATUS_INLINE LookupLanes::Floats words(const FunctionRow& row, int word) {
+/// Halves: the values are these times `half_scale`.
+STRATUS_INLINE LookupLanes::Floats words(const FunctionRowOf<Half>& row, int word) {
 #if defined(__AVX512F__)
     static_cast<void>(word);
     return _mm512_maskz_cvtph_ps(0xffff,
@@ -353,10 +345,16 @@ STRATUS_INLINE LookupLanes::Floats words(const FunctionRow& row, int word) {
 #endif
 }
 #if defined(__AVX512F__)
-constexpr float function_unit = 1;
+constexpr float half_scale = 1;
 #else
-constexpr float function_unit = half_unit;
+constexpr float half_scale = half_unit;
 #endif
+
+STRATUS_INLINE LookupLanes::Floats words(const FunctionRowOf<float>& row, int word) {
+    LookupLanes::Floats values;
+    __builtin_memcpy(&values, row.value + word * lane_width, sizeof values);
+    return values;
+}
 
 template <int width>
 STRATUS_INLINE float sum_of(typename SimdRegister<width>::Floats lanes) {
@@ -369,14 +367,12 @@ STRATUS_INLINE float sum_of(typename SimdRegister<width>::Floats lanes) {
     }
 }
 
-/// Orders n >= 2 of lookup n of a plan.
-template <bool azimuthal, int width>
-STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& plan, int n) {
-    const int rows = rows_of<azimuthal>(side);
+/// Orders n >= 2 of lookup n of a plan, but for the factor.
+template <class Number, bool azimuthal, int width>
+STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
+    const int rows = rows_of<azimuthal>(side), stride = plan.coefficient_stride[n];
     const CoefficientRow* const coefficient = plan.coefficient[n];
-    const FunctionRow* const function = plan.function[n];
-    const int stride = plan.coefficient_stride[n];
-    const int corner[4] = {0, rows, plan.next_mu[n], plan.next_mu[n] + rows};
+    const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
     LookupLanes::Floats sum{};
     for (int word = 0; word < functions / lane_width; ++word) {
         LookupLanes::Floats of_layers{};
@@ -387,24 +383,36 @@ STRATUS_INLINE float contracted(const TexturedSide& side, const Plan<width>& pla
             of_layers += plan.albedo_weight[l][n] * of_albedo;
         }
         LookupLanes::Floats of_directions{};
-        for (int c = 0; c < 4; ++c) {
-            const FunctionRow* const at = function + corner[c];
-            if constexpr (azimuthal) {
-                LookupLanes::Floats around{};
-                for (int a = 0; a < stencil_size; ++a)
-                    around += plan.azimuth_weight[a][n] * words(at[a], word);
-                of_directions += plan.corner_weight[c][n] * around;
-            } else {
-                of_directions += plan.corner_weight[c][n] * words(*at, word);
+        for (int r = 0; r < stencil_size; ++r) {
+            const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
+            LookupLanes::Floats of_other{};
+            for (int c = 0; c < stencil_size; ++c) {
+                const auto* const at = row + c * side.column_step;
+                if constexpr (azimuthal) {
+                    LookupLanes::Floats around{};
+                    for (int a = 0; a < stencil_size; ++a)
+                        around += plan.azimuth_weight[a][n] * words(at[a], word);
+                    of_other += plan.other_weight[c][n] * around;
+                } else {
+                    of_other += plan.other_weight[c][n] * words(*at, word);
+                }
             }
+            of_directions += plan.mu_weight[r][n] * of_other;
         }
         sum += of_layers * of_directions;
     }
-    return plan.factor[n] * (function_unit * sum_of<lane_width>(sum));
+    return sum_of<lane_width>(sum);
+}
+
+template <bool azimuthal, int width>
+STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
+    const float sum = side.halves ? half_scale * contracted_rows<Half, azimuthal>(side, plan, n)
+                                  : contracted_rows<float, azimuthal>(side, plan, n);
+    return plan.factor[n] * sum;
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
-void evaluate_one(const TexturedSide& side, const TexturedPoint& at, float* single_multiple) {
+void evaluate_one(const PackedSide& side, const PackedPoint& at, float* single_multiple) {
     Plan<1> plan;
     prepare<which, form, azimuthal>(side, at, 0, plan);
     single_multiple[0] = plan.single[0];
@@ -412,14 +420,14 @@ void evaluate_one(const TexturedSide& side, const TexturedPoint& at, float* sing
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
-void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_t first,
+void prepare_many(const PackedSide& side, const PackedPoints& at, std::size_t first,
                   Plan<points_at_once>& plan) {
     for (int n = 0; n < points_at_once; n += lane_width) {
         const std::size_t from = first + static_cast<std::size_t>(n);
         const auto albedo = load<LookupLanes>(at.albedo + from);
         prepare<which, form, azimuthal>(
             side,
-            TexturedPointOf<LookupLanes>{
+            PackedPointOf<LookupLanes>{
                 albedo, 1.0f - albedo, load<LookupLanes>(at.optical_depth + from),
                 load<LookupLanes>(at.mu_in + from), load<LookupLanes>(at.mu_out + from),
                 load<LookupLanes>(at.azimuth + from)},
@@ -427,26 +435,20 @@ void prepare_many(const TexturedSide& side, const TexturedPoints& at, std::size_
     }
 }
 
-/// While some lookups are summed, the memory that the next ones read is being fetched.
 template <Side which, PhaseForm form, bool azimuthal>
-void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size_t count,
+void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t count,
                    float* total) {
-    Plan<points_at_once> plan[2];
-    constexpr auto step = static_cast<std::size_t>(points_at_once);
-    if (count > 0) prepare_many<which, form, azimuthal>(side, at, 0, plan[0]);
-    for (std::size_t first = 0; first < count; first += step) {
-        const Plan<points_at_once>& now = plan[first / step % 2];
-        if (first + step < count)
-            prepare_many<which, form, azimuthal>(side, at, first + step,
-                                                 plan[1 - first / step % 2]);
+    Plan<points_at_once> plan;
+    for (std::size_t first = 0; first < count; first += std::size_t{points_at_once}) {
+        prepare_many<which, form, azimuthal>(side, at, first, plan);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
-                now.single[n] + (contracted<azimuthal>(side, now, n) + now.along_path[n]);
+                plan.single[n] + (contracted<azimuthal>(side, plan, n) + plan.along_path[n]);
     }
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
-constexpr TexturedKernel kernel() {
+constexpr PackedKernel kernel() {
     if constexpr (form == PhaseForm::none || form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
         return {nullptr, nullptr};
@@ -455,18 +457,18 @@ constexpr TexturedKernel kernel() {
 }
 
 template <Side which, int... place>
-constexpr TexturedSideKernels all_kernels(std::integer_sequence<int, place...>) {
+constexpr PackedSideKernels all_kernels(std::integer_sequence<int, place...>) {
     return {{kernel<which, static_cast<PhaseForm>(place / 2), place % 2 == 1>()...}};
 }
 template <Side which>
-constexpr TexturedSideKernels all_kernels() {
+constexpr PackedSideKernels all_kernels() {
     return all_kernels<which>(std::make_integer_sequence<int, 2 * phase_forms>());
 }
 
 }  // namespace
 
-extern const TexturedKernels textured_kernels;
-constexpr TexturedKernels textured_kernels{all_kernels<Side::reflection>(),
-                                           all_kernels<Side::transmission>()};
+extern const PackedKernels packed_kernels;
+constexpr PackedKernels packed_kernels{all_kernels<Side::reflection>(),
+                                       all_kernels<Side::transmission>()};
 
 }  // namespace stratus::STRATUS_ISA

@@ -1,0 +1,273 @@
+#include <stratus/runtime/packed_table.h>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
+#include "kept_tolerance.h"
+#include "packed_block.h"
+#include "packed_names.h"
+#include "tensor_file.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+// Shares of the tolerance by which the functions may miss a layer: those found, and by rounding
+// them to halves.
+constexpr double basis_share = 0.3, half_share = 0.5;
+
+std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+/// The blocks of one side.
+struct PackedBlocks {
+    std::vector<float> function;  // over (block, row, function)
+    std::vector<float> coefficient;
+    std::vector<std::int32_t> block;          // over (block, field): packed_names.h
+    std::vector<std::int32_t> block_of_cell;  // over (albedo, optical depth)
+    double half_error = 0;
+};
+
+/// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
+class BlockBuilder {
+  public:
+    explicit BlockBuilder(const LayerShapes& samples)
+        : samples_(samples),
+          ends_at_infinity_(samples.table().optical_depth.ends_at_infinity),
+          tolerance_(kept_tolerance(samples.table())),
+          azimuth_step_(std::max(1, (samples.azimuths() - 1) / 8)) {
+        const AxisView &albedo = samples.table().albedo, &depth = samples.table().optical_depth;
+        for (int a = 0; a < albedo.count; ++a)
+            for (int d = 0; d < depth.size(); ++d) {
+                values_.push_back(samples.layer(a, d, azimuth_step_));
+                importance_.push_back(samples.importance(a, d, azimuth_step_));
+            }
+        depth_rows_ = std::max(stencil_size, depth.count);
+        packed_.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0);
+        cover({0, std::max(1, albedo.count - 1)}, 0);
+    }
+
+    PackedBlocks take() { return std::move(packed_); }
+
+  private:
+    /// Samples that the cubics of some cells reach.
+    static SampleRange reach(const SampleRange& cells, int samples) {
+        if (samples <= stencil_size) return {0, samples};
+        const int first = std::clamp(cells.first - 1, 0, samples - stencil_size);
+        const int last =
+            std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
+        return {first, last - first + 1};
+    }
+
+    /// Blocks of some albedos from an optical depth on, each as deep as its basis suffices for;
+    /// where that is shallow, of half the albedos each.
+    void cover(const SampleRange& albedo_cells, int first_depth) {
+        constexpr int shallow = 3, narrow = 8;  // cells
+        const double allowed = basis_share * tolerance_;
+        const int end = std::max(1, samples_.table().optical_depth.count - 1);
+        int guess = 9;
+        for (int first = first_depth; first < end;) {
+            const SampleRange depth_cells{first, std::min(guess, end - first)};
+            const BlockLayers layers = layers_of(albedo_cells, depth_cells);
+            const LayerBasis basis = greedy_basis(layers, allowed);
+            const bool met = basis.error <= allowed;
+            if (!met && depth_cells.count > shallow) {
+                guess = std::max(shallow, depth_cells.count * (basis.error > 8 * allowed ? 1 : 2) /
+                                              (basis.error > 8 * allowed ? 2 : 3));
+            } else if (!met && albedo_cells.count > narrow) {
+                const int half = albedo_cells.count / 2;
+                cover({albedo_cells.first, half}, first);
+                cover({albedo_cells.first + half, albedo_cells.count - half}, first);
+                return;
+            } else {
+                add(layers, basis, albedo_cells, depth_cells);
+                first += depth_cells.count;
+                guess = depth_cells.count + 2;
+            }
+        }
+    }
+
+    BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        const AxisView& depth = samples_.table().optical_depth;
+        const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
+        BlockLayers layers{reach(albedo_cells, samples_.table().albedo.count),
+                           reach(depth_cells, depth.count),
+                           deepest && ends_at_infinity_,
+                           {},
+                           {},
+                           (samples_.azimuths() - 1) / azimuth_step_ + 1};
+        for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
+            for (int d = 0; d < layers.depth_count(); ++d) {
+                const std::size_t at = size(a * depth.size() + layers.depths.first + d);
+                layers.values.push_back(&values_[at]);
+                layers.importance.push_back(&importance_[at]);
+            }
+        return layers;
+    }
+
+    void add(const BlockLayers& layers, const LayerBasis& basis, const SampleRange& albedo_cells,
+             const SampleRange& depth_cells) {
+        const auto index =
+            static_cast<std::int32_t>(packed_.block.size() / size(BlockField::count));
+        // A place on the last sample belongs to the last cell; short axes are sampled again.
+        const auto end_of = [](const SampleRange& cells, int samples) {
+            return samples < stencil_size ? stencil_size
+                                          : std::min(cells.first + cells.count + 1, samples);
+        };
+        for (int a = albedo_cells.first; a < end_of(albedo_cells, samples_.table().albedo.count);
+             ++a)
+            for (int d = depth_cells.first;
+                 d < end_of(depth_cells, samples_.table().optical_depth.count); ++d)
+                packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
+        const PackedBlock block = packed_block(samples_, layers, basis);
+        const std::size_t rows = block.coefficient.size();
+        std::int32_t field[BlockField::count];
+        field[BlockField::first_albedo] = layers.albedos.first;
+        field[BlockField::albedos] = static_cast<std::int32_t>(rows) / block.depths;
+        field[BlockField::first_depth] = layers.depths.first;
+        field[BlockField::depths] = block.depths;
+        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
+        field[BlockField::first_row] =
+            static_cast<std::int32_t>(packed_.coefficient.size() / functions);
+        packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
+        packed_.function.insert(packed_.function.end(), block.function.begin(),
+                                block.function.end());
+        for (const CoefficientRow& row : block.coefficient)
+            packed_.coefficient.insert(packed_.coefficient.end(), row.value, row.value + functions);
+        packed_.half_error = std::max(packed_.half_error, block.half_error);
+    }
+
+    const LayerShapes& samples_;
+    bool ends_at_infinity_;
+    double tolerance_;
+    int azimuth_step_, depth_rows_;
+    std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
+    PackedBlocks packed_;
+};
+
+void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
+    if (curve.sample_count() == 0) return;  // its phase function tells
+    const std::size_t width = size(curve.width());
+    file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
+}
+
+void add_side(TensorWriter& file, const std::string& prefix, const TableView& table, Side which) {
+    const bool held = which == Side::reflection
+                          ? table.has_reflection()
+                          : table.has_transmission() && table.optical_depth.count > 0;
+    if (!held) return;
+    const LayerShapes shapes(table, which);
+    const PackedBlocks blocks = BlockBuilder(shapes).take();
+    const std::string side = prefix + side_name(which);
+    const std::size_t count = blocks.block.size() / size(BlockField::count);
+    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
+    if (blocks.half_error <= half_share * kept_tolerance(table)) {
+        std::vector<Half> halves;
+        halves.reserve(blocks.function.size());
+        for (const float value : blocks.function) halves.push_back(to_half(value));
+        file.add(side + functions_name, shape, halves);
+    } else {
+        file.add(side + functions_name, shape, blocks.function);
+    }
+    file.add(side + coefficients_name, {blocks.coefficient.size() / functions, functions},
+             blocks.coefficient);
+    file.add(side + blocks_name, {count, size(BlockField::count)}, blocks.block);
+    const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
+    file.add(side + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
+             blocks.block_of_cell);
+    if (which == Side::reflection && table.has_lower_boundary() &&
+        table.lower_boundary->kind == LowerBoundary::Kind::layer)
+        add_curve(file, side + phase_name,
+                  PhaseCurve::reflected(*table.phase_function, {}, table.lower_boundary));
+}
+
+void add_path_law(TensorWriter& file, const Table& table) {
+    if (!table.path_law) return;
+    const PathOrders& law = *table.path_law;
+    const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
+    file.add(path_orders_name, {angles, orders}, law.of_angle(0));
+    file.set(path_offset_name, shortest_text(double{law.offset()}));
+    file.set(path_deepest_name, shortest_text(law.deepest()));
+    const PathSheet sheet = squared_path_sheet(law, table.highest_order);
+    file.add(path_sheet_name,
+             {size(path_sheet_steps + 1),
+              sheet.sample_count() / size(path_sheet_steps + 1) / 2 / angles, angles, 2},
+             sheet.view().sample);
+}
+
+void add_header(TensorWriter& file, const Table& table) {
+    for (const auto& [name, text] : table.attributes) {
+        require(!is_reserved(name), "pack", "an attribute's name",
+                "one that the format does not reserve", name);
+        file.set(name, text);
+    }
+    file.set(format_name, packed_format);
+    file.set(format_version_name, packed_format_version);
+    file.set(phase_function_name, table.phase_function.text());
+    if (table.has_mixture()) {
+        file.set(second_phase_function_name, table.second_phase_function.text());
+        file.set(second_extrapolation_length_name,
+                 shortest_text(table.second_extrapolation_length));
+    }
+    if (table.lower_boundary.is_present()) {
+        const bool surface = table.lower_boundary.kind == LowerBoundary::Kind::surface;
+        file.set(below_name, surface ? surface_name : layer_name);
+        file.set(below_albedo_name, shortest_text(table.lower_boundary.albedo));
+        if (!surface)
+            file.set(below_phase_function_name, table.lower_boundary.phase_function.text());
+    }
+    file.set(extrapolation_length_name, shortest_text(table.extrapolation_length));
+    file.set(tolerance_name, shortest_text(table.tolerance));
+    file.set(measured_error_name, shortest_text(table.measured_error));
+    file.set(highest_order_name, std::to_string(table.highest_order));
+    for (const PackedAxisField& field : packed_axis_fields()) {
+        const Axis& axis = table.*field.axis;
+        if (axis.values.empty()) continue;  // no mixture
+        file.add(field.name, {axis.values.size()}, axis.values);
+        file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
+    }
+    const std::size_t albedos = table.albedo.values.size(),
+                      depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
+                      mixtures = table.mixture_count();
+    for (const PackedFluxField& field : packed_flux_fields()) {
+        const std::vector<float>& flux = table.*field.flux;
+        if (flux.empty()) continue;
+        std::vector<std::size_t> shape{mixtures, albedos, depths};
+        if (field.over_mu) shape.push_back(mus);
+        file.add(field.name, shape, flux);
+    }
+    file.add(diffusion_exponent_name, {mixtures, albedos}, table.diffusion_exponent);
+}
+
+}  // namespace
+
+std::vector<char> pack(const Table& table) {
+    for (const std::vector<float>* const samples :
+         {&table.reflection_multiple, &table.transmission_multiple})
+        require(samples->empty() || samples->size() == table.sample_count(), "pack", "samples",
+                "as many as the axes say, " + std::to_string(table.sample_count()),
+                samples->size());
+    TensorWriter file;
+    add_header(file, table);
+    add_path_law(file, table);
+    for (std::size_t m = 0; m < table.mixture_count(); ++m) {
+        const Table* one = &table;
+        Table of_mixture;
+        if (table.has_mixture()) {
+            of_mixture = table_of_mixture(table, static_cast<int>(m));
+            one = &of_mixture;
+        }
+        const std::string prefix = mixture_prefix(table.has_mixture(), m);
+        add_curve(file, prefix + phase_name, one->phase_curve);
+        const TableView view = one->view();
+        for (const Side side : {Side::reflection, Side::transmission})
+            add_side(file, prefix, view, side);
+    }
+    return file.bytes();
+}
+
+}  // namespace stratus

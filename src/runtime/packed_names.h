@@ -1,0 +1,102 @@
+// What a packed table's file holds, by name (docs/packed.md): strings, axes, fluxes, and for each
+// side (and sample of the mixture, if there is one) the blocks of functions.
+#pragma once
+
+#include <stratus/runtime/path_law.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/table.h>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+constexpr const char* packed_format = "stratus-packed";
+constexpr const char* packed_format_version = "1";
+
+// Strings.
+constexpr const char* format_name = "format";
+constexpr const char* format_version_name = "format_version";
+constexpr const char* phase_function_name = "phase_function";
+constexpr const char* second_phase_function_name = "second_phase_function";
+constexpr const char* below_name = "below";
+constexpr const char* below_albedo_name = "below_albedo";
+constexpr const char* below_phase_function_name = "below_phase_function";
+constexpr const char* extrapolation_length_name = "extrapolation_length";
+constexpr const char* second_extrapolation_length_name = "second_extrapolation_length";
+constexpr const char* tolerance_name = "tolerance";
+constexpr const char* measured_error_name = "measured_error";
+constexpr const char* highest_order_name = "highest_order";
+constexpr const char* path_offset_name = "path_offset";
+constexpr const char* path_deepest_name = "path_deepest";
+constexpr const char* scale_suffix = "_scale";  // of an axis' name
+constexpr const char* surface_name = "lambert surface";
+constexpr const char* layer_name = "semi-infinite layer";
+
+// Numbers.
+constexpr const char* diffusion_exponent_name = "diffusion_exponent";
+constexpr const char* path_orders_name = "path_orders";
+constexpr const char* path_sheet_name = "path_sheet";
+constexpr const char* phase_name = "phase";  // samples of a phase curve, where it needs any
+constexpr const char* functions_name = "functions";
+constexpr const char* coefficients_name = "coefficients";
+constexpr const char* blocks_name = "blocks";
+constexpr const char* block_of_cell_name = "block_of_cell";
+
+inline std::string side_name(Side side) {
+    return side == Side::reflection ? "reflection/" : "transmission/";
+}
+inline std::string mixture_prefix(bool has_mixture, std::size_t sample) {
+    return has_mixture ? "mixture_" + std::to_string(sample) + "/" : "";
+}
+
+/// Numbers of a block in `blocks`.
+namespace BlockField {
+enum : int {
+    first_albedo,  // samples of the table that its coefficients begin at
+    albedos,       // of the coefficients
+    first_depth,
+    depths,            // infinity included
+    ends_at_infinity,  // 1: its last depth is that
+    first_row,         // of `coefficients`
+    count
+};
+}
+
+struct PackedAxisField {
+    const char* name;
+    Axis Table::*axis;
+};
+inline const std::array<PackedAxisField, 6>& packed_axis_fields() {
+    static const std::array<PackedAxisField, 6> fields{{{"mixture", &Table::mixture},
+                                                        {"albedo", &Table::albedo},
+                                                        {"optical_depth", &Table::optical_depth},
+                                                        {"mu_in", &Table::mu_in},
+                                                        {"mu_out", &Table::mu_out},
+                                                        {"azimuth", &Table::azimuth}}};
+    return fields;
+}
+
+struct PackedFluxField {
+    const char* name;
+    std::vector<float> Table::*flux;
+    bool over_mu;
+};
+inline const std::array<PackedFluxField, 3>& packed_flux_fields() {
+    static const std::array<PackedFluxField, 3> fields{
+        {{"plane_albedo", &Table::plane_albedo, true},
+         {"diffuse_transmittance", &Table::diffuse_transmittance, true},
+         {"spherical_albedo", &Table::spherical_albedo, false}}};
+    return fields;
+}
+
+/// Names of strings that a table's own attributes must not have.
+bool is_reserved(const std::string& name);
+
+// The path law divided by w^2, tabulated over w^2 from 0 to 1.
+constexpr int path_sheet_steps = 11;
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+
+}  // namespace stratus

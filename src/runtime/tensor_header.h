@@ -1,0 +1,74 @@
+// The header of a file of tensors (tensor_file.h) as text: its JSON, and what is said about it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+constexpr std::size_t tensor_header_start = 8;  // bytes of the header's length, before it
+
+/// Throws std::invalid_argument "TensorFile: argument must be allowed, got met".
+[[noreturn]] void refuse_tensor_file(const std::string& argument, const std::string& allowed,
+                                     const std::string& met);
+
+/// The front of a text for a message; what is not printable ASCII is '?'.
+std::string quoted(const std::string& text);
+
+/// "[2, 3]", which is JSON, too.
+std::string list_text(const std::vector<std::size_t>& numbers);
+
+bool is_utf8(const std::string& text);
+
+/// A text in quotation marks, with what JSON wants escaped.
+std::string json_string(const std::string& utf8);
+
+/// Reads JSON of the few forms that a header has: objects of what the caller reads, strings, lists
+/// of integers, spaces between them. No function calls itself, so depth is that of the caller.
+///
+/// Errors   std::invalid_argument for everything else.
+class TensorHeaderReader {
+  public:
+    TensorHeaderReader(const char* begin, const char* end)
+        : begin_(begin), end_(end), next_(begin) {}
+
+    /// Calls member(key) for each key, which reads the value.
+    template <class Member>
+    void read_object(const Member& member) {
+        expect('{');
+        if (take('}')) return;
+        do {
+            const std::string key = read_string();
+            expect(':');
+            member(key);
+        } while (take(','));
+        expect('}');
+    }
+
+    std::string read_string();
+
+    /// At most `max` integers, none negative.
+    std::vector<std::size_t> read_integers(std::size_t max);
+
+    /// Nothing but spaces is left.
+    void expect_end();
+
+  private:
+    bool is_next(char wanted) const { return next_ != end_ && *next_ == wanted; }
+    bool is_digit() const { return next_ != end_ && *next_ >= '0' && *next_ <= '9'; }
+    void skip_space();
+    bool take(char wanted);
+    void expect(char wanted);
+    std::size_t read_integer();
+    void append_escape(std::string& text);
+    std::uint32_t read_escaped_character();
+    std::uint32_t read_hex();
+    std::string place(const char* at) const;
+    std::string met() const;
+
+    const char *begin_, *end_, *next_;
+};
+
+}  // namespace stratus

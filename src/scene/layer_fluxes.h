@@ -1,0 +1,49 @@
+// Fluxes of a scene's layer by its tables, cubic in albedo, optical depth and cosine. A picture asks
+// at every sample, nearly always for the layer's own albedo: its fluxes in each channel are found
+// beforehand.
+#pragma once
+
+#include <stratus/runtime/table.h>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+class LayerFluxes {
+    using Values = std::array<std::vector<double>, 3>;  // by Flux
+
+  public:
+    enum Flux : std::size_t { diffuse_transmittance, plane_albedo, spherical_albedo };
+
+    /// Samples and their weights, as in Stencil.
+    struct Weights {
+        int first = 0;
+        std::array<double, stencil_size> weight{1, 0, 0, 0};
+    };
+
+    /// A layer and a cosine among the samples of the tables.
+    struct Place {
+        Weights mu, albedo, optical_depth;            // of thinner layers than the tables', smaller
+        const std::vector<Values>* values = nullptr;  // of all albedos, or of the layer's
+    };
+
+    /// `tables` differ in their mixtures alone; `albedo` of the layer in each channel.
+    LayerFluxes(const std::vector<Table>& tables, const std::array<double, 3>& albedo);
+
+    void set_cosine(Place& place, double mu) const noexcept;
+    void set_albedo(Place& place, std::size_t channel, double albedo) const noexcept;
+    void set_optical_depth(Place& place, double optical_depth) const noexcept;
+
+    /// By one of the tables, at a place whose parts are all set; 0 where it has no such flux.
+    double at(const Place& place, Flux flux, std::size_t table = 0) const noexcept;
+
+  private:
+    AxisView albedo_, optical_depth_, mu_;
+    std::array<double, 3> own_albedo_;
+    std::vector<Values> all_;                 // over (albedo, optical_depth, mu)
+    std::array<std::vector<Values>, 3> own_;  // of each channel, over (optical_depth, mu)
+};
+
+}  // namespace stratus

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# stratus pack: the packed file serves wherever a table does; its refusals.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+cat >haze.toml <<'END'
+title = "haze"
+phase_function = "henyey_greenstein:g=0.5"
+tolerance = 1e-2
+optical_depth = { min = 0.1, max = 4.0 }
+albedo = { min = 0.8, max = 1.0 }
+END
+expect_ok bake haze.toml -o haze.h5 --quiet
+expect_ok pack haze.h5 -o haze.stratus
+expect_silent "$out"
+expect_says "$err" "haze.stratus" "MB" "% of the table's samples"
+expect_ok pack haze.h5 -o again.stratus --quiet
+expect_silent "$err"
+expect_same haze.stratus again.stratus
+
+expect_ok info haze.stratus
+expect_says "$out" "haze" "henyey_greenstein:g=0.5"
+expect_ok verify haze.stratus --samples 50
+expect_ok verify haze.stratus --samples 50 --bound
+printf 'mu_in,mu_out,azimuth_deg,optical_depth,albedo\n0.5,0.8,60,1,0.9\n' >query.csv
+expect_ok eval haze.stratus --query query.csv
+
+expect_refused 2 --output .stratus haze.h5 -- pack haze.h5 -o haze.h5
+expect_refused 2 TABLE .h5 .exr haze.stratus -- pack haze.stratus -o other.stratus
+expect_refused 1 absent.h5 -- pack absent.h5 -o new.stratus
+expect_refused 2 IN .h5 .exr -- convert haze.stratus back.h5
+head -c 2000 haze.stratus >short.stratus
+expect_refused 1 short.stratus -- info short.stratus
+cp haze.h5 foreign.stratus
+expect_refused 1 foreign.stratus -- eval foreign.stratus --query query.csv

@@ -1,0 +1,251 @@
+// Files of packed tables: what is written is read, and what was forged is refused or harmless.
+#include <stratus/runtime/packed_table.h>
+
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/slice.h>
+
+#include "refusal.h"
+#include "small_table.h"
+#include "tensor_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+double reflected(const Point& p) {
+    return small_table_reflection_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
+}
+double transmitted(const Point& p) {
+    return small_table_transmission_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
+}
+
+Table small(const char* phase = "henyey_greenstein:g=0.5") {
+    Table table = empty_table({5, 6, 6, 6, 5}, {0.1, 8, true});
+    table.phase_function = parse_phase_function(phase);
+    table.tolerance = 1e-3;
+    table.attributes["title"] = "small";
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
+/// Lookups of every kind, whatever they give.
+void look_up(const PackedTable& table) {
+    for (const double albedo : {0.0, 0.8, 1.0})
+        for (const double depth : {0.0, 1e-3, 2.0, 50.0, infinity})
+            for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{1e-4, 1, 3.1}}) {
+                table.reflection(albedo, depth, at, 0.3);
+                table.transmission(albedo, depth, at, 0.3);
+            }
+}
+
+TEST(PackedFile, HoldsWhatTheTableSays) {
+    const Table table = small("0.5*lambert_sphere + 0.5*rayleigh");
+    const PackedTable packed(pack(table));
+    const Table& header = packed.header();
+    EXPECT_EQ(header.phase_function.text(), table.phase_function.text());
+    EXPECT_EQ(header.optical_depth.values, table.optical_depth.values);
+    EXPECT_EQ(header.mu_in.values, table.mu_in.values);
+    EXPECT_EQ(header.diffusion_exponent, table.diffusion_exponent);
+    EXPECT_EQ(header.attributes.at("title"), "small");
+    EXPECT_EQ(header.tolerance, table.tolerance);
+    const Table unpacked = packed.unpacked();
+    ASSERT_EQ(unpacked.reflection_multiple.size(), table.reflection_multiple.size());
+    for (std::size_t n = 0; n < table.reflection_multiple.size(); ++n)
+        EXPECT_NEAR(unpacked.reflection_multiple[n], table.reflection_multiple[n],
+                    1e-3 * table.reflection_multiple[n]);
+}
+
+TEST(PackedFile, BindsAsTheTableDoes) {
+    for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
+        const Table table = small(phase);
+        const PackedTable packed(pack(table));
+        for (const double depth : {0.02, 1.0, 30.0, infinity}) {
+            const Slice expected = bind(table.view(), depth, 0.9),
+                        found = bind(packed.view(), depth, 0.9);
+            for (const float mu : {0.1f, 0.5f, 0.95f})
+                for (const float azimuth : {0.0f, 1.0f, 3.0f}) {
+                    const float R = expected.reflection(mu, 0.4f, azimuth);
+                    EXPECT_NEAR(found.reflection(mu, 0.4f, azimuth), R, 1e-3f * R);
+                    const float T = expected.transmission(mu, 0.4f, azimuth);
+                    EXPECT_NEAR(found.transmission(mu, 0.4f, azimuth), T, 1e-3f * T);
+                    EXPECT_EQ(found.direct(mu), expected.direct(mu));
+                }
+        }
+    }
+}
+
+/// A file with some of its strings or numbers changed.
+class Forged {
+  public:
+    Forged() : original_(pack(small())) {
+        const TensorFile file(aligned(original_), original_.size());
+        for (const auto& [key, text] : file.strings()) strings_[key] = text;
+        for (const auto& [name, tensor] : file.tensors()) {
+            if (name.rfind("padding_", 0) == 0) continue;
+            const std::size_t sizes[] = {2, 4, 8, 4};
+            const auto* const first = static_cast<const char*>(tensor.data);
+            tensors_[name] = {
+                tensor.type,
+                tensor.shape,
+                {first, first + tensor.count() * sizes[static_cast<int>(tensor.type)]}};
+        }
+    }
+
+    struct Held {
+        TensorType type;
+        std::vector<std::size_t> shape;
+        std::vector<char> data;
+    };
+    std::map<std::string, std::string> strings_;
+    std::map<std::string, Held> tensors_;
+
+    template <class Number>
+    void set(const std::string& name, std::size_t at, Number value) {
+        std::memcpy(tensors_.at(name).data.data() + at * sizeof value, &value, sizeof value);
+    }
+
+    std::vector<char> bytes() const {
+        TensorWriter file;
+        for (const auto& [key, text] : strings_) file.set(key, text);
+        for (const auto& [name, held] : tensors_)
+            file.add(name, held.type, held.shape, held.data.data());
+        return file.bytes();
+    }
+
+  private:
+    const void* aligned(const std::vector<char>& bytes) {
+        copy_.assign(bytes.size() / sizeof(double) + 1, 0);
+        std::memcpy(copy_.data(), bytes.data(), bytes.size());
+        return copy_.data();
+    }
+
+    std::vector<char> original_;
+    std::vector<double> copy_;
+};
+
+void expect_refused(const Forged& forged, const std::vector<const char*>& fragments) {
+    expect_refusal<std::invalid_argument>([&] { PackedTable{forged.bytes()}; }, fragments);
+}
+
+TEST(PackedFile, RefusesForgedStrings) {
+    PackedTable{Forged().bytes()};
+    const std::vector<std::pair<const char*, const char*>> rows{
+        {"format", "another"},
+        {"format_version", "2"},
+        {"tolerance", "-1"},
+        {"highest_order", "1.5"},
+        {"extrapolation_length", "0"},
+        {"albedo_scale", "logarithmic"},
+        {"mu_in_scale", "linear"},
+        {"optical_depth_scale", "depth"},
+        {"measured_error", "few"},
+        {"phase_function", "moments:file=/etc/passwd"},
+        {"phase_function", "nonsense"},
+        {"below", "water"}};
+    for (const auto& [key, text] : rows) {
+        Forged forged;
+        forged.strings_[key] = text;
+        if (std::string(key) == "below") forged.strings_["below_albedo"] = "0.5";
+        SCOPED_TRACE(key);
+        expect_refused(forged, {});
+    }
+    Forged forged;
+    forged.strings_.erase("phase_function");
+    expect_refused(forged, {"phase_function"});
+}
+
+TEST(PackedFile, RefusesForgedBlocks) {
+    const std::string side = "reflection/";
+    for (int field = 0; field < 6; ++field)
+        for (const std::int32_t value : {-1, 9, 1 << 30, INT32_MAX, INT32_MIN}) {
+            Forged forged;
+            forged.set(side + "blocks", static_cast<std::size_t>(field), value);
+            SCOPED_TRACE(std::to_string(field) + " = " + std::to_string(value));
+            expect_refused(forged, {side.c_str()});
+        }
+    Forged forged;
+    forged.set(side + "blocks", 4, 0);  // not infinite, as its cells need
+    expect_refused(forged, {"packed table"});
+    for (const std::int32_t value : {-1, 1000}) {
+        Forged other;
+        other.set(side + "block_of_cell", 3, value);
+        expect_refused(other, {"block_of_cell"});
+    }
+    for (const char* const name : {"functions", "coefficients", "block_of_cell", "blocks"}) {
+        Forged other;
+        auto& shape = other.tensors_.at(side + name).shape;
+        if (shape.size() == 3)
+            std::swap(shape[1], shape[2]);
+        else
+            std::swap(shape[0], shape[1]);
+        SCOPED_TRACE(name);
+        if (shape[0] != shape[1]) expect_refused(other, {name});
+    }
+    Forged without;
+    without.tensors_.erase(side + "coefficients");
+    expect_refused(without, {"coefficients"});
+}
+
+TEST(PackedFile, RefusesForgedAxesAndFluxes) {
+    for (const char* const name : {"albedo", "optical_depth", "mu_in", "mu_out", "azimuth"})
+        for (const double value : {-1.0, 1e300}) {
+            Forged forged;
+            forged.set(name, 1, value);
+            SCOPED_TRACE(name);
+            expect_refused(forged, {name});
+        }
+    Forged forged;
+    forged.set("diffusion_exponent", 0, -1.0);
+    expect_refused(forged, {"diffusion_exponent"});
+    const auto nothing = [](const char* side) {
+        Forged other;
+        for (auto held = other.tensors_.begin(); held != other.tensors_.end();)
+            held = held->first.rfind(side, 0) == 0 ? other.tensors_.erase(held) : std::next(held);
+        return other;
+    };
+    EXPECT_FALSE(PackedTable(nothing("transmission/").bytes()).has_transmission());
+    Forged neither = nothing("transmission/");
+    for (const char* const name : {"functions", "coefficients", "blocks", "block_of_cell"})
+        neither.tensors_.erase(std::string("reflection/") + name);
+    expect_refused(neither, {"neither"});
+}
+
+TEST(PackedFile, SurvivesMutations) {
+    const std::vector<char> original = pack(small("lambert_sphere"));
+    std::mt19937 random(1);
+    const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
+    std::uint64_t header = 0;
+    std::memcpy(&header, original.data(), sizeof header);
+    int read = 0;
+    constexpr int mutations = 20000;
+    for (int n = 0; n < mutations; ++n) {
+        std::vector<char> bytes = original;
+        // Half of the changes within the header, which decides where numbers are read.
+        for (std::size_t k = 0; k <= below(3); ++k) {
+            const std::size_t at = below(n % 2 == 0 ? 8 + header : bytes.size());
+            bytes[at] = static_cast<char>(random());
+        }
+        if (n % 16 == 0) bytes.resize(below(bytes.size()));
+        try {
+            const PackedTable table(bytes);
+            ++read;
+            if (n % 8 == 0) look_up(table);
+        } catch (const std::invalid_argument&) {
+        }
+    }
+    EXPECT_GT(read, mutations / 50) << "values of functions may be anything";
+    EXPECT_LT(read, mutations * 9 / 10);
+}
+
+}  // namespace
+}  // namespace stratus

@@ -14,8 +14,8 @@
 namespace stratus {
 namespace {
 
-constexpr std::size_t globe_radii = 24;  // from which the globe is seen; linear between
-constexpr std::size_t nodes = 24;        // of chi and psi, on either half of the globe
+constexpr std::size_t globe_radii = 16;  // from which the globe is seen; linear between
+constexpr std::size_t nodes = 16;        // of chi and psi, on either half of the globe
 
 /// Cells of either half, along chi and psi.
 struct Cells {

@@ -23,7 +23,7 @@ constexpr int latitude_count = 32, solar_time_count = 25;  // of the grid
 std::size_t azimuth_nodes(const std::vector<PhaseFunction>& components) {
     const bool narrow = std::ranges::any_of(
         components, [](const PhaseFunction& each) { return each.asymmetry() > 0.6; });
-    return narrow ? 12 : 8;
+    return narrow ? 12 : 6;
 }
 
 /// sum of weight * value over 4 samples.

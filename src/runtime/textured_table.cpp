@@ -308,6 +308,7 @@ void at_many(const TexturedMemory& side, const TexturedPoints& points, float* to
 TexturedTable::TexturedTable(const TableView& table) {
     require(!table.has_mixture(), "TexturedTable", "mixture of the table", "no axis of it",
             table.mixture.count);
+    require(!table.is_stack(), "TexturedTable", "table", "one of layers that vary", "a stack's");
     const TexturedKernels& all = *kernels().textured;
     reflection_ = textured(table, Side::reflection, all);
     if (!table.has_lower_boundary()) transmission_ = textured(table, Side::transmission, all);

@@ -101,10 +101,12 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
-    effects.background = false;  // see LayerLight::background
+    effects.background = is_stack() && background_scatters_;  // else LayerLight::background
     effects.opposition = opposition_;
     if (table)
         slice_.emplace(*table, medium, effects);
+    else if (is_stack())
+        slice_.emplace(scene_.layer.stack, effects);
     else
         slice_.emplace(scene_.layer.components[0], medium, effects);
 }
@@ -257,6 +259,7 @@ double LayerLight::transmittance(double albedo, double optical_depth, double mu)
 double LayerLight::spherical_albedo(double albedo, double optical_depth) const noexcept {
     if (!tables_ || optical_depth == 0) return 0;
     const Table& table = tables_->tables[0];
+    if (table.is_stack()) return table.spherical_albedo_below;
     return flux(table, table.spherical_albedo, albedo, optical_depth, nullptr);
 }
 
@@ -294,6 +297,8 @@ double LayerLight::plane_albedo(double albedo, double optical_depth, double mu) 
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+    if (slice_ && is_stack() && background_scatters_ && matter.optical_depth > 0)
+        return widened(slice_->background(static_cast<float>(mu)));
     return each_channel(matter, [&](const LayerLight& light, double albedo, double depth) {
         const double direct = direct_transmittance(depth, mu);
         return light.background_scatters_ && depth > 0 && depth < infinity

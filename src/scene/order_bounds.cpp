@@ -496,6 +496,10 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
     const SeenLight light = seen_light(scene);
     OrderBounds all;
     if (levels.level.empty() || !light.any()) return all;
+    if (!scene.layer.stack.empty()) {
+        const ChangeBound unknown{1, 1, "a stack, for which nothing is bounded", std::nullopt};
+        return {unknown, unknown};
+    }
     const SeenDirections directions = seen_directions(scene);
     std::vector<double> found;  // of each mixture
     for (const PhaseFunction& phase_function : phase_functions_of(scene, spans)) {

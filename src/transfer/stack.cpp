@@ -22,29 +22,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The optical depths of the layers above and below a layer of a stack.
-struct Surroundings {
-    double above = 0, below = 0;
-};
-
 std::vector<Surroundings> surroundings_of(const std::vector<double>& depths) {
     std::vector<Surroundings> all(depths.size());
     for (std::size_t k = 1; k < depths.size(); ++k) all[k].above = all[k - 1].above + depths[k - 1];
     for (std::size_t k = depths.size() - 1; k > 0; --k) all[k - 1].below = all[k].below + depths[k];
     return all;
-}
-
-/// Single scattering of a layer, seen from outside the stack.
-double single_reflection_through(const Surroundings& around, double phase_value, double albedo,
-                                 double depth, double mu_in, double mu_out) {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.above, mu_out) *
-           single_reflection(phase_value, albedo, depth, mu_in, mu_out);
-}
-
-double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
-                                   double depth, double mu_in, double mu_out) {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.below, mu_out) *
-           single_transmission(phase_value, albedo, depth, mu_in, mu_out);
 }
 
 /// One set of directions for all layers, dense near mu = 1 if any layer needs it.
@@ -171,19 +153,20 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
-    require(!layers.empty(), "solve_stack", "layers", "at least one", "none");
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        const std::string of = " of layer " + std::to_string(k + 1);
-        require(layers[k].albedo >= 0 && layers[k].albedo <= 1, "solve_stack", "albedo" + of,
-                "in [0, 1]", layers[k].albedo);
-        const double depth = layers[k].optical_depth;
-        require(depth >= 0, "solve_stack", "optical_depth" + of, "in [0, inf]", depth);
-        const bool may_be_infinite = k + 1 == layers.size() && !boundary.is_present();
-        require(!std::isinf(depth) || may_be_infinite, "solve_stack", "optical_depth" + of,
-                "finite above another layer or a lower boundary", depth);
-    }
+    check_layers(layers, boundary.is_present(), "solve_stack");
     check_boundary(boundary);
     return StackRun(layers, boundary, mu, options).run();
+}
+
+LayerSolution as_one_layer(StackSolution solution) {
+    const StackLayer mean = mean_layer(solution.layers);
+    LayerSolution layer;
+    static_cast<ModeSolution&>(layer) = solution;
+    layer.phase_function = mean.phase_function;
+    layer.albedo = mean.albedo;
+    layer.optical_depth = mean.optical_depth;
+    layer.stack = std::make_shared<const StackSolution>(std::move(solution));
+    return layer;
 }
 
 bool StackSolution::is_opaque() const {

@@ -447,7 +447,8 @@ void evaluate_many(const TexturedSide& side, const TexturedPoints& at, std::size
 
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr TexturedKernel kernel() {
-    if constexpr (form == PhaseForm::none || form == PhaseForm::with_opposition_and_boundary ||
+    if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack ||
+                  form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
         return {nullptr, nullptr};
     else

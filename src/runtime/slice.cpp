@@ -32,6 +32,13 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
         return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
 }
 
+/// Particles of a stack's layers may differ in all that these effects ask about.
+void check_stack_effects(const Effects& effects) {
+    require(effects.density == 0, caller, "density", "0 of a stack", effects.density);
+    require(effects.opposition.law == Opposition::Law::none, caller, "opposition",
+            "none of a stack", "a law");
+}
+
 template <int channels>
 Medium<channels> medium_of(const std::vector<StackLayer>& layers) {
     const StackLayer mean = mean_layer(layers);
@@ -178,7 +185,8 @@ SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects&
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
               nullptr, medium_of<channels>(layers), effects) {
     check_layers(layers, false, caller);
-    bind_stack(layers, nullptr, effects);
+    check_stack_effects(effects);
+    bind_stack(layers, nullptr);
     bind_background(nullptr, {}, &layers, effects);
 }
 
@@ -189,8 +197,9 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
               table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
               table.lower_boundary, medium, effects) {
     if (table.is_stack()) {
+        check_stack_effects(effects);
         check_coverage(table, Side::reflection, outside);
-        bind_stack(*table.layers, table.lower_boundary, effects);
+        bind_stack(*table.layers, table.lower_boundary);
     }
     if (effects.multiple) {
         has_all_directions_ = table.has_all_directions();
@@ -210,10 +219,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
 
 template <int channels>
 void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
-                                   const LowerBoundary* boundary, const Effects& effects) {
-    require(effects.density == 0, caller, "density", "0 of a stack", effects.density);
-    require(effects.opposition.law == Opposition::Law::none, caller, "opposition",
-            "none of a stack", "a law");
+                                   const LowerBoundary* boundary) {
     medium_ = medium_of<channels>(layers);  // clamped to it
     for (int c = 0; c < channels; ++c) {
         const double depth = medium_.optical_depth[c];

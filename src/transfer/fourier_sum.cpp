@@ -94,14 +94,7 @@ double seen_boundary(const LayerSolution& layer, double phase, int in, int out) 
 
 std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
                                    const std::vector<double>& azimuths) {
-    if (layer.stack) {
-        std::vector<SolvedValue> values;
-        for (const double azimuth : azimuths)
-            values.push_back(side == Side::reflection
-                                 ? layer.stack->reflection(in, out, azimuth)
-                                 : layer.stack->transmission(in, out, azimuth));
-        return values;
-    }
+    if (layer.stack) return layer.stack->values(side, in, out, azimuths);
     if (side == Side::transmission && layer.lower_boundary.is_present())
         return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
     std::vector<double> cosines, phase, boundary_phase;

@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -173,50 +175,73 @@ bool StackSolution::is_opaque() const {
     return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
 }
 
-SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
-    const Geometry geometry{mu(in), mu(out), azimuth};
-    const double cosine = cos_scattering_angle_reflected(geometry);
-    double single = 0, corrected = 0;  // with the true depths, and with the truncated ones
-    Surroundings around, around_corrected;
+namespace {
+
+/// Single scattering of the layers per unit of their phase functions, from the top down.
+std::vector<double> single_factors(Side side, const std::vector<double>& depths,
+                                   const std::vector<double>& albedos, double mu_in,
+                                   double mu_out) {
+    const auto through =
+        side == Side::reflection ? single_reflection_through : single_transmission_through;
+    const std::vector<Surroundings> around = surroundings_of(depths);
+    std::vector<double> factors;
+    for (std::size_t k = 0; k < depths.size(); ++k)
+        factors.push_back(through(around[k], 1, albedos[k], depths[k], mu_in, mu_out));
+    return factors;
+}
+
+}  // namespace
+
+std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
+                                               const std::vector<double>& azimuths) const {
+    const bool reflected = side == Side::reflection;
+    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    std::vector<double> depths, albedos, depths_corrected, albedos_corrected;  // by truncation
     for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double phase = layers[k].phase_function(cosine), w = layers[k].albedo;
-        const double depth = layers[k].optical_depth;
-        const double depth_corrected = truncations[k].optical_depth(depth, w);
-        single += single_reflection_through(around, phase, w, depth, mu(in), mu(out));
-        corrected += single_reflection_through(around_corrected, phase,
-                                               truncations[k].single_scattering_albedo(w),
-                                               depth_corrected, mu(in), mu(out));
-        around.above += depth;
-        around_corrected.above += depth_corrected;
+        const double w = layers[k].albedo;
+        depths.push_back(layers[k].optical_depth);
+        albedos.push_back(w);
+        depths_corrected.push_back(truncations[k].optical_depth(layers[k].optical_depth, w));
+        albedos_corrected.push_back(truncations[k].single_scattering_albedo(w));
     }
-    if (lower_boundary.is_present()) {
-        single += single_reflection_of_boundary(lower_boundary, around.above, geometry);
-        corrected += single_reflection_of_boundary(truncated(lower_boundary, boundary_truncation),
-                                                   around_corrected.above, geometry);
+    const std::vector<double> factors = single_factors(side, depths, albedos, mu(in), mu(out)),
+                              corrected_factors = single_factors(
+                                  side, depths_corrected, albedos_corrected, mu(in), mu(out));
+    const auto total = [](const std::vector<double>& all) {
+        return std::accumulate(all.begin(), all.end(), 0.0);
+    };
+    const double above = total(depths), above_corrected = total(depths_corrected);
+    const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
+    std::vector<double> modes;
+    for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
+        modes.push_back(mode(out, in));
+    std::vector<SolvedValue> all;
+    for (const double azimuth : azimuths) {
+        const Geometry geometry{mu(in), mu(out), azimuth};
+        const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
+                                        : cos_scattering_angle_transmitted(geometry);
+        double single = 0, corrected = 0;
+        for (std::size_t k = 0; k < layers.size(); ++k) {
+            const double phase = layers[k].phase_function(cosine);
+            single += phase * factors[k];
+            corrected += phase * corrected_factors[k];
+        }
+        if (reflected && lower_boundary.is_present()) {
+            single += single_reflection_of_boundary(lower_boundary, above, geometry);
+            corrected +=
+                single_reflection_of_boundary(boundary_corrected, above_corrected, geometry);
+        }
+        all.push_back(put_together(single, corrected, sum_modes(modes, azimuth)));
     }
-    return put_together(single, corrected, sum_modes(reflection_modes, out, in, azimuth));
+    return all;
+}
+
+SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
+    return values(Side::reflection, in, out, {azimuth})[0];
 }
 
 SolvedValue StackSolution::transmission(int in, int out, double azimuth) const {
-    if (is_opaque()) return {0, 0, 0};
-    const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
-    std::vector<double> depths, depths_corrected;
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        depths.push_back(layers[k].optical_depth);
-        depths_corrected.push_back(
-            truncations[k].optical_depth(layers[k].optical_depth, layers[k].albedo));
-    }
-    const std::vector<Surroundings> around = surroundings_of(depths);
-    const std::vector<Surroundings> around_corrected = surroundings_of(depths_corrected);
-    double single = 0, corrected = 0;
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double phase = layers[k].phase_function(cosine), w = layers[k].albedo;
-        single += single_transmission_through(around[k], phase, w, depths[k], mu(in), mu(out));
-        corrected += single_transmission_through(around_corrected[k], phase,
-                                                 truncations[k].single_scattering_albedo(w),
-                                                 depths_corrected[k], mu(in), mu(out));
-    }
-    return put_together(single, corrected, sum_modes(transmission_modes, out, in, azimuth));
+    return values(Side::transmission, in, out, {azimuth})[0];
 }
 
 }  // namespace stratus

@@ -132,8 +132,7 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
-    void bind_stack(const std::vector<StackLayer>& layers, const LowerBoundary* boundary,
-                    const Effects& effects);
+    void bind_stack(const std::vector<StackLayer>& layers, const LowerBoundary* boundary);
     void bind_layers(std::vector<StackLayer> layers, BoundSide& side);
     void check_coverage(const TableView& table, Side which, OutsideTable outside);
     void bind_orders(const TableView& table, Side which, BoundSide& side);

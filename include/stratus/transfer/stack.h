@@ -30,6 +30,10 @@ class StackSolution : public ModeSolution {
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
 
+    /// R or T at many azimuths.
+    std::vector<SolvedValue> values(Side side, int in, int out,
+                                    const std::vector<double>& azimuths) const;
+
     bool is_opaque() const;
 
     std::vector<Truncation> truncations;  // of the layers

@@ -60,19 +60,18 @@ void take_scale(const Section& section, const char* key, std::optional<AxisScale
 }
 
 /// How directions are solved and sampled.
-Discretisation read_directional(const Section& section) {
-    Discretisation d;
+void read_directional(const Section& section, Discretisation& d) {
     take(section, "nodes", d.nodes);
     take(section, "modes", d.modes);
     take(section, "mu_samples", d.mu_samples);
     take(section, "azimuth_samples", d.azimuth_samples);
     take_scale(section, "azimuth_scale", d.azimuth_scale, AxisScale::linear,
                AxisScale::square_root);
-    return d;
 }
 
 Discretisation read_discretisation(const Section& section) {
-    Discretisation d = read_directional(section);
+    Discretisation d;
+    read_directional(section, d);
     take_scale(section, "albedo_scale", d.albedo_scale, AxisScale::square_root_of_complement,
                AxisScale::fourth_root_of_complement);
     take(section, "optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
@@ -135,6 +134,7 @@ Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lowe
     recipe.optical_depth = {mean.optical_depth, mean.optical_depth};
     recipe.albedo = {mean.albedo, mean.albedo};
     recipe.transmission = mean.optical_depth < infinity && !lower_boundary.is_present();
+    recipe.discretisation.albedo_samples = 1;
     return recipe;
 }
 
@@ -207,7 +207,7 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
             "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
             section.has("sides") ? "transmission" : "no sides, which bakes both");
     if (is_stack)
-        recipe.discretisation = read_directional(section.section("discretisation"));
+        read_directional(section.section("discretisation"), recipe.discretisation);
     else
         read_layer_choices(section, source, recipe);
     return recipe;

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -177,18 +176,23 @@ bool StackSolution::is_opaque() const {
 
 namespace {
 
-/// Single scattering of the layers per unit of their phase functions, from the top down.
-std::vector<double> single_factors(Side side, const std::vector<double>& depths,
-                                   const std::vector<double>& albedos, double mu_in,
-                                   double mu_out) {
-    const auto through =
-        side == Side::reflection ? single_reflection_through : single_transmission_through;
-    const std::vector<Surroundings> around = surroundings_of(depths);
-    std::vector<double> factors;
-    for (std::size_t k = 0; k < depths.size(); ++k)
-        factors.push_back(through(around[k], 1, albedos[k], depths[k], mu_in, mu_out));
-    return factors;
-}
+/// Layers as single scattering knows them: themselves, or truncated.
+struct SingleLayers {
+    std::vector<double> albedos, depths;
+    std::vector<Surroundings> around;
+
+    double below_all() const { return around.back().above + depths.back(); }
+
+    double scattered(Side side, const std::vector<double>& phase, double mu_in,
+                     double mu_out) const {
+        const auto through =
+            side == Side::reflection ? single_reflection_through : single_transmission_through;
+        double sum = 0;
+        for (std::size_t k = 0; k < depths.size(); ++k)
+            sum += through(around[k], phase[k], albedos[k], depths[k], mu_in, mu_out);
+        return sum;
+    }
+};
 
 }  // namespace
 
@@ -196,21 +200,16 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
     const bool reflected = side == Side::reflection;
     if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
-    std::vector<double> depths, albedos, depths_corrected, albedos_corrected;  // by truncation
+    SingleLayers single_layers, corrected_layers;
     for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double w = layers[k].albedo;
-        depths.push_back(layers[k].optical_depth);
-        albedos.push_back(w);
-        depths_corrected.push_back(truncations[k].optical_depth(layers[k].optical_depth, w));
-        albedos_corrected.push_back(truncations[k].single_scattering_albedo(w));
+        const double w = layers[k].albedo, depth = layers[k].optical_depth;
+        single_layers.albedos.push_back(w);
+        single_layers.depths.push_back(depth);
+        corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
+        corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
     }
-    const std::vector<double> factors = single_factors(side, depths, albedos, mu(in), mu(out)),
-                              corrected_factors = single_factors(
-                                  side, depths_corrected, albedos_corrected, mu(in), mu(out));
-    const auto total = [](const std::vector<double>& all) {
-        return std::accumulate(all.begin(), all.end(), 0.0);
-    };
-    const double above = total(depths), above_corrected = total(depths_corrected);
+    for (SingleLayers* const some : {&single_layers, &corrected_layers})
+        some->around = surroundings_of(some->depths);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
     std::vector<double> modes;
     for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
@@ -220,16 +219,15 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         const Geometry geometry{mu(in), mu(out), azimuth};
         const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
                                         : cos_scattering_angle_transmitted(geometry);
-        double single = 0, corrected = 0;
-        for (std::size_t k = 0; k < layers.size(); ++k) {
-            const double phase = layers[k].phase_function(cosine);
-            single += phase * factors[k];
-            corrected += phase * corrected_factors[k];
-        }
+        std::vector<double> phase;
+        for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
+        double single = single_layers.scattered(side, phase, mu(in), mu(out)),
+               corrected = corrected_layers.scattered(side, phase, mu(in), mu(out));
         if (reflected && lower_boundary.is_present()) {
-            single += single_reflection_of_boundary(lower_boundary, above, geometry);
-            corrected +=
-                single_reflection_of_boundary(boundary_corrected, above_corrected, geometry);
+            single +=
+                single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
+            corrected += single_reflection_of_boundary(boundary_corrected,
+                                                       corrected_layers.below_all(), geometry);
         }
         all.push_back(put_together(single, corrected, sum_modes(modes, azimuth)));
     }

@@ -189,6 +189,8 @@ void add_bake(CLI::App& app) {
         "Exit code 1 when the table misses its tolerance; it is written all the same, and the last "
         "line on standard error says by how much. With --dry-run, exit code 1 when an axis at its "
         "cap alone misses the tolerance.\n"
+        "A stack file, with [[layers]], bakes the stack as one material: "
+        "tables/stacks/haze_over_cloud.toml.\n"
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "

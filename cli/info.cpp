@@ -110,6 +110,14 @@ double bytes_in_memory(const Table& table, std::size_t sample_size) {
 
 void print_content(const Table& table) {
     print("title", attribute(table, "title"));
+    for (std::size_t k = 0; k < table.layers.size(); ++k) {
+        const StackLayer& layer = table.layers[k];
+        print("layer " + std::to_string(k + 1) + (k == 0 ? ", the top" : ""),
+              "optical depth " + short_number(layer.optical_depth, digits) + ", albedo " +
+                  short_number(layer.albedo, digits) + ", " +
+                  shortened(layer.phase_function.text()));
+    }
+    if (table.is_stack()) print("the mean layer", "the table is of the stack, lit from above");
     print("phase function", shortened(table.phase_function.text()));
     print("asymmetry g", short_number(table.phase_function.asymmetry(), digits));
     if (table.has_mixture()) {

@@ -85,7 +85,12 @@ void print_contents(const Scene& scene) {
     const bool one_each = !scene.layer.channels.empty();
     const std::vector<PhaseFunction>& parts =
         one_each ? scene.layer.channels : scene.layer.components;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    for (const StackLayer& layer : scene.layer.stack)
+        std::cout << (&layer == &scene.layer.stack[0] ? "stack: " : "       ")
+                  << short_text(layer.phase_function.text()) << ", albedo "
+                  << short_number(layer.albedo) << ", optical depth "
+                  << short_number(layer.optical_depth) << "\n";
+    for (std::size_t k = 0; k < parts.size() && scene.layer.stack.empty(); ++k) {
         const std::string part = parts[k].text();
         std::cout << (k == 0     ? "layer: "
                       : one_each ? "\n       "

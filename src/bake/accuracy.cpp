@@ -4,6 +4,9 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/transfer/quadrature.h>
+#include <stratus/transfer/stack.h>
+
+#include "solve_material.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +23,11 @@ template <class Values>
 double floor_of(const LayerSolution& solution, Values values) {
     // Not straight on in a narrow peak: 1 % of that is more than all the rest.
     std::vector<double> azimuths{pi / 2, pi};
-    if (!has_narrow_peak(solution.phase_function)) azimuths.insert(azimuths.begin(), 0);
+    if (std::ranges::none_of(
+            phase_functions_of(solution.stack ? solution.stack->layers : std::vector<StackLayer>{},
+                               solution.phase_function, {}),
+            has_narrow_peak))
+        azimuths.insert(azimuths.begin(), 0);
     std::vector<int> at;
     for (const double mu : floor_cosines()) {
         const auto found = std::find(solution.mu.begin(), solution.mu.end(), mu);
@@ -52,7 +59,8 @@ PointRange range_of(const Table& table) {
             table.second_phase_function,
             view.path_law != nullptr,
             true,
-            view.azimuth};
+            view.azimuth,
+            table.layers};
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ SolverOptions solver_options(const Recipe& recipe) {
 }
 
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
-    if (recipe.mixture || recipe.lower_boundary.is_present()) return {};
+    if (recipe.mixture || recipe.lower_boundary.is_present() || !recipe.layers.empty()) return {};
     return PathOrders::of(recipe.phase_function);
 }
 
@@ -83,6 +83,7 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {
 }
 
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos) {
+    if (!recipe.layers.empty()) return std::vector<double>(albedos.size(), 0.0);
     if (recipe.orders > 0) return std::vector<double>(albedos.size(), 1.0);
     return compute_diffusion_exponents(recipe.phase_function, albedos, {});
 }

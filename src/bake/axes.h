@@ -15,7 +15,7 @@ namespace stratus {
 SolverOptions solver_options(const Recipe& recipe);
 
 /// What tables of the recipe leave to lookups (path_law.h); null where the phase function has no
-/// narrow peak, over a lower boundary and in mixtures.
+/// narrow peak, over a lower boundary, in mixtures and of stacks.
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
 // Directions that tables know unless recipes narrow them: cosines, and azimuths in degrees.
@@ -63,7 +63,7 @@ Axis optical_depth_axis(Range range, int samples_per_octave, double deepest);
 
 /// Rates at which light decays deep inside, over the albedos, as diffusion.h asks for them: the
 /// diffusion exponents, or 1 where the series stops: light scattered a few times penetrates no
-/// deeper than the beam.
+/// deeper than the beam. Of a stack 0: it has one depth.
 std::vector<double> decay_exponents(const Recipe& recipe, const std::vector<double>& albedos);
 
 /// 1.42 / (1 - g), the scale that diffusion.h asks for, and more over a

@@ -86,6 +86,11 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     table = solve_table(resolved, options);
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
+    if (table.is_stack())
+        table.attributes["convention_layers"] =
+            "the table is of a stack of layers, top first, lit from above; single scattering, added "
+            "in closed form, is that of each layer, attenuated by the others on the way in and out; "
+            "phase_function, albedo and optical_depth are those of the mean layer";
     if (recipe.lower_boundary.is_present())
         table.attributes["convention_below"] =
             "reflection is that of the layer and its lower boundary; light scattered once, by "

@@ -58,6 +58,8 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
     require(!recipe.mixture, "measure_cost", "second_phase_function",
             "absent: costs are of one mixture", recipe.second_phase_function.text());
+    require(recipe.layers.empty(), "measure_cost", "layers", "absent: costs are of one layer",
+            recipe.layers.size());
     const CostBudget budget(options);
     SolverSweep solvers(recipe, budget);
     solvers.find_reference();

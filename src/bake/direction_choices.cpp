@@ -5,6 +5,7 @@
 
 #include "axes.h"
 #include "choices.h"
+#include "solve_material.h"
 
 #include <algorithm>
 #include <utility>
@@ -315,9 +316,10 @@ Choice choose_mu_samples(Probes& probes) {
 }
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {
-    const LowerBoundary& boundary = probes.recipe.lower_boundary;
-    if (probes.recipe.phase_function.is_isotropic() &&
-        (boundary.kind != LowerBoundary::Kind::layer || boundary.phase_function.is_isotropic()))
+    const Recipe& recipe = probes.recipe;
+    if (std::ranges::all_of(
+            phase_functions_of(recipe.layers, recipe.phase_function, recipe.lower_boundary),
+            [](const PhaseFunction& each) { return each.is_isotropic(); }))
         return {AxisScale::linear, {1}};
     const Scales scales{AxisScale::linear, AxisScale::square_root, "azimuth_samples",
                         "square_root azimuth_samples"};

@@ -81,6 +81,7 @@ double predicted_check_seconds(const Recipe& resolved, int threads) {
     }
     range.has_path_law = path_law_of(resolved) != nullptr;
     range.all_kinds = true;
+    range.layers = resolved.layers;
     SolverOptions solver = solver_options(resolved);
     solver.nodes = reference_nodes(d.nodes);
     solver.modes = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
+#include <set>
 #include <vector>
 
 namespace stratus {
@@ -102,21 +104,31 @@ Keys recipe_keys() {
 }
 
 Keys stack_keys() {
-    static constexpr Key keys[] = {
-        {"", "layers", "tables [[layers]]", "-", "-", "(required)", "the layers, top first"},
-        {"layers", "phase_function", "string", "-", "a phase function", "(required)",
-         "docs/tables.md"},
-        {"layers", "albedo", "number", "-", "[0, 1]", "(required)", "single scattering"},
-        {"layers", "optical_depth", "number", "-", "[0, inf]", "(required)",
-         "finite where anything lies below"},
-        {"", "below", "table", "-", "-", "(nothing)", "what the lowest layer lies on"},
-        {"below", "lambert_albedo", "number", "-", "[0, 1]", "(or phase_function and albedo)",
-         "of a Lambert surface"},
-        {"below", "phase_function", "string", "-", "a phase function", "(or lambert_albedo)",
-         "of a semi-infinite layer"},
-        {"below", "albedo", "number", "-", "[0, 1]", "(or lambert_albedo)",
-         "of a semi-infinite layer"},
-    };
+    static const std::vector<Key> keys = [] {
+        std::vector<Key> all{
+            {"", "layers", "tables [[layers]]", "-", "-", "(required)", "the layers, top first"},
+            {"layers", "phase_function", "string", "-", "a phase function", "(required)",
+             "docs/tables.md"},
+            {"layers", "albedo", "number", "-", "[0, 1]", "(required)", "single scattering"},
+            {"layers", "optical_depth", "number", "-", "[0, inf]", "(required)",
+             "finite where anything lies below"},
+            {"", "below", "table", "-", "-", "(nothing)", "what the lowest layer lies on"},
+        };
+        // What a bake of the stack as one material asks for, as in recipes.
+        const auto is_shared = [](const Key& key) {
+            const std::string section = key.section, name = key.name;
+            const std::set<std::string> top{"title",       "tolerance", "mu_in",         "mu_out",
+                                            "azimuth_deg", "sides",     "discretisation"},
+                choices{"nodes", "modes", "mu_samples", "azimuth_samples", "azimuth_scale"};
+            return section.empty()               ? top.contains(name)
+                   : section == "discretisation" ? choices.contains(name)
+                                                 : section == "below" || top.contains(section);
+        };
+        std::ranges::copy_if(recipe_keys(), std::back_inserter(all), is_shared);
+        for (Key& key : all)
+            if (full_name(key) == "tolerance") key.default_value = "1e-3";
+        return all;
+    }();
     return keys;
 }
 

@@ -6,6 +6,7 @@
 
 #include "axes.h"
 #include "piece_of_work.h"
+#include "solve_material.h"
 
 #include <numeric>
 #include <utility>
@@ -87,6 +88,7 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
     const bool same =
         recipe.mu_in.min == recipe.mu_out.min && recipe.mu_in.max == recipe.mu_out.max;
     probed.pairs.out = same ? probed.pairs.in : along(recipe.mu_out);
+    probed.pairs.exchangeable = recipe.layers.empty();
     return probed;
 }
 
@@ -103,10 +105,10 @@ ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
         stop_if_asked(probes.options.log);
         const std::size_t first = static_cast<std::size_t>(c) * chunk;
         const std::size_t last = std::min(albedos.size(), first + chunk);
-        auto solved = solve_ladder(recipe.phase_function,
-                                   {albedos.begin() + static_cast<std::ptrdiff_t>(first),
-                                    albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                   ladder, directions.mu(), solver, recipe.lower_boundary);
+        auto solved = solve_material(recipe.layers, recipe.phase_function,
+                                     {albedos.begin() + static_cast<std::ptrdiff_t>(first),
+                                      albedos.begin() + static_cast<std::ptrdiff_t>(last)},
+                                     ladder, directions.mu(), solver, recipe.lower_boundary);
         for (std::size_t a = first; a < last; ++a)
             for (LayerSolution& solution : solved[a - first])
                 layers[a].push_back(probe(recipe, std::move(solution), directions));

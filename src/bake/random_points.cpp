@@ -5,6 +5,7 @@
 #include <stratus/runtime/constants.h>
 
 #include "piece_of_work.h"
+#include "solve_material.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +32,7 @@ double octaves_of(const AxisView& tau) {
 
 /// More where layers take long.
 int points_of_layer(const PointRange& range) {
+    if (!range.layers.empty()) return 100;
     if (!range.has_path_law) return 8;
     return octaves_of(range.optical_depth) < 2 ? 24 : 12;
 }
@@ -124,7 +126,8 @@ class PointSource {
         : has_path_law_(range.has_path_law), azimuths_(azimuths_of(range)), random_(random) {
         if (range.reflection) sides_.push_back(Side::reflection);
         if (range.transmission) sides_.push_back(Side::transmission);
-        constexpr int few = 10, few_forward = 5, few_grazing = 3;
+        const int times = range.layers.empty() ? 1 : 4;  // a stack is one layer alone
+        const int few = 10 * times, few_forward = 5 * times, few_grazing = 3 * times;
         for (int n = 0; n < few; ++n) {
             mu_in_.push_back(anywhere(range, range.mu_in));
             mu_out_.push_back(anywhere(range, range.mu_out));
@@ -189,10 +192,9 @@ class PointSource {
 };
 
 bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
-    const LowerBoundary& below = range.lower_boundary;
-    return is_peaked(phase_function) ||
-           (range.mixture.count > 0 && is_peaked(range.second_phase_function)) ||
-           (below.kind == LowerBoundary::Kind::layer && is_peaked(below.phase_function));
+    return (range.mixture.count > 0 && is_peaked(range.second_phase_function)) ||
+           std::ranges::any_of(
+               phase_functions_of(range.layers, phase_function, range.lower_boundary), is_peaked);
 }
 
 /// Cosines without repetition.
@@ -259,8 +261,9 @@ class LadderPoints {
                                         ? phase_function_
                                         : PhaseFunction::mixture(ladder_.mixture, phase_function_,
                                                                  range_.second_phase_function);
-        const auto solutions = solve_ladder(mixed, {ladder_.albedo}, ladder_.depths, mu_.all(),
-                                            solver, range_.lower_boundary);
+        const auto solutions =
+            solve_material(range_.layers, mixed, {ladder_.albedo}, ladder_.depths, mu_.all(),
+                           solver, range_.lower_boundary);
         std::vector<double> solved;
         const Places* at = places_.data();
         for (std::size_t k = 0; k < layers_.size(); ++k) {

@@ -4,7 +4,7 @@
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
-#include "toml_section.h"
+#include "layers_section.h"
 
 #include <cmath>
 #include <sstream>
@@ -16,6 +16,9 @@ namespace stratus {
 namespace {
 
 constexpr const char* caller = "recipe";
+
+/// Tables know no thinner layers.
+constexpr double min_stack_depth = 1e-6;
 
 Range read_range(const Section& recipe, const char* key) {
     const Section section = recipe.section(key);
@@ -45,29 +48,37 @@ Range read_albedo(const Section& recipe, const PhaseFunction& phase_function) {
     return {*albedo, *albedo};
 }
 
+void take(const Section& section, const char* key, int& into) {
+    if (section.has(key)) into = section.count(key);
+}
+
+void take_scale(const Section& section, const char* key, std::optional<AxisScale>& into,
+                AxisScale one, AxisScale other) {
+    if (!section.has(key)) return;
+    const std::string first = axis_scale_name(one), second = axis_scale_name(other);
+    into = section.choice(key, {first, second}) == first ? one : other;
+}
+
+/// How directions are solved and sampled.
+void read_directional(const Section& section, Discretisation& d) {
+    take(section, "nodes", d.nodes);
+    take(section, "modes", d.modes);
+    take(section, "mu_samples", d.mu_samples);
+    take(section, "azimuth_samples", d.azimuth_samples);
+    take_scale(section, "azimuth_scale", d.azimuth_scale, AxisScale::linear,
+               AxisScale::square_root);
+}
+
 Discretisation read_discretisation(const Section& section) {
     Discretisation d;
-    auto take = [&](int& into, const char* key) {
-        if (section.has(key)) into = section.count(key);
-    };
-    take(d.nodes, "nodes");
-    take(d.modes, "modes");
-    take(d.mu_samples, "mu_samples");
-    take(d.azimuth_samples, "azimuth_samples");
-    const auto take_scale = [&](std::optional<AxisScale>& into, const char* key, AxisScale one,
-                                AxisScale other) {
-        if (!section.has(key)) return;
-        const std::string first = axis_scale_name(one), second = axis_scale_name(other);
-        into = section.choice(key, {first, second}) == first ? one : other;
-    };
-    take_scale(d.azimuth_scale, "azimuth_scale", AxisScale::linear, AxisScale::square_root);
-    take_scale(d.albedo_scale, "albedo_scale", AxisScale::square_root_of_complement,
+    read_directional(section, d);
+    take_scale(section, "albedo_scale", d.albedo_scale, AxisScale::square_root_of_complement,
                AxisScale::fourth_root_of_complement);
-    take(d.optical_depth_samples_per_octave, "optical_depth_samples_per_octave");
+    take(section, "optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
     if (section.has("deepest_optical_depth"))
         d.deepest_optical_depth = section.number("deepest_optical_depth");
-    take(d.albedo_samples, "albedo_samples");
-    take(d.mixture_samples, "mixture_samples");
+    take(section, "albedo_samples", d.albedo_samples);
+    take(section, "mixture_samples", d.mixture_samples);
     d.scheme = section.choice("scheme", {"harmonic", "classic"}) == "classic" ? Scheme::classic
                                                                               : Scheme::harmonic;
     return d;
@@ -110,41 +121,47 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-Recipe parse_recipe(const std::string& text, const std::string& directory,
-                    std::vector<std::string>* notes, const std::string& name) {
-    const TomlFile file{caller, name};
-    const toml::table parsed = parse_toml(text, file);
-    const Section section(parsed, file, recipe_keys());
+Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary) {
+    check_layers(layers, lower_boundary.is_present(), caller);
+    const StackLayer mean = mean_layer(layers);
+    require(mean.optical_depth >= min_stack_depth, caller, "optical depth of all layers",
+            "at least " + short_number(min_stack_depth), mean.optical_depth);
     Recipe recipe;
-    recipe.text = text;
-    recipe.title = section.text("title");
+    recipe.layers = std::move(layers);
+    recipe.lower_boundary = lower_boundary;
+    recipe.phase_function = mean.phase_function;
+    recipe.phase_text = mean.phase_function.text();
+    recipe.optical_depth = {mean.optical_depth, mean.optical_depth};
+    recipe.albedo = {mean.albedo, mean.albedo};
+    recipe.transmission = mean.optical_depth < infinity && !lower_boundary.is_present();
+    recipe.discretisation.albedo_samples = 1;
+    return recipe;
+}
+
+namespace {
+
+/// One layer: phase function, ranges of depth and albedo, what it lies on.
+Recipe read_layer(const Section& section, const PhaseSource& source) {
+    Recipe recipe;
     recipe.phase_text = section.text("phase_function");
-    recipe.phase_function = section.phase_function("phase_function", directory, notes);
-    recipe.tolerance = section.number("tolerance");
+    recipe.phase_function =
+        section.phase_function("phase_function", source.directory, source.notes);
     recipe.optical_depth = read_range(section, "optical_depth");
     recipe.albedo = read_albedo(section, recipe.phase_function);
-    for (const auto& [key, range] :
-         {std::pair("mu_in", &recipe.mu_in), std::pair("mu_out", &recipe.mu_out),
-          std::pair("azimuth_deg", &recipe.azimuth)})
-        if (section.has(key)) *range = read_directions(section, key);
-    check_directions(recipe);
     if (section.has("below")) {
-        recipe.lower_boundary = read_lower_boundary(section, caller, {directory, notes});
+        recipe.lower_boundary = read_lower_boundary(section, caller, source);
         recipe.transmission = false;
     }
-    read_sides(section, recipe);
     if (!section.is("orders", "all") && section.has("orders"))
         recipe.orders = section.count("orders");
-    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller,
-            section.at("sides"), "[\"reflection\"] where there is [below], which lets nothing pass",
-            "transmission");
-    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller,
-            section.at("sides"),
-            "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
-            section.has("sides") ? "transmission" : "no sides, which bakes both");
+    return recipe;
+}
+
+/// What only a single layer has.
+void read_layer_choices(const Section& section, const PhaseSource& source, Recipe& recipe) {
     const Section discretisation = section.section("discretisation");
     recipe.discretisation = read_discretisation(discretisation);
-    read_mixture(section, directory, notes, recipe);
+    read_mixture(section, source.directory, source.notes, recipe);
     require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, section.at("orders"),
             "\"all\" where there is [below]", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, caller,
@@ -154,6 +171,45 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         require(std::isinf(recipe.optical_depth.max) && deepest >= recipe.optical_depth.min, caller,
                 discretisation.at("deepest_optical_depth"),
                 "at least optical_depth.min, in a recipe whose optical_depth.max is inf", deepest);
+}
+
+}  // namespace
+
+Recipe parse_recipe(const std::string& text, const std::string& directory,
+                    std::vector<std::string>* notes, const std::string& name) {
+    const TomlFile file{caller, name};
+    const toml::table parsed = parse_toml(text, file);
+    const bool is_stack = parsed.contains("layers");
+    const Section section(parsed, file, is_stack ? stack_keys() : recipe_keys());
+    const PhaseSource source{directory, notes};
+    Recipe recipe;
+    if (is_stack) {
+        const Stack stack = read_layers(section, file, source);
+        recipe = section.placed(
+            "layers", [&] { return recipe_of_stack(stack.layers, stack.lower_boundary); });
+    } else {
+        recipe = read_layer(section, source);
+    }
+    recipe.text = text;
+    recipe.title = section.text("title");
+    recipe.tolerance = section.number("tolerance");
+    for (const auto& [key, range] :
+         {std::pair("mu_in", &recipe.mu_in), std::pair("mu_out", &recipe.mu_out),
+          std::pair("azimuth_deg", &recipe.azimuth)})
+        if (section.has(key)) *range = read_directions(section, key);
+    check_directions(recipe);
+    read_sides(section, recipe);
+    require(!recipe.lower_boundary.is_present() || !recipe.transmission, caller,
+            section.at("sides"), "[\"reflection\"] where there is [below], which lets nothing pass",
+            "transmission");
+    require(recipe.optical_depth.min < infinity || !recipe.transmission, caller,
+            section.at("sides"),
+            "[\"reflection\"] where optical_depth is inf alone: nothing is transmitted",
+            section.has("sides") ? "transmission" : "no sides, which bakes both");
+    if (is_stack)
+        read_directional(section.section("discretisation"), recipe.discretisation);
+    else
+        read_layer_choices(section, source, recipe);
     return recipe;
 }
 
@@ -196,23 +252,30 @@ std::string resolved_text(const Recipe& recipe) {
             << (std::isinf(r.max) || r.max != std::floor(r.max) ? "" : ".0") << " }\n";
     };
     const Discretisation& d = recipe.discretisation;
-    out << "title = " << quoted(recipe.title) << "\n"
-        << "phase_function = " << quoted(recipe.phase_function.text()) << "\n"
-        << "tolerance = " << recipe.tolerance << "\n";
+    out << "title = " << quoted(recipe.title) << "\n";
+    if (recipe.layers.empty())
+        out << "phase_function = " << quoted(recipe.phase_function.text()) << "\n";
+    out << "tolerance = " << recipe.tolerance << "\n";
     if (recipe.mixture) {
         out << "second_phase_function = " << quoted(recipe.second_phase_function.text()) << "\n";
         range("mixture", *recipe.mixture);
     }
-    range("optical_depth", recipe.optical_depth);
-    range("albedo", recipe.albedo);
+    if (recipe.layers.empty()) {
+        range("optical_depth", recipe.optical_depth);
+        range("albedo", recipe.albedo);
+    }
     if (is_narrow(recipe.mu_in, all_cosines)) range("mu_in", recipe.mu_in);
     if (is_narrow(recipe.mu_out, all_cosines)) range("mu_out", recipe.mu_out);
     if (is_narrow(recipe.azimuth, all_azimuths)) range("azimuth_deg", recipe.azimuth);
     out << "sides = [" << (recipe.reflection ? "\"reflection\"" : "")
         << (recipe.reflection && recipe.transmission ? ", " : "")
-        << (recipe.transmission ? "\"transmission\"" : "") << "]\n"
-        << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"")
-        << "\n[discretisation]\n";
+        << (recipe.transmission ? "\"transmission\"" : "") << "]\n";
+    if (recipe.layers.empty())
+        out << "orders = " << (recipe.orders ? std::to_string(recipe.orders) : "\"all\"") << "\n";
+    for (const StackLayer& layer : recipe.layers)
+        out << "[[layers]]\nphase_function = " << quoted(layer.phase_function.text())
+            << "\nalbedo = " << layer.albedo << "\noptical_depth = " << layer.optical_depth << "\n";
+    out << "[discretisation]\n";
     auto choice = [&](const char* key, double value, const char* of_whole = "") {
         if (value == 0) return;
         out << key << " = " << value << (value == std::floor(value) ? of_whole : "") << "\n";
@@ -223,13 +286,16 @@ std::string resolved_text(const Recipe& recipe) {
     choice("azimuth_samples", d.azimuth_samples);
     if (d.azimuth_scale)
         out << "azimuth_scale = " << quoted(axis_scale_name(*d.azimuth_scale)) << "\n";
-    choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
-    choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
-    choice("albedo_samples", d.albedo_samples);
-    if (d.albedo_scale)
-        out << "albedo_scale = " << quoted(axis_scale_name(*d.albedo_scale)) << "\n";
-    if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
-    out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"") << "\n";
+    if (recipe.layers.empty()) {
+        choice("optical_depth_samples_per_octave", d.optical_depth_samples_per_octave);
+        choice("deepest_optical_depth", d.deepest_optical_depth, ".0");
+        choice("albedo_samples", d.albedo_samples);
+        if (d.albedo_scale)
+            out << "albedo_scale = " << quoted(axis_scale_name(*d.albedo_scale)) << "\n";
+        if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
+        out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"")
+            << "\n";
+    }
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.lower_boundary.albedo << "\n";
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)

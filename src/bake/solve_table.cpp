@@ -5,9 +5,11 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
+#include <stratus/transfer/stack.h>
 
 #include "axes.h"
 #include "piece_of_work.h"
+#include "solve_material.h"
 
 #include <algorithm>
 #include <bit>
@@ -84,6 +86,7 @@ class TableSolver {
                 if (options_.progress)
                     options_.progress(static_cast<double>(done) / count, "baking");
             });
+        table_.spherical_albedo_below = double{spherical_albedo_below_};
         return std::move(table_);
     }
 
@@ -112,6 +115,7 @@ class TableSolver {
         const Discretisation& d = recipe_.discretisation;
         table_.phase_function = recipe_.phase_function;
         table_.lower_boundary = recipe_.lower_boundary;
+        table_.layers = recipe_.layers;
         table_.highest_order = recipe_.orders;
         table_.extrapolation_length =
             extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
@@ -138,6 +142,7 @@ class TableSolver {
         pairs_.in.resize(mu_.size());
         std::iota(pairs_.in.begin(), pairs_.in.end(), 0);
         pairs_.out = pairs_.in;
+        pairs_.exchangeable = recipe_.layers.empty();
         if (table_.mu_out.values == mu_) return;
         pairs_.out.resize(table_.mu_out.values.size());
         std::iota(pairs_.out.begin(), pairs_.out.end(), static_cast<int>(mu_.size()));
@@ -187,9 +192,10 @@ class TableSolver {
     std::vector<std::vector<LayerSolution>> solutions_of(const Unit& unit) const {
         const auto first =
             table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
-        return solve_ladder(mixtures_[unit.mixture].phase_function,
-                            {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
-                            ladder_of(unit), mu_, solver_options(recipe_), recipe_.lower_boundary);
+        return solve_material(recipe_.layers, mixtures_[unit.mixture].phase_function,
+                              {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
+                              ladder_of(unit), mu_, solver_options(recipe_),
+                              recipe_.lower_boundary);
     }
 
     /// Rows of the table, a row an (albedo, optical depth), in the order in which they are solved.
@@ -265,6 +271,7 @@ class TableSolver {
         for (std::vector<float>* flux : {&table_.plane_albedo, &table_.diffuse_transmittance})
             if (!flux->empty()) visit(std::span(*flux).subspan(row * mus, mus));
         visit(std::span(table_.spherical_albedo).subspan(row, 1));
+        if (table_.is_stack()) visit(std::span(&spherical_albedo_below_, 1));
     }
 
     /// Fills in the samples with mu_in and mu_out exchanged.
@@ -301,6 +308,8 @@ class TableSolver {
                     static_cast<float>(solution.diffuse_transmittance(at));
         }
         table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
+        if (solution.stack)
+            spherical_albedo_below_ = static_cast<float>(solution.stack->spherical_albedo_below);
     }
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
@@ -318,6 +327,7 @@ class TableSolver {
     std::vector<double> mu_;            // of solutions
     CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
+    float spherical_albedo_below_ = 0;  // of a stack
 };
 
 }  // namespace

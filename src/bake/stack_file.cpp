@@ -2,7 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 
-#include "toml_section.h"
+#include "layers_section.h"
 
 #include <cmath>
 #include <cstddef>
@@ -13,8 +13,6 @@ namespace stratus {
 
 namespace {
 
-constexpr const char* caller = "stack";
-
 StackLayer read_layer(const Section& section, const PhaseSource& source) {
     return {section.phase_function("phase_function", source.directory, source.notes),
             section.number("albedo"), section.number("optical_depth")};
@@ -22,12 +20,7 @@ StackLayer read_layer(const Section& section, const PhaseSource& source) {
 
 }  // namespace
 
-Stack parse_stack(const std::string& text, const std::string& directory,
-                  std::vector<std::string>* notes, const std::string& name) {
-    const TomlFile origin{caller, name};
-    const toml::table parsed = parse_toml(text, origin);
-    const Section file(parsed, origin, stack_keys());
-    const PhaseSource source{directory, notes};
+Stack read_layers(const Section& file, const TomlFile& origin, const PhaseSource& source) {
     Stack stack;
     std::vector<Section> sections;
     for (const toml::node& node : file.tables("layers")) {
@@ -35,14 +28,21 @@ Stack parse_stack(const std::string& text, const std::string& directory,
                               "layer " + std::to_string(sections.size() + 1), "layers");
         stack.layers.push_back(read_layer(sections.back(), source));
     }
-    if (file.has("below")) stack.lower_boundary = read_lower_boundary(file, caller, source);
+    if (file.has("below")) stack.lower_boundary = read_lower_boundary(file, origin.caller, source);
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
         const bool last = k + 1 == stack.layers.size() && !stack.lower_boundary.is_present();
-        require(last || !std::isinf(stack.layers[k].optical_depth), caller,
+        require(last || !std::isinf(stack.layers[k].optical_depth), origin.caller,
                 sections[k].at("optical_depth"), "finite where a layer or [below] lies under it",
                 stack.layers[k].optical_depth);
     }
     return stack;
+}
+
+Stack parse_stack(const std::string& text, const std::string& directory,
+                  std::vector<std::string>* notes, const std::string& name) {
+    const TomlFile origin{"stack", name};
+    const toml::table parsed = parse_toml(text, origin);
+    return read_layers(Section(parsed, origin, stack_keys()), origin, {directory, notes});
 }
 
 Stack read_stack(const std::filesystem::path& path, std::vector<std::string>* notes) {

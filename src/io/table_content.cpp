@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 namespace stratus::io {
@@ -25,7 +26,7 @@ struct MetadataField {
     EntryType type;
 };
 
-constexpr std::array<MetadataField, 17> metadata_fields{{
+constexpr std::array<MetadataField, 21> metadata_fields{{
     {"format", EntryType::text},
     {"format_major", EntryType::integer},
     {"format_minor", EntryType::integer},
@@ -35,6 +36,10 @@ constexpr std::array<MetadataField, 17> metadata_fields{{
     {"below", EntryType::text},
     {"below_albedo", EntryType::number},
     {"below_phase_function", EntryType::text},
+    {"layer_phase_functions", EntryType::text},
+    {"layer_albedos", EntryType::numbers},
+    {"layer_optical_depths", EntryType::numbers},
+    {"spherical_albedo_below", EntryType::number},
     {"moments", EntryType::numbers},
     {"asymmetry", EntryType::number},
     {"path_law", EntryType::numbers},
@@ -119,6 +124,60 @@ LowerBoundary read_lower_boundary(const Metadata& metadata) {
         albedo);
 }
 
+void add_layers(const Table& table, Metadata& metadata) {
+    if (!table.is_stack()) return;
+    std::string phase_functions;  // a line each
+    std::vector<double> albedos, depths;
+    for (const StackLayer& layer : table.layers) {
+        if (!phase_functions.empty()) phase_functions += '\n';
+        phase_functions += layer.phase_function.text();
+        albedos.push_back(layer.albedo);
+        depths.push_back(layer.optical_depth);
+    }
+    metadata["layer_phase_functions"] = phase_functions;
+    metadata["layer_albedos"] = to_text(albedos);
+    metadata["layer_optical_depths"] = to_text(depths);
+    metadata["spherical_albedo_below"] = shortest_text(table.spherical_albedo_below);
+}
+
+void read_layers(const Metadata& metadata, Table& table) {
+    const bool has_layers = metadata.contains("layer_phase_functions");
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    if (has_layers != (major == table_format_major_of_stack))
+        throw std::runtime_error("attribute layer_phase_functions belongs to format " +
+                                 std::to_string(table_format_major_of_stack) + ".x alone");
+    if (!has_layers) return;
+    const std::vector<double> albedos =
+                                  to_numbers("layer_albedos", entry(metadata, "layer_albedos")),
+                              depths = to_numbers("layer_optical_depths",
+                                                  entry(metadata, "layer_optical_depths"));
+    std::istringstream lines(entry(metadata, "layer_phase_functions"));
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t k = table.layers.size();
+        if (k >= albedos.size() || k >= depths.size()) break;
+        table.layers.push_back(
+            {read_phase_function("layer_phase_functions", line), albedos[k], depths[k]});
+    }
+    if (lines || table.layers.empty() || table.layers.size() != albedos.size() ||
+        table.layers.size() != depths.size())
+        throw std::runtime_error(
+            "attributes layer_phase_functions, layer_albedos and layer_optical_depths must have as "
+            "many entries as each other");
+    table.spherical_albedo_below =
+        to_number("spherical_albedo_below", entry(metadata, "spherical_albedo_below"));
+}
+
+/// The version that a table is written in.
+struct FormatVersion {
+    int major, minor;
+};
+
+FormatVersion version_of(const Table& table) {
+    if (table.is_stack()) return {table_format_major_of_stack, table_format_minor_of_stack};
+    if (table.path_law) return {table_format_major_of_path_law, table_format_minor_of_path_law};
+    return {table_format_major, table_format_minor};
+}
+
 void add_mixture(const Table& table, Metadata& metadata) {
     if (!table.has_mixture()) return;
     metadata["second_phase_function"] = table.second_phase_function.text();
@@ -190,8 +249,9 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
     const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int newest = major == table_format_major_of_path_law ? table_format_minor_of_path_law
-                                                               : table_format_minor;
+    const int newest = major == table_format_major_of_stack      ? table_format_minor_of_stack
+                       : major == table_format_major_of_path_law ? table_format_minor_of_path_law
+                                                                 : table_format_minor;
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     if (!notes || minor <= newest) return;
     const std::string dotted = std::to_string(major) + ".";
@@ -218,13 +278,13 @@ EntryType entry_type(const std::string& name) {
 Metadata metadata_of(const Table& table) {
     Metadata metadata = table.attributes;
     metadata["format"] = table_format_name;
-    metadata["format_major"] =
-        std::to_string(table.path_law ? table_format_major_of_path_law : table_format_major);
-    metadata["format_minor"] =
-        std::to_string(table.path_law ? table_format_minor_of_path_law : table_format_minor);
+    const FormatVersion version = version_of(table);
+    metadata["format_major"] = std::to_string(version.major);
+    metadata["format_minor"] = std::to_string(version.minor);
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
+    add_layers(table, metadata);
     add_mixture(table, metadata);
     metadata["moments"] = to_text(moments_to_store(table));
     if (table.path_law) metadata["path_law"] = to_text(path_law_moments);
@@ -247,8 +307,8 @@ void check_format(const Metadata& metadata) {
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     const std::string version = std::to_string(major) + "." + std::to_string(minor);
     const std::string readable = "this program reads (" + std::to_string(table_format_major) +
-                                 ".x and " + std::to_string(table_format_major_of_path_law) + ".x)";
-    if (major > table_format_major_of_path_law)
+                                 ".x to " + std::to_string(table_format_major_of_stack) + ".x)";
+    if (major > table_format_major_of_stack)
         throw std::runtime_error("format " + version + " is newer than " + readable);
     if (major < table_format_major || minor < 0)
         throw std::runtime_error("format " + version + " is not one that " + readable);
@@ -259,6 +319,7 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     Table table;
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
     table.lower_boundary = read_lower_boundary(metadata);
+    read_layers(metadata, table);
     read_mixture(metadata, table);
     read_path_law(metadata, table);
     check_moments(metadata, table);

@@ -53,7 +53,8 @@ SingleDiffuseTransmittance::SingleDiffuseTransmittance(const PhaseFunction& phas
         moment_[l] = static_cast<double>(2 * l + 1) * (moment_[l] - forward_peak_);
 }
 
-double SingleDiffuseTransmittance::operator()(double optical_depth, double mu) const noexcept {
+double SingleDiffuseTransmittance::operator()(double optical_depth, double mu,
+                                              double below) const noexcept {
     static const std::array<Node, nodes> rule = gauss_nodes();
     Legendre series = legendre(mu);
     for (std::size_t l = 0; l < series.size(); ++l) series[l] *= moment_[l];
@@ -61,9 +62,10 @@ double SingleDiffuseTransmittance::operator()(double optical_depth, double mu) c
     for (const Node& node : rule) {
         double phase = 0;  // its mean over azimuth
         for (std::size_t l = 0; l < series.size(); ++l) phase += series[l] * node.legendre[l];
-        sum += node.weight * node.mu * single_transmission(phase, 1, optical_depth, mu, node.mu);
+        sum += node.weight * node.mu * direct_transmittance(below, node.mu) *
+               single_transmission(phase, 1, optical_depth, mu, node.mu);
     }
-    const double path = optical_depth / mu, beam = direct_transmittance(optical_depth, mu);
+    const double path = optical_depth / mu, beam = direct_transmittance(optical_depth + below, mu);
     return 2 * sum + (beam > 0 ? forward_peak_ * path * beam : 0);
 }
 

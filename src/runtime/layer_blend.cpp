@@ -43,7 +43,7 @@ LayerQuery query_of(const TableView& table, double albedo, double optical_depth,
     const AxisView& depth = table.optical_depth;
     if (!depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped)
         query.optical_depth = std::min(optical_depth, depth.highest);
-    if (table.has_lower_boundary()) query.albedo = 1;
+    if (table.has_lower_boundary() || table.is_stack()) query.albedo = 1;
     return query;
 }
 

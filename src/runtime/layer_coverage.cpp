@@ -1,6 +1,7 @@
 #include "layer_coverage.h"
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/number_text.h>
 
 #include "kept_tolerance.h"
 #include "layer_blend.h"
@@ -35,19 +36,20 @@ bool holds(const AxisView& axis, double value) {
 }
 
 bool is_scattered_once(const TableView& table, double albedo, double optical_depth) {
-    return (albedo == 0 || optical_depth == 0) && !is_over(table, LowerBoundary::Kind::layer);
+    return !table.is_stack() && (albedo == 0 || optical_depth == 0) && !is_over(table, LowerBoundary::Kind::layer);
 }
 
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return optical_depth == infinity;
-    if (holds(depth, optical_depth)) return true;
+    if (holds(depth, optical_depth) || table.is_stack()) return holds(depth, optical_depth);
     if (optical_depth < depth.lowest) return !is_over(table, LowerBoundary::Kind::layer);
     return depth.ends_at_infinity ||
            is_depth_known_by_diffusion(table, side, albedo, optical_depth);
 }
 
 std::string allowed_albedo(const TableView& table) {
+    if (table.is_stack()) return shortest_text(table.albedo.lowest) + ", that of the stack";
     const bool is_black_known = !is_over(table, LowerBoundary::Kind::layer);
     const AxisView& albedo = table.albedo;
     return (is_black_known && albedo.lowest > 0 ? "0 or " : "") +
@@ -57,6 +59,7 @@ std::string allowed_albedo(const TableView& table) {
 std::string allowed_depth(const TableView& table) {
     const AxisView& depth = table.optical_depth;
     if (depth.count == 0) return "inf, all that the table holds";
+    if (table.is_stack()) return shortest_text(depth.lowest) + ", that of the stack";
     const bool is_thin_known = !is_over(table, LowerBoundary::Kind::layer);
     return range_text(is_thin_known ? 0 : depth.lowest, depth.highest) +
            (depth.ends_at_infinity ? " or inf" : "");

@@ -137,10 +137,12 @@ double along_path(const TableView& table, Side side, double albedo, double optic
 
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept {
-    const double phase = table.phase(cos_scattering_angle_reflected(geometry));
     Scattered scattered{};
     scattered.single =
-        single_reflection(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
+        table.is_stack()
+            ? single_reflection_of(*table.layers, geometry)
+            : single_reflection(table.phase(cos_scattering_angle_reflected(geometry)), albedo,
+                                optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.has_lower_boundary())
         scattered.single +=
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
@@ -159,9 +161,11 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
                        const Geometry& geometry) noexcept {
     Scattered scattered{};
     if (table.has_lower_boundary()) return scattered;
-    const double phase = table.phase(cos_scattering_angle_transmitted(geometry));
     scattered.single =
-        single_transmission(phase, albedo, optical_depth, geometry.mu_in, geometry.mu_out);
+        table.is_stack()
+            ? single_transmission_of(*table.layers, geometry)
+            : single_transmission(table.phase(cos_scattering_angle_transmitted(geometry)), albedo,
+                                  optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.packed != nullptr)
         scattered.multiple =
             table.packed->transmission(albedo, optical_depth, geometry, table.chosen_mixture)

@@ -185,6 +185,21 @@ void add_side(TensorWriter& file, const std::string& prefix, const TableView& ta
                   PhaseCurve::reflected(*table.phase_function, {}, table.lower_boundary));
 }
 
+void add_layers(TensorWriter& file, const Table& table) {
+    if (!table.is_stack()) return;
+    std::string phase_functions;
+    std::vector<double> numbers;
+    for (const StackLayer& layer : table.layers) {
+        if (!phase_functions.empty()) phase_functions += '\n';
+        phase_functions += layer.phase_function.text();
+        numbers.push_back(layer.albedo);
+        numbers.push_back(layer.optical_depth);
+    }
+    file.set(layer_phase_functions_name, phase_functions);
+    file.set(spherical_albedo_below_name, shortest_text(table.spherical_albedo_below));
+    file.add(layers_name, {table.layers.size(), 2}, numbers);
+}
+
 void add_path_law(TensorWriter& file, const Table& table) {
     if (!table.path_law) return;
     const PathOrders& law = *table.path_law;
@@ -253,6 +268,7 @@ std::vector<char> pack(const Table& table) {
                 samples->size());
     TensorWriter file;
     add_header(file, table);
+    add_layers(file, table);
     add_path_law(file, table);
     for (std::size_t m = 0; m < table.mixture_count(); ++m) {
         const Table* one = &table;

@@ -29,6 +29,9 @@ constexpr const char* second_extrapolation_length_name = "second_extrapolation_l
 constexpr const char* tolerance_name = "tolerance";
 constexpr const char* measured_error_name = "measured_error";
 constexpr const char* highest_order_name = "highest_order";
+constexpr const char* layer_phase_functions_name =
+    "layer_phase_functions";  // of a stack, a line each
+constexpr const char* spherical_albedo_below_name = "spherical_albedo_below";
 constexpr const char* path_offset_name = "path_offset";
 constexpr const char* path_deepest_name = "path_deepest";
 constexpr const char* scale_suffix = "_scale";  // of an axis' name
@@ -37,6 +40,7 @@ constexpr const char* layer_name = "semi-infinite layer";
 
 // Numbers.
 constexpr const char* diffusion_exponent_name = "diffusion_exponent";
+constexpr const char* layers_name = "layers";  // of a stack: albedo and optical depth of each
 constexpr const char* path_orders_name = "path_orders";
 constexpr const char* path_sheet_name = "path_sheet";
 constexpr const char* phase_name = "phase";  // samples of a phase curve, where it needs any

@@ -18,6 +18,7 @@
 #include <cstring>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -102,11 +103,14 @@ AxisScale scale_of(const TensorFile& file, const std::string& name) {
 }
 
 /// Refuses a text that names another file.
-PhaseFunction phase_function(const TensorFile& file, const char* name) {
-    const std::string& text = file.text(name);
+PhaseFunction complete_phase_function(const std::string& text, const char* name) {
     require(text.find("file") == std::string::npos, caller, name, "complete",
             "one that names a file");
     return parse_phase_function(text);
+}
+
+PhaseFunction phase_function(const TensorFile& file, const char* name) {
+    return complete_phase_function(file.text(name), name);
 }
 
 LowerBoundary lower_boundary(const TensorFile& file) {
@@ -117,6 +121,23 @@ LowerBoundary lower_boundary(const TensorFile& file) {
     require(kind == layer_name, caller, below_name, std::string(surface_name) + " or " + layer_name,
             kind.substr(0, 40));
     return LowerBoundary::layer(phase_function(file, below_phase_function_name), albedo);
+}
+
+std::vector<StackLayer> layers_of(const TensorFile& file) {
+    std::vector<StackLayer> layers;
+    if (!file.has(layers_name)) return layers;
+    const TensorOf<double> numbers = file.numbers<double>(layers_name, 2, Infinity::allowed);
+    require_shape(numbers, layers_name, {numbers.shape[0], 2});
+    std::istringstream lines(file.text(layer_phase_functions_name));
+    std::string line;
+    while (layers.size() < numbers.shape[0] && std::getline(lines, line)) {
+        const double* const of = numbers.data + 2 * layers.size();
+        layers.push_back({complete_phase_function(line, layer_phase_functions_name), of[0], of[1]});
+    }
+    require(layers.size() == numbers.shape[0] && !std::getline(lines, line), caller,
+            layer_phase_functions_name, std::to_string(numbers.shape[0]) + " lines",
+            "another number");
+    return layers;
 }
 
 PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
@@ -138,6 +159,8 @@ Table header_of(const TensorFile& file) {
     Table table;
     table.phase_function = phase_function(file, phase_function_name);
     table.lower_boundary = lower_boundary(file);
+    table.layers = layers_of(file);
+    if (table.is_stack()) table.spherical_albedo_below = number(file, spherical_albedo_below_name);
     for (const PackedAxisField& field : packed_axis_fields()) {
         if (field.axis == &Table::mixture && !file.has(field.name)) continue;
         const bool may_be_infinite = field.axis == &Table::optical_depth;
@@ -205,8 +228,9 @@ void set_axes(const TableView& table, const double* exponents, double length, Si
     const Resampling albedos(albedo.count);
     view.albedo = albedos.axis(albedo);
     view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
-    view.min_albedo = static_cast<float>(albedo.lowest);
-    view.max_albedo = static_cast<float>(albedo.highest);
+    // Samples of a stack are divided by no albedo.
+    view.min_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.lowest);
+    view.max_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.highest);
     view.min_depth = static_cast<float>(depth.lowest);
     view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
     view.max_finite_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
@@ -496,7 +520,9 @@ bool is_reserved(const std::string& name) {
                                                 path_offset_name,
                                                 extrapolation_length_name,
                                                 path_deepest_name,
-                                                second_extrapolation_length_name};
+                                                second_extrapolation_length_name,
+                                                layer_phase_functions_name,
+                                                spherical_albedo_below_name};
     if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
     const auto& axes = packed_axis_fields();
     return std::any_of(axes.begin(), axes.end(), [&](const PackedAxisField& field) {
@@ -559,12 +585,28 @@ struct PackedTable::Contents {
             sum.single += weight * at.single;
             sum.multiple += weight * at.multiple;
         });
+        if (!header.is_stack()) return sum;
+        sum.single = side == Side::reflection ? single_reflection_of(header.layers, geometry)
+                                              : single_transmission_of(header.layers, geometry);
+        if (header.lower_boundary.is_present())
+            sum.single +=
+                single_reflection_of_boundary(header.lower_boundary, optical_depth, geometry);
         return sum;
     }
 
     void many(Side side, const PackedPoints& points, float* total, double share) const noexcept {
         if (side == Side::transmission && header.lower_boundary.is_present()) {
             std::fill(total, total + points.count, 0.0f);
+            return;
+        }
+        if (header.is_stack()) {
+            for (std::size_t n = 0; n < points.count; ++n)
+                total[n] = static_cast<float>(
+                    one(side, double{points.albedo[n]}, double{points.optical_depth[n]},
+                        {double{points.mu_in[n]}, double{points.mu_out[n]},
+                         double{points.azimuth[n]}},
+                        share)
+                        .total());
             return;
         }
         const int index = side == Side::reflection ? 0 : 1;

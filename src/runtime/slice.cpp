@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +32,27 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
         return (reflected ? all.reflected : all.transmitted).of(form, orders);
     else
         return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
+}
+
+/// Particles of a stack's layers may differ in all that these effects ask about.
+void check_stack_effects(const Effects& effects) {
+    require(effects.density == 0, caller, "density", "0 of a stack", effects.density);
+    require(effects.opposition.law == Opposition::Law::none, caller, "opposition",
+            "none of a stack", "a law");
+}
+
+template <int channels>
+Medium<channels> medium_of(const std::vector<StackLayer>& layers) {
+    const StackLayer mean = mean_layer(layers);
+    Medium<channels> medium;
+    std::fill(medium.optical_depth, medium.optical_depth + channels, mean.optical_depth);
+    std::fill(medium.albedo, medium.albedo + channels, mean.albedo);
+    return medium;
+}
+
+/// A depth in single precision, finite. exp(-tau) is 0 in float from 104 on.
+float in_single(double optical_depth, Side which) {
+    return static_cast<float>(std::min(optical_depth, which == Side::reflection ? 1e30 : 1e4));
 }
 
 /// What a layer deeper than the deepest sample scatters, over what one as deep does.
@@ -130,6 +150,8 @@ struct SliceOf<channels>::BoundSide {
     std::vector<float> sample;
     PhaseCurve phase;
     OppositionTable opposition;
+    std::vector<PhaseCurve> layer_phases;  // of a stack
+    std::vector<SliceLayer> layers;
 };
 
 template <int channels>
@@ -155,11 +177,11 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         medium_.optical_depth[c] =
             effective_optical_depth(medium.optical_depth[c], effects.density);
     }
-    one_sided_ = boundary != nullptr && boundary->is_present();
+    over_boundary_ = one_sided_ = boundary != nullptr && boundary->is_present();
     if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
-    const auto set_medium = [&](SliceSide<channels>& view, double deepest) {
+    const auto set_medium = [&](SliceSide<channels>& view, Side which) {
         for (int c = 0; c < channels; ++c) {
-            view.optical_depth[c] = static_cast<float>(std::min(medium_.optical_depth[c], deepest));
+            view.optical_depth[c] = in_single(medium_.optical_depth[c], which);
             view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
         }
         view.level = one_sided_ ? 1 : 0;
@@ -167,7 +189,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
     };
     if (effects.reflection) {
         SliceSide<channels>& view = reflection_->view;
-        set_medium(view, 1e30);
+        set_medium(view, Side::reflection);
         if (effects.single) {
             const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
@@ -186,7 +208,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
         }
     }
     if (effects.transmission && !one_sided_) {
-        set_medium(transmission_->view, 1e4);  // exp(-tau) is 0 in float from 104 on
+        set_medium(transmission_->view, Side::transmission);
         if (effects.single) {
             transmission_->phase = curve;
             transmission_->form = curve.form();
@@ -201,7 +223,17 @@ template <int channels>
 SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
                            const Effects& effects)
     : SliceOf(phase_function, PhaseCurve(phase_function), nullptr, medium, effects) {
-    bind_background(nullptr, phase_function, effects);
+    bind_background(nullptr, phase_function, nullptr, effects);
+}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
+    : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
+              nullptr, medium_of<channels>(layers), effects) {
+    check_layers(layers, false, caller);
+    check_stack_effects(effects);
+    bind_stack(layers, nullptr);
+    bind_background(nullptr, {}, &layers, effects);
 }
 
 template <int channels>
@@ -210,6 +242,11 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     : SliceOf(table.mixed_phase_function(),
               table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
               table.lower_boundary, medium, effects) {
+    if (table.is_stack()) {
+        check_stack_effects(effects);
+        check_coverage(table, Side::reflection, outside);
+        bind_stack(*table.layers, table.lower_boundary);
+    }
     if (effects.multiple) {
         has_all_directions_ = table.has_all_directions();
         const auto take = [&](Side which, bool asked, bool held, BoundSide& side) {
@@ -223,7 +260,45 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     }
     if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
         check_coverage(table, Side::transmission, outside);
-    bind_background(&table, table.mixed_phase_function(), effects);
+    bind_background(&table, table.mixed_phase_function(), table.layers, effects);
+}
+
+template <int channels>
+void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
+                                   const LowerBoundary* boundary) {
+    medium_ = medium_of<channels>(layers);  // clamped to it
+    for (int c = 0; c < channels; ++c) {
+        const double depth = medium_.optical_depth[c];
+        reflection_->view.optical_depth[c] = in_single(depth, Side::reflection);
+        transmission_->view.optical_depth[c] = in_single(depth, Side::transmission);
+    }
+    one_sided_ = true;
+    if (transmission_->form != PhaseForm::none) bind_layers(layers, *transmission_);
+    if (reflection_->form != PhaseForm::none) {
+        std::vector<StackLayer> all = layers;
+        if (over_boundary_ && boundary->kind == LowerBoundary::Kind::layer)
+            all.push_back({boundary->phase_function, boundary->albedo, infinity});
+        bind_layers(std::move(all), *reflection_);
+    }
+    set_kernels();
+}
+
+template <int channels>
+void SliceOf<channels>::bind_layers(std::vector<StackLayer> layers, BoundSide& side) {
+    const Side which = &side == reflection_.get() ? Side::reflection : Side::transmission;
+    double above = 0, below = medium_.optical_depth[0];
+    for (const StackLayer& layer : layers) {
+        below = below < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
+        side.layer_phases.push_back(PhaseCurve::sampled(
+            1, [&](double c, double* value) { *value = layer.phase_function(c); }));
+        side.layers.push_back({side.layer_phases.back().view(), in_single(above, which),
+                               in_single(below, which), in_single(layer.optical_depth, which),
+                               static_cast<float>(layer.albedo / 4)});
+        above += layer.optical_depth;
+    }
+    side.form = PhaseForm::of_stack;
+    side.view.layer = side.layers.data();
+    side.view.layers = static_cast<int>(side.layers.size());
 }
 
 template <int channels>
@@ -292,13 +367,32 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
 
 template <int channels>
 void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
+                                        const std::vector<StackLayer>* layers,
                                         const Effects& effects) {
-    if (one_sided_ || !effects.background) return;
+    if (over_boundary_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;
     background_mu_ = all_orders ? table->mu_in : background_axis();
-    std::optional<SingleDiffuseTransmittance> order_1;
-    if (all_orders != effects.single) order_1.emplace(phase_function);
+    std::vector<SingleDiffuseTransmittance> order_1;  // of the layer, or of each
+    if (all_orders != effects.single) {
+        if (layers)
+            for (const StackLayer& layer : *layers) order_1.emplace_back(layer.phase_function);
+        else
+            order_1.emplace_back(phase_function);
+    }
+    const auto once = [&](double albedo, double depth, double mu) {
+        if (!layers) return albedo * order_1[0](depth, mu);
+        Surroundings around{0, depth};
+        double sum = 0;
+        for (std::size_t k = 0; k < layers->size(); ++k) {
+            const StackLayer& layer = (*layers)[k];
+            around.below = std::max(0.0, around.below - layer.optical_depth);
+            sum += layer.albedo * direct_transmittance(around.above, mu) *
+                   order_1[k](layer.optical_depth, mu, around.below);
+            around.above += layer.optical_depth;
+        }
+        return sum;
+    };
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (albedo == 0 || depth == 0 || depth == infinity) continue;
@@ -307,7 +401,7 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
         for (int i = 0; i < background_mu_.count; ++i) {
             const double mu = background_mu_.value(i);
             double& value = diffuse[static_cast<std::size_t>(i)];
-            if (order_1) value += (all_orders ? -albedo : albedo) * (*order_1)(depth, mu);
+            if (!order_1.empty()) value += (all_orders ? -1 : 1) * once(albedo, depth, mu);
             background_[static_cast<std::size_t>(c)].push_back(
                 static_cast<float>(value / intercepted_share(depth, mu)));
         }
@@ -348,7 +442,7 @@ template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
     const float sides = wi.z * wo.z;
-    if (!(sides != 0) || (one_sided_ && !(wi.z > 0 && wo.z > 0))) return Value{};
+    if (!(sides != 0) || (one_sided_ && !(wi.z > 0))) return Value{};
     const BoundSide& side = *(sides > 0 ? reflection_ : transmission_);
     float value[channels] = {};
     if (side.kernel.at_angles != nullptr) side.kernel.at_vectors(side.view, wi, wo, value);
@@ -439,7 +533,7 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
             transmission_->kernel.many(transmission_->view, paths, transmitted);
         for (std::size_t i = 0; i < here; ++i) {
             const float sides = in[2][i] * out[2][i];
-            const bool seen = sides != 0 && (!one_sided_ || (in[2][i] > 0 && out[2][i] > 0));
+            const bool seen = sides != 0 && (!one_sided_ || in[2][i] > 0);
             const float scale = seen ? static_cast<float>(1 / pi) : 0.0f;
             for (std::size_t c = 0; c < channels; ++c)
                 value[c * count + first + i] =
@@ -453,7 +547,7 @@ template <class OfChannel>
 typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
     const OfChannel& of) const noexcept {
     float value[channels] = {};
-    for (int c = 0; c < channels && !one_sided_; ++c) value[c] = static_cast<float>(of(c));
+    for (int c = 0; c < channels && !over_boundary_; ++c) value[c] = static_cast<float>(of(c));
     return value_of(value, 1);
 }
 
@@ -479,12 +573,22 @@ typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) con
     });
 }
 
+namespace {
+
+std::size_t sample_count(const std::vector<PhaseCurve>& curves) noexcept {
+    std::size_t count = 0;
+    for (const PhaseCurve& curve : curves) count += curve.sample_count();
+    return count;
+}
+
+}  // namespace
+
 template <int channels>
 std::size_t SliceOf<channels>::bytes() const noexcept {
     std::size_t numbers = path_.sample_count();
     for (const BoundSide* side : {reflection_.get(), transmission_.get()})
-        numbers +=
-            side->sample.size() + side->phase.sample_count() + side->opposition.sample_count();
+        numbers += stratus::sample_count(side->layer_phases) + side->sample.size() +
+                   side->phase.sample_count() + side->opposition.sample_count();
     for (const std::vector<float>& curve : background_) numbers += curve.size();
     return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
 }

@@ -4,11 +4,13 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
+#include <stratus/runtime/number_text.h>
 #include <stratus/runtime/single_scattering.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace stratus {
@@ -128,6 +130,23 @@ void check_numbers(const Table& table) {
     require(table.highest_order >= 0, caller, "highest_order", "at least 0", table.highest_order);
 }
 
+void check_stack(const Table& table) {
+    require(table.spherical_albedo_below >= 0 && table.spherical_albedo_below <= 1, caller,
+            "spherical_albedo_below", "in [0, 1]", table.spherical_albedo_below);
+    if (!table.is_stack()) return;
+    check_layers(table.layers, table.lower_boundary.is_present(), caller);
+    require(!table.has_mixture() && !table.path_law && table.highest_order == 0, caller,
+            "table of a stack", "without mixture axis, path law and highest order", "one of them");
+    const StackLayer mean = mean_layer(table.layers);
+    for (const auto& [axis, name, value] :
+         {std::tuple(&table.optical_depth, "optical_depth", mean.optical_depth),
+          std::tuple(&table.albedo, "albedo", mean.albedo)})
+        require(axis->values.size() == 1 &&
+                    (axis->values[0] == value || std::abs(axis->values[0] - value) <= 1e-9 * value),
+                caller, name, "the mean of the stack's layers alone, " + shortest_text(value),
+                axis->values.empty() ? 0 : axis->values[0]);
+}
+
 void check_boundary(const Table& table) {
     require(table.lower_boundary.albedo >= 0 && table.lower_boundary.albedo <= 1, caller,
             "albedo of the lower boundary", "in [0, 1]", table.lower_boundary.albedo);
@@ -146,7 +165,7 @@ void work_out_weights(Table& table) {
         for (const double depth : table.optical_depth.values) {
             // Samples of albedo 0 are 0, whatever they are multiplied by.
             const double sampled = table.albedo.values[a % albedos];
-            const double albedo = sampled > 0 ? sampled : 1;
+            const double albedo = sampled > 0 && !table.is_stack() ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
             const double length =
                 table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
@@ -181,7 +200,7 @@ std::size_t Table::sample_count() const noexcept {
 
 bool TableView::has_all_directions() const noexcept {
     constexpr double grazing = 0.01;
-    return is_symmetric() && mu_in.lowest <= grazing && mu_in.highest == 1 &&
+    return has_same_cosines() && mu_in.lowest <= grazing && mu_in.highest == 1 &&
            spans_all_azimuths(azimuth);
 }
 
@@ -203,6 +222,7 @@ TableView Table::view() const noexcept {
     view.phase_function = &phase_function;
     view.phase_curve = &phase_curve;
     if (has_mixture()) view.second_phase_function = &second_phase_function;
+    if (is_stack()) view.layers = &layers;
     view.mixture = mixture.view();
     view.second_extrapolation_length = second_extrapolation_length;
     view.lower_boundary = &lower_boundary;
@@ -243,6 +263,7 @@ void prepare_header(Table& table) {
     check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
     check_numbers(table);
     check_boundary(table);
+    check_stack(table);
     work_out_weights(table);
 }
 

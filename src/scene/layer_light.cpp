@@ -103,11 +103,12 @@ void LayerLight::bind(const TableView* table, bool multiple) {
     effects.multiple = multiple;
     effects.reflection = scene_.effects.reflection;
     effects.transmission = scene_.effects.transmission;
-    effects.background = false;  // see LayerLight::background
+    effects.background = is_stack() && background_scatters_;  // else LayerLight::background
     effects.opposition = opposition_;
     const auto bound = [&]<int channels>(const Medium<channels>& medium) {
-        return table ? SliceOf<channels>(*table, medium, effects)
-                     : SliceOf<channels>(scene_.layer.components[0], medium, effects);
+        return table        ? SliceOf<channels>(*table, medium, effects)
+               : is_stack() ? SliceOf<channels>(scene_.layer.stack, effects)
+                            : SliceOf<channels>(scene_.layer.components[0], medium, effects);
     };
     const auto& albedo = matter->albedo;
     const bool grey = depth(0) == depth(1) && depth(1) == depth(2) && albedo[0] == albedo[1] &&
@@ -307,6 +308,7 @@ double LayerLight::transmittance(const Channel& channel, FluxLookup& fluxes) con
 
 double LayerLight::spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept {
     if (!fluxes_ || channel.optical_depth == 0) return 0;
+    if (is_stack()) return tables_->headers[0].spherical_albedo_below;
     return fluxes_->at(fluxes.place(channel), LayerFluxes::spherical_albedo);
 }
 
@@ -339,6 +341,11 @@ double LayerLight::plane_albedo(const Channel& channel, FluxLookup& fluxes) cons
 }
 
 Rgb3 LayerLight::background(const Matter& matter, double mu) const noexcept {
+    if (is_stack() && background_scatters_ && matter.optical_depth > 0)
+        if (const Slice* const stack = std::get_if<Slice>(&slice_)) {
+            const double share = double{stack->background(static_cast<float>(mu))};
+            return {share, share, share};
+        }
     FluxLookup fluxes(mu);
     return each_channel(matter, [&](const Channel& channel) {
         const LayerLight& light = channel.light;

@@ -1,4 +1,5 @@
 // [layer].
+#include <stratus/bake/stack_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 
@@ -7,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -129,10 +132,36 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
     return extinction;
 }
 
+/// Layers on top of one another, seen as one material.
+SceneLayer read_stack_of(const Section& section, const Source& source) {
+    for (const char* key : {"phase_function", "components", "albedo", "extinction",
+                            "optical_depth", "density", "opposition"})
+        require_absent(section, key, "beside a stack, whose layers are all that scatters");
+    const std::filesystem::path path = source.directory / section.text("stack");
+    Stack stack = section.placed("stack", [&] { return read_stack(path, source.notes); });
+    require(!stack.lower_boundary.is_present(), caller, section.at("stack"),
+            "a stack without [below]: ground is the scene's surface, and a semi-infinite layer one "
+            "of optical_depth inf",
+            "one with it");
+    const Recipe recipe = section.placed(
+        "stack", [&] { return recipe_of_stack(stack.layers, stack.lower_boundary); });
+    SceneLayer layer;
+    layer.components = {recipe.phase_function};
+    layer.albedo.fill(recipe.albedo.max);
+    layer.optical_depth.max = recipe.optical_depth.max;
+    layer.stack = std::move(stack.layers);
+    return layer;
+}
+
 }  // namespace
 
 SceneLayer read_layer(const Section& root, const Source& source, bool of_rings) {
     const Section section = root.section("layer");
+    if (section.has("stack")) {
+        require(!of_rings, caller, section.at("stack"),
+                "absent where there are [rings], whose profile mixes two components", "given");
+        return read_stack_of(section, source);
+    }
     SceneLayer layer;
     if (of_rings) {
         for (const char* key : {"phase_function", "extinction", "optical_depth"})

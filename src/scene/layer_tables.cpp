@@ -110,6 +110,15 @@ void take_fewer_pairs(Recipe& recipe) {
         recipe.mu_in = recipe.mu_out = both;
 }
 
+bool have_same_layers(const Recipe& one, const Recipe& other) {
+    return std::ranges::equal(one.layers, other.layers,
+                              [](const StackLayer& a, const StackLayer& b) {
+                                  return a.albedo == b.albedo &&
+                                         a.optical_depth == b.optical_depth &&
+                                         a.phase_function.text() == b.phase_function.text();
+                              });
+}
+
 /// Refuses a table that does not serve a scene.
 void check_table(const Scene& scene, const PackedTable& packed) {
     const Table& table = packed.header();
@@ -120,6 +129,11 @@ void check_table(const Scene& scene, const PackedTable& packed) {
         require(met.text() == own.text(), caller, name, own.text(), met.text());
     };
     same("table.phase_function", needed->phase_function, table.phase_function);
+    Recipe of_table;
+    of_table.layers = table.layers;
+    require(have_same_layers(*needed, of_table), caller, "table.layers",
+            needed->layers.empty() ? "absent" : "those of the scene's stack",
+            table.is_stack() ? "another stack" : "none");
     require(table.has_mixture() == needed->mixture.has_value(), caller, "table",
             needed->mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (needed->mixture)
@@ -169,6 +183,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
         range.albedo.max == 0)
         return std::nullopt;
     Recipe recipe;
+    if (!scene.layer.stack.empty()) recipe = recipe_of_stack(scene.layer.stack, {});
     recipe.title = scene.title;
     recipe.phase_function = scene.layer.components[0];
     if (scene.layer.components.size() > 1) {
@@ -210,7 +225,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     const bool one_is_infinite = std::isinf(one.optical_depth.min),
                other_is_infinite = std::isinf(other.optical_depth.min);
-    if (one.phase_text != other.phase_text || one_is_infinite != other_is_infinite ||
+    if (one.phase_text != other.phase_text || !have_same_layers(one, other) || one_is_infinite != other_is_infinite ||
         one.discretisation.modes != other.discretisation.modes ||
         one.mixture.has_value() != other.mixture.has_value() ||
         (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))

@@ -380,6 +380,10 @@ OrderBounds bound_orders(const Scene& scene, double enough) {
     const SeenLight light = seen_light(scene);
     OrderBounds all;
     if (levels.level.empty() || !light.any()) return all;
+    if (!scene.layer.stack.empty()) {
+        const ChangeBound unknown{1, 1, "a stack, for which nothing is bounded", std::nullopt};
+        return {unknown, unknown};
+    }
     const SeenDirections directions = seen_directions(scene);
     const std::vector<SeenSide> sides = seen_sides(scene, light);
     std::vector<double> found;  // of each mixture

@@ -57,6 +57,9 @@ Keys scene_keys() {
          "all around, by longitude and latitude"},
 
         {"", "layer", "table", "-", "-", "(required in pictures)", "what scatters"},
+        {"layer", "stack", "string", "-", "a stack file, without [below]", "(one layer)",
+         "several layers on top of one another, in place of phase_function, albedo and "
+         "optical_depth"},
         {"layer", "phase_function", "string or a list of three", "-", "phase functions",
          "(required without [rings])", "or one each for red, green and blue"},
         {"layer", "components", "list of two strings", "-", "phase functions",

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/transfer/stack.h>
 
 #include "options.h"
 
@@ -93,6 +94,7 @@ double seen_boundary(const LayerSolution& layer, double phase, int in, int out) 
 
 std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in, int out,
                                    const std::vector<double>& azimuths) {
+    if (layer.stack) return layer.stack->values(side, in, out, azimuths);
     if (side == Side::transmission && layer.lower_boundary.is_present())
         return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
     std::vector<double> cosines, phase, boundary_phase;
@@ -114,6 +116,21 @@ std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in
         values.push_back({single + multiple[k], single, multiple[k]});
     }
     return values;
+}
+
+void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGrid& grid,
+                    GridValues& values) {
+    for (int i = 0; i < grid.in_count(); ++i)
+        for (int j = 0; j < grid.out_count(); ++j) {
+            const std::vector<SolvedValue> here =
+                values_of(solution, side, grid.pairs().in[static_cast<std::size_t>(i)],
+                          grid.pairs().out[static_cast<std::size_t>(j)], grid.azimuth());
+            for (std::size_t k = 0; k < here.size(); ++k) {
+                const std::size_t at = grid.at(i, j, static_cast<int>(k));
+                values.closed_form[at] = here[k].single;
+                values.tabulated[at] = here[k].multiple;
+            }
+        }
 }
 
 }  // namespace
@@ -155,6 +172,10 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
     const PathOrders* const path_law = grid.path_law();
     require(path_law == nullptr || solution.path != nullptr, "evaluate", "path law",
             "that of a solution whose peak is narrow", "another");
+    if (solution.stack) {
+        evaluate_stack(solution, side, grid, values);
+        return values;
+    }
     const std::size_t azimuths = grid.azimuth().size();
     const bool symmetric = grid.pairs().are_symmetric();
     for (int i = 0; i < grid.in_count(); ++i)

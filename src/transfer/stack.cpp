@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -22,29 +23,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The optical depths of the layers above and below a layer of a stack.
-struct Surroundings {
-    double above = 0, below = 0;
-};
-
 std::vector<Surroundings> surroundings_of(const std::vector<double>& depths) {
     std::vector<Surroundings> all(depths.size());
     for (std::size_t k = 1; k < depths.size(); ++k) all[k].above = all[k - 1].above + depths[k - 1];
     for (std::size_t k = depths.size() - 1; k > 0; --k) all[k - 1].below = all[k].below + depths[k];
     return all;
-}
-
-/// Single scattering of a layer, seen from outside the stack.
-double single_reflection_through(const Surroundings& around, double phase_value, double albedo,
-                                 double depth, double mu_in, double mu_out) {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.above, mu_out) *
-           single_reflection(phase_value, albedo, depth, mu_in, mu_out);
-}
-
-double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
-                                   double depth, double mu_in, double mu_out) {
-    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.below, mu_out) *
-           single_transmission(phase_value, albedo, depth, mu_in, mu_out);
 }
 
 /// One set of directions for all layers, dense near mu = 1 if any layer needs it.
@@ -171,69 +154,92 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
-    require(!layers.empty(), "solve_stack", "layers", "at least one", "none");
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        const std::string of = " of layer " + std::to_string(k + 1);
-        require(layers[k].albedo >= 0 && layers[k].albedo <= 1, "solve_stack", "albedo" + of,
-                "in [0, 1]", layers[k].albedo);
-        const double depth = layers[k].optical_depth;
-        require(depth >= 0, "solve_stack", "optical_depth" + of, "in [0, inf]", depth);
-        const bool may_be_infinite = k + 1 == layers.size() && !boundary.is_present();
-        require(!std::isinf(depth) || may_be_infinite, "solve_stack", "optical_depth" + of,
-                "finite above another layer or a lower boundary", depth);
-    }
+    check_layers(layers, boundary.is_present(), "solve_stack");
     check_boundary(boundary);
     return StackRun(layers, boundary, mu, options).run();
+}
+
+LayerSolution as_one_layer(StackSolution solution) {
+    const StackLayer mean = mean_layer(solution.layers);
+    LayerSolution layer;
+    static_cast<ModeSolution&>(layer) = solution;
+    layer.phase_function = mean.phase_function;
+    layer.albedo = mean.albedo;
+    layer.optical_depth = mean.optical_depth;
+    layer.stack = std::make_shared<const StackSolution>(std::move(solution));
+    return layer;
 }
 
 bool StackSolution::is_opaque() const {
     return lower_boundary.is_present() || std::isinf(layers.back().optical_depth);
 }
 
-SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
-    const Geometry geometry{mu(in), mu(out), azimuth};
-    const double cosine = cos_scattering_angle_reflected(geometry);
-    double single = 0, corrected = 0;  // with the true depths, and with the truncated ones
-    Surroundings around, around_corrected;
+namespace {
+
+/// Layers as single scattering knows them: themselves, or truncated.
+struct SingleLayers {
+    std::vector<double> albedos, depths;
+    std::vector<Surroundings> around;
+
+    double below_all() const { return around.back().above + depths.back(); }
+
+    double scattered(Side side, const std::vector<double>& phase, double mu_in,
+                     double mu_out) const {
+        const auto through =
+            side == Side::reflection ? single_reflection_through : single_transmission_through;
+        double sum = 0;
+        for (std::size_t k = 0; k < depths.size(); ++k)
+            sum += through(around[k], phase[k], albedos[k], depths[k], mu_in, mu_out);
+        return sum;
+    }
+};
+
+}  // namespace
+
+std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
+                                               const std::vector<double>& azimuths) const {
+    const bool reflected = side == Side::reflection;
+    if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
+    SingleLayers single_layers, corrected_layers;
     for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double phase = layers[k].phase_function(cosine), w = layers[k].albedo;
-        const double depth = layers[k].optical_depth;
-        const double depth_corrected = truncations[k].optical_depth(depth, w);
-        single += single_reflection_through(around, phase, w, depth, mu(in), mu(out));
-        corrected += single_reflection_through(around_corrected, phase,
-                                               truncations[k].single_scattering_albedo(w),
-                                               depth_corrected, mu(in), mu(out));
-        around.above += depth;
-        around_corrected.above += depth_corrected;
+        const double w = layers[k].albedo, depth = layers[k].optical_depth;
+        single_layers.albedos.push_back(w);
+        single_layers.depths.push_back(depth);
+        corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
+        corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
     }
-    if (lower_boundary.is_present()) {
-        single += single_reflection_of_boundary(lower_boundary, around.above, geometry);
-        corrected += single_reflection_of_boundary(truncated(lower_boundary, boundary_truncation),
-                                                   around_corrected.above, geometry);
+    for (SingleLayers* const some : {&single_layers, &corrected_layers})
+        some->around = surroundings_of(some->depths);
+    const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
+    std::vector<double> modes;
+    for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
+        modes.push_back(mode(out, in));
+    std::vector<SolvedValue> all;
+    for (const double azimuth : azimuths) {
+        const Geometry geometry{mu(in), mu(out), azimuth};
+        const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
+                                        : cos_scattering_angle_transmitted(geometry);
+        std::vector<double> phase;
+        for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
+        double single = single_layers.scattered(side, phase, mu(in), mu(out)),
+               corrected = corrected_layers.scattered(side, phase, mu(in), mu(out));
+        if (reflected && lower_boundary.is_present()) {
+            single +=
+                single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
+            corrected += single_reflection_of_boundary(boundary_corrected,
+                                                       corrected_layers.below_all(), geometry);
+        }
+        all.push_back(put_together(single, corrected, sum_modes(modes, azimuth)));
     }
-    return put_together(single, corrected, sum_modes(reflection_modes, out, in, azimuth));
+    return all;
+}
+
+SolvedValue StackSolution::reflection(int in, int out, double azimuth) const {
+    return values(Side::reflection, in, out, {azimuth})[0];
 }
 
 SolvedValue StackSolution::transmission(int in, int out, double azimuth) const {
-    if (is_opaque()) return {0, 0, 0};
-    const double cosine = cos_scattering_angle_transmitted({mu(in), mu(out), azimuth});
-    std::vector<double> depths, depths_corrected;
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        depths.push_back(layers[k].optical_depth);
-        depths_corrected.push_back(
-            truncations[k].optical_depth(layers[k].optical_depth, layers[k].albedo));
-    }
-    const std::vector<Surroundings> around = surroundings_of(depths);
-    const std::vector<Surroundings> around_corrected = surroundings_of(depths_corrected);
-    double single = 0, corrected = 0;
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-        const double phase = layers[k].phase_function(cosine), w = layers[k].albedo;
-        single += single_transmission_through(around[k], phase, w, depths[k], mu(in), mu(out));
-        corrected += single_transmission_through(around_corrected[k], phase,
-                                                 truncations[k].single_scattering_albedo(w),
-                                                 depths_corrected[k], mu(in), mu(out));
-    }
-    return put_together(single, corrected, sum_modes(transmission_modes, out, in, azimuth));
+    return values(Side::transmission, in, out, {azimuth})[0];
 }
 
 }  // namespace stratus

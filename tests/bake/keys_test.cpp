@@ -11,6 +11,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -70,6 +71,40 @@ TEST(StackKeys, OfLayersAreAllRead) {
             [&] { parse_stack("[[layers]]\n" + dated); },
             {("stack: line 4: layer 1." + std::string(key.name) + " must be ").c_str()});
     }
+}
+
+TEST(StackKeys, AreAllRead) {
+    // The tables [[layers]] have a test of their own; the first lines here end them.
+    const test::KeyedFile stack({{"title", "'Haze'"},
+                                 {"layers",
+                                  "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth = "
+                                  "1.0 }]"},
+                                 {"tolerance", "1e-2"},
+                                 {"mu_in.min", "0.25"},
+                                 {"mu_in.max", "0.5"},
+                                 {"mu_out.min", "0.25"},
+                                 {"mu_out.max", "0.5"},
+                                 {"azimuth_deg.min", "30"},
+                                 {"azimuth_deg.max", "60"},
+                                 {"sides", "['reflection', 'transmission']"},
+                                 {"discretisation.nodes", "8"},
+                                 {"discretisation.modes", "8"},
+                                 {"discretisation.mu_samples", "8"},
+                                 {"discretisation.azimuth_samples", "8"},
+                                 {"discretisation.azimuth_scale", "'linear'"}});
+    const test::KeyedFile ground({{"layers",
+                                   "[{ phase_function = 'isotropic', albedo = 0.5, optical_depth "
+                                   "= 1.0 }]"},
+                                  {"below.lambert_albedo", "0.3"}});
+    const test::KeyedFile deep = ground.with("below", "{}")
+                                     .with("below.phase_function", "'rayleigh'")
+                                     .with("below.albedo", "0.5");
+    std::vector<Key> keys;
+    for (const Key& key : stack_keys())
+        if (key.section != std::string("layers")) keys.push_back(key);
+    test::expect_keys_are_read(
+        keys, "recipe", {stack, ground, deep}, [](const std::string& text) { parse_recipe(text); },
+        full_name);
 }
 
 TEST(Keys, StandOnceInTheirTable) {

@@ -66,7 +66,7 @@ expect_same dropped.png without.png
 expect_refused 2 "unknown effect 'multipel'" "'multiple'" -- render named.toml -o a.png --drop multipel
 
 # tables are kept: the second picture is the same, bit for bit, whatever happened to the files
-kept=$(find "$STRATUS_CACHE" -name '*.h5' | head -n 1)
+kept=$(find "$STRATUS_CACHE" -name '*.stratus' | head -n 1)
 [ -n "$kept" ] || fail "a table must be kept"
 expect_ok render slab.toml -o again.exr --quiet
 expect_same again.exr one.exr

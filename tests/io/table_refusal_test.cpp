@@ -235,12 +235,12 @@ struct Change {
 std::ostream& operator<<(std::ostream& stream, const Change& row) { return stream << row.name; }
 
 const std::vector<Change> changes{
-    {"NewerMajor", "format_major", "3",
-     "format 3.4 is newer than this program reads (1.x and 2.x)"},
+    {"NewerMajor", "format_major", "4",
+     "format 4.4 is newer than this program reads (1.x to 3.x)"},
     {"OlderMajor", "format_major", "0",
-     "format 0.4 is not one that this program reads (1.x and 2.x)"},
+     "format 0.4 is not one that this program reads (1.x to 3.x)"},
     {"NegativeMinor", "format_minor", "-1",
-     "format 1.-1 is not one that this program reads (1.x and 2.x)"},
+     "format 1.-1 is not one that this program reads (1.x to 3.x)"},
     {"ForeignFormat", "format", "nimbus", "is not a stratus-table file: its format is \"nimbus\""},
     {"NoFormat", "format", nullptr, "is not a stratus-table file: it has no attribute format"},
     {"NoVersion", "format_major", nullptr, "attribute format_major is missing"},

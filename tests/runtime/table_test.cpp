@@ -179,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
                             {"mixture", "two samples", "got 1"}},
                     Refusal{"WithoutSamplesOfTheirOwn",
                             [](Table& t) { t.mixture = make_axis(AxisScale::linear, 0, 1, 2); },
-                            {"length of reflection_multiple", "1800", "got 900"}},
+                            {"length of plane_albedo", "60", "got 30"}},
                     Refusal{"WithoutASecondLength",
                             [](Table& t) { t.second_extrapolation_length = 0; },
                             {"second_extrapolation_length", "(0, inf)", "got 0"}}),

@@ -2,6 +2,7 @@
 #include <stratus/scene/layer_light.h>
 
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
 
 #include "layer_fluxes.h"
 #include "refusal.h"
@@ -10,7 +11,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -264,6 +268,69 @@ TEST(LayerLight, RefusesHigherOrdersWithoutATable) {
     const Scene scene = small_slab(1, 0.8);
     expect_refusal<std::invalid_argument>([&] { LayerLight(scene, nullptr); },
                                           {"tables", "n >= 2"});
+}
+
+/// The scene's layer as a stack.
+void stack(Scene& scene, std::vector<StackLayer> layers) {
+    const StackLayer mean = mean_layer(layers);
+    scene.layer.components = {mean.phase_function};
+    scene.layer.albedo.fill(mean.albedo);
+    scene.layer.optical_depth.max = mean.optical_depth;
+    scene.layer.stack = std::move(layers);
+}
+
+const std::vector<StackLayer> haze_under_air{{PhaseFunction::rayleigh(), 1, 0.3},
+                                             {PhaseFunction::henyey_greenstein(0.6), 0.9, 2}};
+
+TEST(LayerLight, OfAStackMatchesTheSolver) {
+    Scene scene = small_slab(1, 1);
+    stack(scene, haze_under_air);
+    scene.tolerance = tolerance;
+    const Geometry geometry{0.7, 0.4, 1.1};
+    const StackSolution solved = solve_stack(haze_under_air, {}, {0.7, 0.4});
+    const double beam = std::exp(-2.3 / 0.4);
+    for (const bool multiple : {false, true}) {
+        scene.effects.multiple = multiple;
+        const std::optional<Recipe> needed = needed_recipe(scene);
+        ASSERT_EQ(needed.has_value(), multiple);
+        const auto tables = needed ? bake_layer_tables(*needed) : nullptr;
+        const LayerLight light(scene, tables.get());
+        const Matter matter = *uniform_matter(scene);
+        const SolvedValue reflected = solved.reflection(0, 1, 1.1),
+                          transmitted = solved.transmission(0, 1, 1.1);
+        EXPECT_NEAR(
+            light.reflection(matter, geometry)[1] / (multiple ? reflected.total : reflected.single),
+            1, tolerance);
+        EXPECT_NEAR(light.transmission(matter, geometry)[1] /
+                        (multiple ? transmitted.total : transmitted.single),
+                    1, tolerance);
+        const double background = light.background(matter, 0.4)[1];
+        if (multiple)
+            EXPECT_NEAR(background, beam + solved.diffuse_transmittance(1), tolerance);
+        else
+            EXPECT_LT(background, beam + solved.diffuse_transmittance(1));
+        EXPECT_GT(background, beam);
+        EXPECT_EQ(light.background({0, matter.albedo, 1}, 0.4)[1], 1);  // beyond its edges
+    }
+}
+
+TEST(LayerLight, OfAStackOverGroundMatchesTheSolver) {
+    Scene scene = small_planet(0, 1, 1);
+    stack(scene, haze_under_air);
+    auto& ground = std::get<Planet>(scene.subject).surface.colour;
+    ground = {0.2f, 0.6f, 1.0f};
+    scene.tolerance = tolerance;
+    const auto tables = bake_layer_tables(*needed_recipe(scene));
+    const LayerLight light(scene, tables.get());
+    const Matter matter = *uniform_matter(scene);
+    const Rgb3 found = light.reflection(matter, {0.8, 0.3, 0.4}) +
+                       light.total_transmittance(matter, 0.3) * light.ground(matter, 0.8, ground);
+    const double albedo[] = {0.2, 0.6, 1.0};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const StackSolution both =
+            solve_stack(haze_under_air, LowerBoundary::surface(albedo[c]), {0.8, 0.3});
+        EXPECT_NEAR(found[c] / both.reflection(0, 1, 0.4).total, 1, 1.5 * tolerance);
+    }
 }
 
 }  // namespace

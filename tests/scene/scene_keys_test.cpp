@@ -75,6 +75,12 @@ const test::KeyedFile planet({{"camera.position", "[4, 0, 0]"},
 const test::KeyedFile painted =
     planet.with("planet.surface", "0.1").with("planet.surface.image", "'grey.png'");
 
+const test::KeyedFile stacked({{"camera.position", "[4, 0, 0]"},
+                               {"camera.orthographic_width", "2"},
+                               {"sun.phase_angle_deg", "30"},
+                               {"layer.stack", "'stack.toml'"},
+                               {"planet.surface", "0.1"}});
+
 const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
                              {"camera.orthographic_width", "2"},
                              {"sun.direction", "[1, 0, 1]"},
@@ -102,8 +108,11 @@ TEST(SceneKeys, AreAllRead) {
     write_png(Image(2, 2), 1, {}, folder / "grey.png");
     test::set_content(folder / "rings.csv",
                       "radius,optical_depth,w1,w2\n1.2,1,0.6,0.2\n1.6,3,0.2,0.2\n");
+    test::set_content(folder / "stack.toml",
+                      "[[layers]]\nphase_function = 'isotropic'\nalbedo = 0.5\n"
+                      "optical_depth = 1.0\n");
     test::expect_keys_are_read(
-        scene_keys(), "scene", {slab, planet, painted, rings, lobes, lambert},
+        scene_keys(), "scene", {slab, planet, painted, stacked, rings, lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             return (key.section == std::string("surface") ? "planet." : "") + full_name(key);

@@ -516,5 +516,53 @@ TEST(SceneFile, OfAFigureHoldsTheFigureAlone) {
         {"lambert.mu_in", "1 to 8", "an empty list"});
 }
 
+TEST(SceneOfAStack, HoldsItsLayers) {
+    const test::TemporaryFolder folder;
+    const std::string layer = "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1\n";
+    test::set_content(folder / "two.toml", layer + "optical_depth = 0.5\n" +
+                                               "[[layers]]\nphase_function = 'isotropic'\n"
+                                               "albedo = 0.5\noptical_depth = 1.5\n");
+    test::set_content(folder / "ground.toml",
+                      layer + "optical_depth = 0.5\n[below]\nlambert_albedo = 0.5\n");
+    test::set_content(folder / "bad.toml", layer + "optical_depth = -1\n");
+    const auto scene_of = [&](const std::string& stack, const std::string& more = "",
+                              const std::string& subject = "[slab]\n",
+                              const std::string& elevation = "30", const std::string& view = "30") {
+        return parse_scene("[camera]\ndistance = 10.0\nelevation_deg = " + view +
+                               "\northographic_width = 2.0\n[sun]\nelevation_deg = " + elevation +
+                               "\n[layer]\nstack = '" + stack + "'\n" + more + subject,
+                           folder.path().string(), nullptr, "scene.toml")
+            .panels[0];
+    };
+    const Scene scene = scene_of("two.toml");
+    ASSERT_EQ(scene.layer.stack.size(), 2u);
+    EXPECT_EQ(scene.layer.stack[1].optical_depth, 1.5);
+    EXPECT_EQ(scene.layer.optical_depth.max, 2);
+    EXPECT_EQ(scene.layer.albedo[0], (0.5 + 0.75) / 2);
+    const auto refused = [&](const auto& call, const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>(call, fragments);
+    };
+    for (const char* line : {"phase_function = 'isotropic'", "albedo = 0.5", "optical_depth = 1",
+                             "density = 0.1", "opposition = { law = 'blinn' }"}) {
+        const std::string key = std::string(line).substr(0, std::string(line).find(' '));
+        refused([&] { scene_of("two.toml", std::string(line) + "\n"); },
+                {"scene.toml, line 9", key.c_str(), "beside a stack"});
+    }
+    refused([&] { scene_of("ground.toml"); }, {"scene.toml, line 8", "layer.stack", "[below]"});
+    refused([&] { scene_of("bad.toml"); },
+            {"scene.toml, line 8", "bad.toml, line 4", "optical_depth", "got -1"});
+    refused([&] { scene_of("two.toml", "", "[rings]\nprofile = 'r.csv'\n"); },
+            {"scene.toml, line 8", "layer.stack", "[rings]"});
+    refused([&] { scene_of("two.toml", "", "[slab]\n", "-5"); },
+            {"scene.toml, line 5", "sun", "above", "-5"});
+    refused(
+        [&] { scene_of("two.toml", "", "[slab]\nsurface = 0.5\nheight = 20.0\n", "30", "-30"); },
+        {"scene.toml, line 10", "slab.surface", "seen from below"});
+    refused([&] { scene_of("two.toml", "", "[slab]\n[background]\ncolour = 1.0\n", "30", "-30"); },
+            {"scene.toml, line 10", "background", "seen from below"});
+    EXPECT_NO_THROW(scene_of("two.toml", "", "[slab]\n", "30", "-30"));
+    EXPECT_NO_THROW(scene_of("two.toml", "", "[planet]\n", "-5"));
+}
+
 }  // namespace
 }  // namespace stratus

@@ -99,6 +99,7 @@ struct PointRange {
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise
     AxisView azimuth{};      // no samples, or one at 0: all azimuths
+    std::vector<StackLayer> layers{};  // of a stack, top first
 };
 
 /// About as many points as share one solved ladder of depths.

@@ -24,7 +24,7 @@ using Keys = std::span<const Key>;
 /// Of recipes, in the order of reading.
 Keys recipe_keys();
 
-/// Of stack files (stack_file.h).
+/// Of stack files (stack_file.h): the layers, and what bakes them as one material.
 Keys stack_keys();
 
 /// "section.name", or the name of a key at the top.

@@ -1,10 +1,11 @@
 // Recipes: the TOML file that says what table to bake. tolerance is the one knob; the rest follows
-// from it.
+// from it. A stack file (stack_file.h) is a recipe of the stack as one material.
 #pragma once
 
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/stack_layers.h>
 #include <stratus/transfer/solve.h>
 
 #include <filesystem>
@@ -52,14 +53,17 @@ struct Recipe {
     Range azimuth{0, 180};            // degrees, [0, 180], max above 0
     int orders = 0;                   // light scattered more often is left out, [2, 100]; 0: all
     LowerBoundary lower_boundary;     // what the layer lies on; then there is reflection alone
+    // Of a stack, top first; empty: one layer. phase_function, optical_depth and albedo are then
+    // those of mean_layer, with min = max.
+    std::vector<StackLayer> layers;
     bool reflection = true;
     bool transmission = true;
     Discretisation discretisation;
     std::string text;  // the file as it was
 };
 
-/// Reads a recipe from TOML text, whose keys are recipe_keys() (keys.h); files it names are looked
-/// for below `directory`. Notes for the user go to `notes`. `name`: of its file, in refusals.
+/// Reads a recipe from TOML text, whose keys are recipe_keys() (keys.h), or stack_keys() where it
+/// has [[layers]]; files it names are looked for below `directory`. Notes for the user go to `notes`. `name`: of its file, in refusals.
 ///
 /// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
 ///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.
@@ -68,6 +72,13 @@ Recipe parse_recipe(const std::string& text, const std::string& directory = "",
 
 /// The same from a file. Errors: std::runtime_error when it cannot be read.
 Recipe read_recipe(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
+
+/// The recipe of a stack as one material, for the tolerance, sides and all else that are left as
+/// they are in Recipe; no transmission where nothing passes.
+///
+/// Errors   std::invalid_argument for layers as of check_layers (stack_layers.h), and for a total
+///          depth below 1e-6.
+Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lower_boundary);
 
 /// Checks the ranges of directions.
 ///

@@ -8,6 +8,9 @@
 //     [below]                         # may be left out
 //     lambert_albedo = 0.3            # a surface; or phase_function and albedo: a semi-infinite
 //                                     # layer
+//
+// A stack file is a recipe, too (recipe.h), of the stack as one material; what else it may say for
+// that is read there alone.
 #pragma once
 
 #include <stratus/transfer/stack.h>

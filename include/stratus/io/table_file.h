@@ -20,6 +20,8 @@ constexpr int table_format_major = 1;
 constexpr int table_format_minor = 4;
 constexpr int table_format_major_of_path_law = 2;  // of files whose samples leave that to lookups
 constexpr int table_format_minor_of_path_law = 2;
+constexpr int table_format_major_of_stack = 3;  // of files whose material is a stack of layers
+constexpr int table_format_minor_of_stack = 0;
 
 struct ReadOptions {
     /// Limit in bytes for the file, its samples and the buffers to inflate them; 0: half of the

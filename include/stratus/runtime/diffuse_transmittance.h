@@ -18,12 +18,13 @@ class SingleDiffuseTransmittance {
   public:
     explicit SingleDiffuseTransmittance(const PhaseFunction& phase_function);
 
-    /// At albedo 1; in proportion to the albedo otherwise.
+    /// At albedo 1; in proportion to the albedo otherwise. `below`: the optical depth of what
+    /// attenuates the light that has left the layer.
     ///
-    /// Range    optical_depth [0, inf], mu (0, 1].
+    /// Range    optical_depth [0, inf], mu (0, 1], below [0, inf).
     /// Accuracy 1e-4 absolute to asymmetry 0.9; of sharper peaks at mu < 0.1 up to 1e-2.
     /// Cost     some microseconds.
-    double operator()(double optical_depth, double mu) const noexcept;
+    double operator()(double optical_depth, double mu, double below = 0) const noexcept;
 
   private:
     double forward_peak_;         // scattered by less than the moments resolve

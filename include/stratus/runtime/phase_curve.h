@@ -40,8 +40,9 @@ enum class PhaseForm {
     // Reflection alone: side by side with the phase function of a layer that is the lower boundary.
     with_boundary,
     with_opposition_and_boundary,  // the same, times Blinn's opposition (opposition.h)
+    of_stack,                      // samples of each of its layers' own
 };
-constexpr int phase_forms = 8;
+constexpr int phase_forms = 9;
 
 /// A phase function made ready for fast lookups.
 class PhaseCurve {

@@ -12,6 +12,9 @@
 // reflection is within the table's tolerance of its limit (diffusion.h). Any other is refused, or
 // clamped on request.
 //
+// Of a stack (stack_layers.h) a table knows the stack alone: its depth, its albedo, no density and
+// no opposition. Light comes from above alone; it may leave below.
+//
 // Numbers are single precision. R and T are normalised as everywhere (single_scattering.h): a white
 // Lambert surface has R = 1, BRDF = R / pi. No lookup allocates, throws or takes a lock; any number
 // of threads may share a slice. Outside the table's cosines and azimuths the orders n >= 2 are
@@ -67,6 +70,9 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
             const Effects& effects = {});
 
+    /// The same of a stack (stack_layers.h), alike in all channels.
+    SliceOf(const std::vector<StackLayer>& layers, const Effects& effects);
+
     SliceOf(SliceOf&&) noexcept;
     SliceOf& operator=(SliceOf&&) noexcept;
     ~SliceOf();
@@ -78,8 +84,8 @@ class SliceOf {
     Value transmission(float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// BRDF or BTDF, R / pi or T / pi, by the hemispheres of the two directions; light may come
-    /// from either side of the layer, over a lower boundary from above alone. Symmetric in wi and
-    /// wo where the table is; where its mu_in and mu_out differ wi is that of the incident light.
+    /// from either side of the layer, over a lower boundary or of a stack from above alone.
+    /// Symmetric in wi and wo where the table is; elsewhere wi is that of the incident light.
     Value eval(const Vector& wi, const Vector& wo) const noexcept;
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
@@ -111,7 +117,7 @@ class SliceOf {
 
     const Medium<channels>& medium() const noexcept { return medium_; }
 
-    /// True over a lower boundary: light may come from above alone.
+    /// True over a lower boundary and of a stack: light may come from above alone.
     bool is_one_sided() const noexcept { return one_sided_; }
 
     /// False where orders n >= 2 are from a table that was narrowed to some directions.
@@ -126,10 +132,12 @@ class SliceOf {
     SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
             const LowerBoundary* boundary, const Medium<channels>& medium, const Effects& effects);
     void set_kernels();
+    void bind_stack(const std::vector<StackLayer>& layers, const LowerBoundary* boundary);
+    void bind_layers(std::vector<StackLayer> layers, BoundSide& side);
     void check_coverage(const TableView& table, Side which, OutsideTable outside);
     void bind_orders(const TableView& table, Side which, BoundSide& side);
     void bind_background(const TableView* table, const PhaseFunction& phase_function,
-                         const Effects& effects);
+                         const std::vector<StackLayer>* layers, const Effects& effects);
     /// of(channel) for every channel; 0 over a lower boundary.
     template <class OfChannel>
     Value seen_through(const OfChannel& of) const noexcept;
@@ -138,7 +146,8 @@ class SliceOf {
               const float* azimuth, float* value) const noexcept;
 
     Medium<channels> medium_;  // optical depth with the effect of density
-    bool one_sided_ = false;   // over a lower boundary
+    bool over_boundary_ = false;
+    bool one_sided_ = false;  // over a boundary, or of a stack
     bool clamped_ = false;
     bool has_all_directions_ = true;
     float forward_phase_ = 0;  // phi(Theta = 0), 0 without single scattering

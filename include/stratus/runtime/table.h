@@ -8,6 +8,9 @@
 // Two kinds of scattering may be mixed, w P = w1 P1 + w2 P2 with w = w1 + w2: a table then has
 // another axis, `mixture` = w1 / w, before all others. A view is of one mixture at a time: for two
 // phase functions P1, P2 and f = `mixture`, everything is that of f P1 + (1 - f) P2. [Blinn82] 4.3
+//
+// A stack of unlike layers (stack_layers.h) is one material: its table has one sample of
+// optical_depth and albedo, those of the mean layer, as is phase_function. It is lit from above.
 #pragma once
 
 #include <stratus/runtime/axis.h>
@@ -15,6 +18,7 @@
 #include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
 #include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/stack_layers.h>
 
 #include <cstddef>
 #include <limits>
@@ -40,6 +44,8 @@ struct TableView {
     AxisView mixture{};
     double chosen_mixture = std::numeric_limits<double>::quiet_NaN();
     double second_extrapolation_length = 0;
+
+    const std::vector<StackLayer>* layers = nullptr;  // of a stack; null: one layer
 
     const float* reflection_multiple = nullptr;  // null when the table has no such side
     const float* transmission_multiple = nullptr;
@@ -77,13 +83,17 @@ struct TableView {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }
     bool has_mixture() const noexcept { return mixture.count > 0; }
+    bool is_stack() const noexcept { return layers != nullptr; }
 
-    /// True where mu_in and mu_out are sampled alike: R and T are then known on both ways, and
-    /// symmetric in them.
-    bool is_symmetric() const noexcept {
+    /// True where mu_in and mu_out are sampled alike.
+    bool has_same_cosines() const noexcept {
         return mu_in.count == mu_out.count && mu_in.lowest == mu_out.lowest &&
                mu_in.highest == mu_out.highest;
     }
+
+    /// True where besides R and T are known on both ways, and symmetric in them: the T of a stack
+    /// is not.
+    bool is_symmetric() const noexcept { return has_same_cosines() && !is_stack(); }
 
     /// True where nothing narrows the directions: cosines from 0.01 or less to 1, all azimuths.
     bool has_all_directions() const noexcept;
@@ -115,6 +125,7 @@ struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of tables with a mixture axis
     LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
+    std::vector<StackLayer> layers;       // of a stack, top first; empty: one layer
     Axis mixture{AxisScale::linear, {}};  // share of the first; empty where nothing is mixed
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
@@ -134,6 +145,7 @@ struct Table {
     std::vector<float> diffuse_transmittance;
 
     std::vector<float> spherical_albedo;  // over (albedo, optical_depth)
+    double spherical_albedo_below = 0;    // of a stack, lit from below; 0 where that is opaque
 
     std::vector<double> diffusion_exponent;  // over albedo
     double extrapolation_length = 1;         // optical depth
@@ -160,6 +172,7 @@ struct Table {
     std::size_t sample_count() const noexcept;
 
     bool has_mixture() const noexcept { return !mixture.values.empty(); }
+    bool is_stack() const noexcept { return !layers.empty(); }
 
     /// 1 in a table without a mixture axis.
     std::size_t mixture_count() const noexcept { return has_mixture() ? mixture.values.size() : 1; }

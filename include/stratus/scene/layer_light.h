@@ -115,6 +115,7 @@ class LayerLight {
     Rgb3 of_channels(const Function& of) const noexcept;
     /// `matter` in one channel: grey in its albedo, of its depth.
     Matter channel_matter(const Matter& matter, std::size_t c) const noexcept;
+    bool is_stack() const noexcept { return !scene_.layer.stack.empty(); }
     void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;

@@ -24,6 +24,7 @@
 #include <stratus/bake/recipe.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/stack_layers.h>
 #include <stratus/scene/camera.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>
@@ -86,6 +87,8 @@ struct SceneLayer {
     std::array<double, 3> extinction{1, 1, 1};  // of red, green and blue; multiplies the depth
     std::array<double, 3> albedo{1, 1, 1};
     DepthMap optical_depth;  // of planets and slabs
+    // Of a stack, top first; empty: one layer. Components, albedo and depth are of mean_layer.
+    std::vector<StackLayer> stack;
     double density = 0;
     Opposition opposition;
 };

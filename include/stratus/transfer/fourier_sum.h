@@ -27,9 +27,10 @@ namespace stratus {
 /// of `out`.
 struct CosinePairs {
     std::vector<int> in, out;
+    bool exchangeable = true;  // false where values are not symmetric in them: of stacks
 
     /// All with all: values are then symmetric, and half of them are computed.
-    bool are_symmetric() const { return in == out; }
+    bool are_symmetric() const { return exchangeable && in == out; }
 };
 
 /// Pairs of the cosines of solutions, and azimuths, with the quantities that solutions share.
@@ -94,8 +95,8 @@ struct GridValues {
 };
 
 /// R (T) of a solution at every direction of the grid, symmetric in the two cosines where the pairs
-/// are. T over a lower
-/// boundary is 0. The grid's path law counts as closed form.
+/// are. T over a lower boundary is 0. The grid's path law counts as closed form. Solutions of
+/// stacks bring phase functions of their own.
 ///
 /// Range    the phase function and boundary of the grid are those of the solution, and so are its
 ///          cosines, in the same order.

@@ -30,7 +30,9 @@ struct PhaseKernels {
 /// exp(-tau / mu) along all directions.
 Eigen::VectorXd beam_along(const Directions& directions, double optical_depth);
 
-/// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), f_m = modes[m](i, j).
+/// Fourier series at an azimuth in radians: f_0 + 2 sum f_m cos(m azimuth), of all f_m, or of
+/// f_m = modes[m](i, j).
+double sum_modes(const std::vector<double>& modes, double azimuth);
 double sum_modes(const std::vector<Eigen::MatrixXd>& modes, int i, int j, double azimuth);
 
 }  // namespace stratus

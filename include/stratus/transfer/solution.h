@@ -60,6 +60,8 @@ struct ModeSolution {
     double spherical_ground_absorptance = 0;
 };
 
+class StackSolution;  // stack.h
+
 /// A layer of one albedo and depth. Over a lower boundary reflection is that of both, and `single`
 /// then counts light scattered once, by the layer or by the boundary.
 class LayerSolution : public ModeSolution {
@@ -100,6 +102,10 @@ class LayerSolution : public ModeSolution {
     PhaseFunction phase_function;
     Truncation truncation;
     std::shared_ptr<const TruncatedPath> path;  // null unless the peak is narrow
+
+    /// What R, T and evaluate() (fourier_sum.h) are of in place of the layer; null: the layer
+    /// itself. See as_one_layer (stack.h).
+    std::shared_ptr<const StackSolution> stack;
 };
 
 }  // namespace stratus

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/phase_function.h>
+#include <stratus/runtime/stack_layers.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>
@@ -16,13 +16,6 @@
 #include <vector>
 
 namespace stratus {
-
-/// A homogeneous layer of a stack.
-struct StackLayer {
-    PhaseFunction phase_function;
-    double albedo;
-    double optical_depth;
-};
 
 /// A stack solved at a list of cosines. Lit from above; `solve_stack` of the layers in reverse
 /// order is the stack lit from below.
@@ -36,6 +29,10 @@ class StackSolution : public ModeSolution {
     SolvedValue reflection(int in, int out, double azimuth) const;
     /// Diffuse T likewise.
     SolvedValue transmission(int in, int out, double azimuth) const;
+
+    /// R or T at many azimuths.
+    std::vector<SolvedValue> values(Side side, int in, int out,
+                                    const std::vector<double>& azimuths) const;
 
     bool is_opaque() const;
 
@@ -52,5 +49,9 @@ class StackSolution : public ModeSolution {
 ///          conservative.
 StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options = {});
+
+/// The stack as one material: R, T and fluxes are its own; phase function, albedo and depth those
+/// of its mean layer (stack_layers.h).
+LayerSolution as_one_layer(StackSolution solution);
 
 }  // namespace stratus

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "phase_values.h"
+#include "slice_side.h"
 
 namespace stratus {
 namespace {
@@ -75,6 +76,22 @@ STRATUS_INLINE F single_reflected(const ReflectedPath<F>& path, const PhaseValue
         return single;
 }
 
+/// R of order 1 of the layers of a stack, each seen through those above it.
+template <class F>
+STRATUS_INLINE F single_reflected_by(const SliceLayer* layer, int layers,
+                                     const LightPathOf<F>& path,
+                                     const ReflectedPath<F>& directions) {
+    F sum(0.0f);
+    for (const SliceLayer* at = layer; at != layer + layers; ++at) {
+        Attenuation<F> of[2];
+        attenuate(
+            {directions.depth_of_both(at->above), directions.depth_of_both(at->optical_depth)}, of);
+        const F phase = phase_value<PhaseForm::sampled>(at->phase, path);
+        sum = sum + phase * of[0].transmitted * (of[1].extinguished * at->quarter_albedo);
+    }
+    return sum * directions.reciprocal_sum;
+}
+
 // ---- light transmitted
 
 /// 1 / cosine of the two directions.
@@ -109,6 +126,25 @@ STRATUS_INLINE F single_transmitted(const TransmittedPath<F>& path, F phase, F d
                                     N quarter_albedo) {
     return phase * beam.transmitted * depth * path.shallow *
            (more.extinguished * reciprocal(excess)) * quarter_albedo;
+}
+
+/// Diffuse T of order 1 of the layers of a stack, each behind those above and before those below it.
+template <class F>
+STRATUS_INLINE F single_transmitted_by(const SliceLayer* layer, int layers,
+                                       const LightPathOf<F>& path,
+                                       const TransmittedPath<F>& directions) {
+    const F in = reciprocal(path.mu_in), out = reciprocal(path.mu_out);
+    F sum(0.0f);
+    for (const SliceLayer* at = layer; at != layer + layers; ++at) {
+        const F depth = directions.depth(at->optical_depth),
+                excess = directions.excess(at->optical_depth);
+        Attenuation<F> of[3];
+        attenuate({depth, excess, in * at->above + out * at->below}, of);
+        const F phase = phase_value<PhaseForm::sampled>(at->phase, path);
+        sum = sum + of[2].transmitted * single_transmitted(directions, phase, depth, excess, of[0],
+                                                           of[1], at->quarter_albedo);
+    }
+    return sum;
 }
 
 /// Product of the shares intercepted along either direction, from the same attenuations.

@@ -140,7 +140,10 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             both = both_ways(of[0], of[1]);
         }
         F single(0.0f);
-        if constexpr (form != PhaseForm::none) {
+        if constexpr (form == PhaseForm::of_stack) {
+            single = single_reflected_by(side.layer, side.layers, path, directions) +
+                     both.sum.transmitted * channel_value<F>(side.surface_albedo, c);
+        } else if constexpr (form != PhaseForm::none) {
             const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
                 channel_value<F>(side.surface_albedo, c),
                 channel_value<F>(side.boundary_quarter_albedo, c)};
@@ -173,7 +176,8 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
                                 F* value) {
     const TransmittedPath<F> directions(path);
     F phase;
-    if constexpr (form != PhaseForm::none) phase = phase_value<form>(side.phase, path);
+    if constexpr (form != PhaseForm::none && form != PhaseForm::of_stack)
+        phase = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
         const auto optical_depth = channel_value<F>(side.optical_depth, c);
@@ -182,7 +186,9 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
         attenuate({depth, excess}, of);
         const auto& [beam, more] = of;
         F single(0.0f);
-        if constexpr (form != PhaseForm::none)
+        if constexpr (form == PhaseForm::of_stack)
+            single = single_transmitted_by(side.layer, side.layers, path, directions);
+        else if constexpr (form != PhaseForm::none)
             single = single_transmitted(directions, phase, depth, excess, beam, more,
                                         channel_value<F>(side.quarter_albedo, c));
         if constexpr (orders == Orders::none)
@@ -266,7 +272,9 @@ constexpr SideKernel<channels> kernel() {
     constexpr bool impossible =
         side == Side::transmission &&
         (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
-    if constexpr (nothing || impossible)
+    constexpr bool unknown =  // no stack has a path law
+        form == PhaseForm::of_stack && orders == Orders::with_azimuth_and_path;
+    if constexpr (nothing || impossible || unknown)
         return {nullptr, nullptr, nullptr};
     else
         return {at_angles<side, form, orders, channels>, at_vectors<side, form, orders, channels>,

@@ -449,7 +449,8 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
 
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr PackedKernel kernel() {
-    if constexpr (form == PhaseForm::none || form == PhaseForm::with_opposition_and_boundary ||
+    if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack ||
+                  form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
         return {nullptr, nullptr};
     else

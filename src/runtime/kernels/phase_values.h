@@ -65,7 +65,7 @@ STRATUS_INLINE PhaseValues<F> phase_values(const PhaseCurveView& curve,
         F value[2];
         sampled_values<2>(curve, path, value);
         return {value[0], value[1]};
-    } else if constexpr (form == PhaseForm::none) {
+    } else if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack) {
         return {};
     } else {
         return {phase_value<form>(curve, path), F(0.0f)};

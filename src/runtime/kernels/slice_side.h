@@ -22,6 +22,13 @@ struct SlicePlaces {
     float last;  // a little below the last sample, so that there is a next one
 };
 
+/// A layer of a stack, or a semi-infinite one that it lies on.
+struct SliceLayer {
+    PhaseCurveView phase;  // sampled
+    float above, below;    // optical depths of the layers around it
+    float optical_depth, quarter_albedo;
+};
+
 /// One side of a slice for `channels` colours.
 template <int channels>
 struct SliceSide {
@@ -32,6 +39,8 @@ struct SliceSide {
     float quarter_albedo[padded];           // w / 4
     float surface_albedo[padded];           // lower boundary: R of a Lambert surface; 0: none
     float boundary_quarter_albedo[padded];  // lower boundary: w / 4 of a layer; 0: none
+    const SliceLayer* layer;                // of_stack: as many as `layers`, alike in all channels
+    int layers;
 
     // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
     // end. Where R and T are known for the same cosines on both ways they are symmetric in them:

@@ -1,0 +1,332 @@
+// Tables of stacks: every way to look one up, against the solver and against closed forms.
+#include <stratus/bake/accuracy.h>
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/packed_table.h>
+#include <stratus/transfer/stack.h>
+
+#include "refusal.h"
+#include "table_equality.h"
+#include "temporary_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr double tolerance = 2e-3;
+
+std::string layer(const std::string& phase_function, double albedo, const std::string& depth) {
+    return "[[layers]]\nphase_function = '" + phase_function +
+           "'\nalbedo = " + std::to_string(albedo) + "\noptical_depth = " + depth + "\n";
+}
+
+const std::string air = layer("rayleigh", 1, "0.3"),
+                  haze = layer("henyey_greenstein:g=0.7", 0.9, "1.5");
+
+Recipe recipe_of(const std::string& layers) {
+    return parse_recipe("tolerance = " + std::to_string(tolerance) + "\n" + layers);
+}
+
+const Table& haze_under_air() {
+    static const Table baked = bake(recipe_of(air + haze));
+    return baked;
+}
+
+Table reversed(const Table& table) {
+    Recipe recipe = recipe_of(haze + air);
+    EXPECT_EQ(table.layers.size(), 2u);
+    return bake(recipe);
+}
+
+std::vector<Geometry> random_geometries(int count) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> root(0.05, 1), azimuth(0, pi);
+    std::vector<Geometry> all;
+    for (int n = 0; n < count; ++n) {
+        const double in = root(random), out = root(random);
+        all.push_back({in * in, out * out, azimuth(random)});
+    }
+    return all;
+}
+
+/// Of a table, by lookups and by a bound slice.
+void expect_solved(const Table& table) {
+    const TableView view = table.view();
+    const StackLayer mean = mean_layer(table.layers);
+    const Slice slice = bind(view, mean.optical_depth, mean.albedo);
+    SolverOptions options;
+    options.nodes = 48;
+    const std::vector<Geometry> geometries = random_geometries(60);
+    std::vector<double> mu;
+    for (const Geometry& at : geometries) mu.insert(mu.end(), {at.mu_in, at.mu_out});
+    const StackSolution stack = solve_stack(table.layers, table.lower_boundary, mu, options);
+    double brightest[2] = {};
+    for (std::size_t n = 0; n < geometries.size(); ++n) {
+        const int at = static_cast<int>(2 * n);
+        const double azimuth = geometries[n].azimuth;
+        brightest[0] = std::max(brightest[0], stack.reflection(at, at + 1, azimuth).total);
+        brightest[1] = std::max(brightest[1], stack.transmission(at, at + 1, azimuth).total);
+    }
+    for (std::size_t n = 0; n < geometries.size(); ++n) {
+        const Geometry& at = geometries[n];
+        const int in = static_cast<int>(2 * n);
+        const float mu_in = static_cast<float>(at.mu_in), mu_out = static_cast<float>(at.mu_out),
+                    azimuth = static_cast<float>(at.azimuth);
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            const bool reflected = side == Side::reflection;
+            if (!reflected && stack.is_opaque()) continue;
+            const SolvedValue solved = reflected ? stack.reflection(in, in + 1, at.azimuth)
+                                                 : stack.transmission(in, in + 1, at.azimuth);
+            const Scattered found = reflected
+                                        ? reflection(view, mean.albedo, mean.optical_depth, at)
+                                        : transmission(view, mean.albedo, mean.optical_depth, at);
+            const double scale = std::max(solved.total, 0.01 * brightest[reflected ? 0 : 1]);
+            EXPECT_NEAR(found.single, solved.single, 1e-12 * scale);
+            EXPECT_NEAR(found.total(), solved.total, tolerance * scale) << mu_in << ' ' << mu_out;
+            const float bound = reflected ? slice.reflection(mu_in, mu_out, azimuth)
+                                          : slice.transmission(mu_in, mu_out, azimuth);
+            EXPECT_NEAR(double{bound}, solved.total, 2 * tolerance * scale)
+                << mu_in << ' ' << mu_out;
+        }
+    }
+}
+
+TEST(StackTable, MatchesTheSolver) { expect_solved(haze_under_air()); }
+
+TEST(StackTable, OverASurfaceMatchesTheSolver) {
+    expect_solved(bake(recipe_of(air + haze + "[below]\nlambert_albedo = 0.4\n")));
+}
+
+TEST(StackTable, OverASemiInfiniteLayerMatchesTheSolver) {
+    expect_solved(
+        bake(recipe_of(air + haze + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.7\n")));
+}
+
+TEST(StackTable, OfInfiniteDepthMatchesTheSolver) {
+    const Table deep = bake(recipe_of(air + layer("lambert_sphere", 0.9, "inf")));
+    EXPECT_TRUE(deep.transmission_multiple.empty());
+    expect_solved(deep);
+}
+
+TEST(StackTable, OfTwoLikeLayersIsOneOfTwiceTheDepth) {
+    const std::string choices =
+        "[discretisation]\nnodes = 16\nmodes = 16\nmu_samples = 20\nazimuth_samples = 13\n"
+        "azimuth_scale = 'linear'\n";
+    const Table two = solve_table(recipe_of(haze + haze + choices));
+    Recipe one = parse_recipe(
+        "phase_function = 'henyey_greenstein:g=0.7'\ntolerance = " + std::to_string(tolerance) +
+        "\noptical_depth = { min = 3.0, max = 3.0 }\nalbedo = { min = 0.9, max = 0.9 }\n" +
+        choices + "optical_depth_samples_per_octave = 1\nalbedo_samples = 1\n");
+    const Table single = solve_table(one);
+    for (const auto side : {&Table::reflection_multiple, &Table::transmission_multiple}) {
+        const std::vector<float>&a = two.*side, &b = single.*side;
+        ASSERT_EQ(a.size(), b.size());
+        // Samples are rounded to a thousandth of the tolerance.
+        for (std::size_t n = 0; n < a.size(); ++n)
+            ASSERT_NEAR(a[n], b[n], 0.01 * tolerance * std::abs(b[n])) << n;
+    }
+    for (std::size_t i = 0; i < two.plane_albedo.size(); ++i) {
+        EXPECT_NEAR(two.plane_albedo[i], single.plane_albedo[i], 1e-6);
+        EXPECT_NEAR(two.diffuse_transmittance[i], single.diffuse_transmittance[i], 1e-6);
+    }
+    EXPECT_NEAR(two.spherical_albedo_below, double{two.spherical_albedo[0]}, 1e-6);
+}
+
+TEST(StackTable, IsReciprocal) {
+    const Table& table = haze_under_air();
+    const Table upside_down = reversed(table);
+    const StackLayer mean = mean_layer(table.layers);
+    double asymmetry = 0;
+    for (const Geometry& at : random_geometries(100)) {
+        const Geometry back{at.mu_out, at.mu_in, at.azimuth};
+        const auto total = [&](const Table& of, Side side, const Geometry& geometry) {
+            return (side == Side::reflection ? reflection : transmission)(
+                       of.view(), mean.albedo, mean.optical_depth, geometry)
+                .total();
+        };
+        const double here = total(table, Side::reflection, at);
+        EXPECT_NEAR(total(table, Side::reflection, back), here, tolerance * here);
+        const double through = total(table, Side::transmission, at);
+        EXPECT_NEAR(total(upside_down, Side::transmission, back), through,
+                    2 * tolerance * std::max(through, 0.02));
+        asymmetry =
+            std::max(asymmetry, std::abs(total(table, Side::transmission, back) / through - 1));
+    }
+    EXPECT_GT(asymmetry, 0.01);  // or nothing was tested
+}
+
+TEST(StackTable, LosesNothingWithoutAbsorption) {
+    const Table table = bake(recipe_of(air + layer("henyey_greenstein:g=0.7", 1, "1.5")));
+    const double depth = mean_layer(table.layers).optical_depth;
+    for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
+        EXPECT_NEAR(double{table.plane_albedo[i]} + double{table.diffuse_transmittance[i]} +
+                        direct_transmittance(depth, table.mu_in.values[i]),
+                    1, 1e-6);
+    const Verification checked = verify(table);
+    EXPECT_TRUE(checked.meets(tolerance));
+    EXPECT_LT(checked.energy_defect, 1e-6);
+    EXPECT_GE(checked.energy_defect, 0);
+    EXPECT_LT(checked.furnace_defect, tolerance);
+}
+
+TEST(StackTable, ShowsABackgroundFromAbove) {
+    const Table& table = haze_under_air();
+    const StackLayer mean = mean_layer(table.layers);
+    const StackSolution stack = solve_stack(table.layers, {}, {0.3, 0.8});
+    const Slice slice = bind(table.view(), mean.optical_depth, mean.albedo);
+    Effects once;
+    once.multiple = false;
+    const Slice single = bind(table.view(), mean.optical_depth, mean.albedo, once);
+    const Slice tableless(table.layers, once);
+    for (const int k : {0, 1}) {
+        const auto mu = static_cast<float>(stack.mu(k));
+        const double beam = direct_transmittance(mean.optical_depth, stack.mu(k));
+        EXPECT_NEAR(slice.direct(mu), beam, 1e-6);
+        EXPECT_NEAR(slice.background(mu), beam + stack.diffuse_transmittance(k), 1e-3);
+        // Once: the mean of T over the hemisphere of directions in which light leaves.
+        double sum = 0;
+        constexpr int count = 200;
+        for (int i = 0; i < count; ++i)
+            for (int j = 0; j < count; ++j) {
+                const double out = (i + 0.5) / count;
+                sum += 2 * out / count / count *
+                       single_transmission_of(table.layers,
+                                              {stack.mu(k), out, pi * (j + 0.5) / count});
+            }
+        EXPECT_NEAR(single.background(mu), beam + sum, 1e-3);
+        EXPECT_EQ(tableless.background(mu), single.background(mu));
+    }
+    for (const Geometry& at : random_geometries(20)) {
+        const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
+                   azimuth = static_cast<float>(at.azimuth);
+        EXPECT_EQ(tableless.reflection(in, out, azimuth), single.reflection(in, out, azimuth));
+        const double expected = single_transmission_of(table.layers, at);
+        EXPECT_NEAR(tableless.transmission(in, out, azimuth), expected, 3e-5 * expected);
+    }
+}
+
+TEST(StackTable, MakesABsdfThatIsLitFromAbove) {
+    const Table& table = haze_under_air();
+    const StackLayer mean = mean_layer(table.layers);
+    const double depths[] = {mean.optical_depth, mean.optical_depth, mean.optical_depth},
+                 albedos[] = {mean.albedo, mean.albedo, mean.albedo};
+    const Bsdf bsdf(bind(table.view(), mean.optical_depth, mean.albedo));
+    const RgbBsdf coloured(bind_rgb(table.view(), depths, albedos));
+    const std::size_t at = table.mu_in.values.size() / 2;
+    const auto mu = static_cast<float>(table.mu_in.values[at]);
+    EXPECT_NEAR(bsdf.albedo(mu).reflected, table.plane_albedo[at], 0.01);
+    EXPECT_NEAR(bsdf.albedo(mu).transmitted, table.diffuse_transmittance[at], 0.01);
+    const Vector above{0.6f, 0, 0.8f}, below{0, 0.6f, -0.8f};
+    EXPECT_GT(bsdf.eval(above, below), 0);
+    EXPECT_NEAR(coloured.eval(above, below).g, bsdf.eval(above, below), 1e-6);
+    EXPECT_EQ(bsdf.eval(below, above), 0);
+    EXPECT_EQ(bsdf.eval(below, {0.6f, 0, -0.8f}), 0);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> u(0, 1);
+    double through = 0;
+    constexpr int count = 20000;
+    for (int n = 0; n < count; ++n) {
+        const auto next = bsdf.sample(above, u(random), u(random), u(random));
+        if (next.pdf > 0 && next.wo.z < 0)
+            through += double{next.value} * std::abs(double{next.wo.z}) / double{next.pdf} / count;
+    }
+    EXPECT_NEAR(through, bsdf.albedo(above).transmitted, 0.01);
+}
+
+TEST(StackTable, IsTheSameFromAFileAndFromItsResolvedRecipe) {
+    const Table& table = haze_under_air();
+    const test::TemporaryFolder folder;
+    for (const char* name : {"stack.h5", "stack.exr"}) {
+        write_table(table, folder / name);
+        const Table read = read_table(folder / name);
+        test::expect_same_bits(read, table);
+        EXPECT_EQ(read.spherical_albedo_below, table.spherical_albedo_below);
+        ASSERT_EQ(read.layers.size(), table.layers.size());
+        for (std::size_t k = 0; k < table.layers.size(); ++k) {
+            EXPECT_EQ(read.layers[k].phase_function.text(), table.layers[k].phase_function.text());
+            EXPECT_EQ(read.layers[k].albedo, table.layers[k].albedo);
+            EXPECT_EQ(read.layers[k].optical_depth, table.layers[k].optical_depth);
+        }
+    }
+    test::expect_same_bits(bake(parse_recipe(table.attributes.at("resolved_recipe"))), table);
+}
+
+TEST(StackTable, IsOfItsStackAlone) {
+    const Table& table = haze_under_air();
+    const StackLayer mean = mean_layer(table.layers);
+    const auto refused = [&](double depth, double albedo, const Effects& effects,
+                             const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>([&] { bind(table.view(), depth, albedo, effects); },
+                                              fragments);
+    };
+    refused(1.7, mean.albedo, {}, {"optical_depth", "1.8", "that of the stack", "1.7"});
+    refused(mean.optical_depth, 0.5, {}, {"albedo", "that of the stack", "0.5"});
+    refused(0, mean.albedo, {}, {"optical_depth", "that of the stack"});
+    Effects dense, opposed;
+    dense.density = 0.1;
+    opposed.opposition = Opposition::blinn(0.1);
+    refused(mean.optical_depth, mean.albedo, dense, {"density", "of a stack", "0.1"});
+    refused(mean.optical_depth, mean.albedo, opposed, {"opposition", "of a stack"});
+    const Slice clamped = bind(table.view(), 1, 0.5, {}, OutsideTable::clamp);
+    EXPECT_TRUE(clamped.clamped());
+    EXPECT_EQ(clamped.reflection(0.5f, 0.6f, 1),
+              bind(table.view(), mean.optical_depth, mean.albedo).reflection(0.5f, 0.6f, 1));
+}
+
+TEST(StackTable, IsTheSamePacked) {
+    const Table& table = haze_under_air();
+    const PackedTable packed(pack(table));
+    ASSERT_EQ(packed.header().layers.size(), table.layers.size());
+    const StackLayer mean = mean_layer(table.layers);
+    const Slice slice = bind(packed.view(), mean.optical_depth, mean.albedo);
+    for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.7, 3}}) {
+        const Scattered R = reflection(table.view(), mean.albedo, mean.optical_depth, at),
+                        T = transmission(table.view(), mean.albedo, mean.optical_depth, at);
+        const Scattered packed_R = packed.reflection(mean.albedo, mean.optical_depth, at),
+                        packed_T = packed.transmission(mean.albedo, mean.optical_depth, at);
+        EXPECT_EQ(packed_R.single, R.single);
+        EXPECT_EQ(packed_T.single, T.single);
+        EXPECT_NEAR(packed_R.total(), R.total(), table.tolerance * R.total());
+        EXPECT_NEAR(packed_T.total(), T.total(), table.tolerance * T.total());
+        const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out),
+                   azimuth = static_cast<float>(at.azimuth);
+        EXPECT_NEAR(slice.reflection(in, out, azimuth), R.total(), table.tolerance * R.total());
+        EXPECT_NEAR(slice.transmission(in, out, azimuth), T.total(), table.tolerance * T.total());
+    }
+    EXPECT_EQ(packed.header().spherical_albedo_below, table.spherical_albedo_below);
+}
+
+TEST(StackRecipe, IsAStackFile) {
+    const Recipe recipe = parse_recipe(air + haze);
+    EXPECT_EQ(recipe.tolerance, 1e-3);
+    EXPECT_EQ(recipe.optical_depth.min, 1.8);
+    EXPECT_NEAR(recipe.albedo.max, (0.3 + 0.9 * 1.5) / 1.8, 1e-15);
+    EXPECT_TRUE(recipe.transmission);
+    EXPECT_FALSE(parse_recipe(air + "[below]\nlambert_albedo = 0.3\n").transmission);
+    EXPECT_FALSE(parse_recipe(air + layer("isotropic", 0.5, "inf")).transmission);
+    expect_refusal<std::invalid_argument>([] { parse_recipe("albedo = 1\n" + air); },
+                                          {"line 1", "unknown key 'albedo'"});
+    expect_refusal<std::invalid_argument>([] { parse_recipe("orders = 4\n" + air); },
+                                          {"line 1", "unknown key 'orders'"});
+    expect_refusal<std::invalid_argument>(
+        [] {
+            parse_recipe("sides = ['transmission']\n" + air + "[below]\nlambert_albedo = 0.3\n");
+        },
+        {"line 1", "sides", "[below]"});
+    expect_refusal<std::invalid_argument>(
+        [] { parse_recipe(layer("isotropic", 1, "0.0")); },
+        {"line 1", "optical depth of all layers", "1e-06", "got 0"});
+}
+
+}  // namespace
+}  // namespace stratus

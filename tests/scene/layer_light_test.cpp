@@ -293,7 +293,7 @@ TEST(LayerLight, OfAStackMatchesTheSolver) {
         scene.effects.multiple = multiple;
         const std::optional<Recipe> needed = needed_recipe(scene);
         ASSERT_EQ(needed.has_value(), multiple);
-        const auto tables = needed ? bake_layer_tables(*needed) : nullptr;
+        const auto tables = needed ? bake_layer_tables(of_all_directions(*needed)) : nullptr;
         const LayerLight light(scene, tables.get());
         const Matter matter = *uniform_matter(scene);
         const SolvedValue reflected = solved.reflection(0, 1, 1.1),

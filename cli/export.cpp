@@ -158,10 +158,11 @@ void run_export(ExportCommand command) {
 void add_layer_options(CLI::App& app, ExportCommand& command) {
     const CLI::Validator share =
         number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; });
-    app.add_option("TABLE|STACK.toml", command.inputs,
-                   "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
-                   "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
-                   "red, green and blue differ")
+    app.add_option(
+           "TABLE|STACK.toml", command.inputs,
+           "Table (.h5, .exr, .stratus), of which phase function and ground are taken, or a stack "
+           "with layers of its own (.toml, as for `stratus solve --layers`). Three, if "
+           "red, green and blue differ")
         ->required()
         ->check(file_name());
     app.add_option("--optical-depth", command.optical_depth,

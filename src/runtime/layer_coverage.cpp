@@ -36,7 +36,8 @@ bool holds(const AxisView& axis, double value) {
 }
 
 bool is_scattered_once(const TableView& table, double albedo, double optical_depth) {
-    return !table.is_stack() && (albedo == 0 || optical_depth == 0) && !is_over(table, LowerBoundary::Kind::layer);
+    return !table.is_stack() && (albedo == 0 || optical_depth == 0) &&
+           !is_over(table, LowerBoundary::Kind::layer);
 }
 
 bool is_depth_known(const TableView& table, Side side, double albedo, double optical_depth) {

@@ -111,12 +111,11 @@ void take_fewer_pairs(Recipe& recipe) {
 }
 
 bool have_same_layers(const Recipe& one, const Recipe& other) {
-    return std::ranges::equal(one.layers, other.layers,
-                              [](const StackLayer& a, const StackLayer& b) {
-                                  return a.albedo == b.albedo &&
-                                         a.optical_depth == b.optical_depth &&
-                                         a.phase_function.text() == b.phase_function.text();
-                              });
+    return std::ranges::equal(
+        one.layers, other.layers, [](const StackLayer& a, const StackLayer& b) {
+            return a.albedo == b.albedo && a.optical_depth == b.optical_depth &&
+                   a.phase_function.text() == b.phase_function.text();
+        });
 }
 
 /// Refuses a table that does not serve a scene.
@@ -225,7 +224,8 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
 std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     const bool one_is_infinite = std::isinf(one.optical_depth.min),
                other_is_infinite = std::isinf(other.optical_depth.min);
-    if (one.phase_text != other.phase_text || !have_same_layers(one, other) || one_is_infinite != other_is_infinite ||
+    if (one.phase_text != other.phase_text || !have_same_layers(one, other) ||
+        one_is_infinite != other_is_infinite ||
         one.discretisation.modes != other.discretisation.modes ||
         one.mixture.has_value() != other.mixture.has_value() ||
         (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))

@@ -43,8 +43,8 @@ struct PackedPoints {
 
 /// The file of a table.
 ///
-/// Accuracy lookups in 99.9 % of cases add at most 0.35 (R) or 0.6 (T) of the table's tolerance to
-///          its errors, 1.2 at worst.
+/// Accuracy lookups in 99.9 % of cases add at most 0.4 of the table's tolerance to its errors,
+///          relative to R or T, but not to less than 1 % of a layer's largest.
 /// Cost     up to seconds for tables of 100 MB.
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.
 std::vector<char> pack(const Table& table);
@@ -71,7 +71,7 @@ class PackedTable {
     /// The table without its samples: axes, fluxes, phase functions, attributes.
     const Table& header() const noexcept;
 
-    /// For lookups, slices and BSDFs, valid while this lives; it may be moved.
+    /// For lookups, slices and BSDFs, valid while this lives and is not moved.
     TableView view() const noexcept;
 
     /// As the functions of the same names in lookup.h. Mixture [0, 1]: the share of the first phase

@@ -91,7 +91,7 @@ struct PlanReport {
 
 /// What `render` takes for all scenes of a file, which share tables.
 struct RenderCost {
-    SceneCost tables;  // nothing of rays
+    SceneCost tables;          // nothing of rays
     double light_seconds = 0;  // binding layers; what rings and their planet send one another
     double ray_seconds = 0, ray_spread = 0;
 

@@ -273,7 +273,7 @@ double PathOrders::operator()(Side side, double albedo, double optical_depth,
 
 PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, int highest_order,
                      int divided)
-    : offset_(law.offset()), angles_(law.angle_count()), channels_(channels) {
+    : offset_(law.offset()), angles_(law.angle_count()) {
     const int count =
         highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
     const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest())));

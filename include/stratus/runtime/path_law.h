@@ -170,7 +170,7 @@ class PathSheet {
 
   private:
     float offset_ = 1;
-    int angles_ = 0, depths_ = 0, channels_ = 0;
+    int angles_ = 0, depths_ = 0;
     std::vector<float> samples_;  // (x + offset) {H, dH/ds} over (channel, depth, angle)
 };
 

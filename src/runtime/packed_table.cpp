@@ -306,8 +306,9 @@ class BlockChecks {
         require_field(block[BlockField::albedos], stencil_size,
                       albedos_ - block[BlockField::first_albedo], "albedos");
         require_field(block[BlockField::first_depth], 0, depths_ - stencil_size, "first_depth");
-        require_field(finite_depths(block), stencil_size, depths_ - block[BlockField::first_depth],
-                      "finite depths");
+        const int infinite = block[BlockField::ends_at_infinity];
+        require_field(block[BlockField::depths], stencil_size + infinite,
+                      depths_ - block[BlockField::first_depth] + infinite, "depths");
         const std::size_t needed =
             size(block[BlockField::albedos]) * size(block[BlockField::depths]);
         require(

@@ -18,5 +18,6 @@ void add_cost(CLI::App& app);
 void add_phase(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
+void add_view(CLI::App& app);
 
 }  // namespace stratus

@@ -55,6 +55,7 @@ int run(int argc, char** argv) {
     stratus::add_phase(app);
     stratus::add_plan(app);
     stratus::add_render(app);
+    stratus::add_view(app);
 
     try {
         app.parse(argc, argv);

@@ -22,17 +22,17 @@ float scattered_in(Geometry at, float depth, float channel_albedo) {
     if (at.side == STRATUS_REFLECTION && opposition.x > 0.0)
         light *= stratus_hapke(opposition.x, opposition.y, at.cosine);
     if (!scattered_again) return light;
-    if (at.side == STRATUS_REFLECTION)
-        return light + stratus_reflection(channel_albedo, depth, at.mu_in, at.mu_out, at.azimuth).multiple;
-    return light + stratus_transmission(channel_albedo, depth, at.mu_in, at.mu_out, at.azimuth).multiple;
+    StratusPath path = stratus_path(at.side, at.mu_in, at.mu_out, at.azimuth);
+    return light + stratus_multiple(at.side, channel_albedo, depth, path);
 }
 
-/// R or T.
+/// R or T. Compilers copy it to wherever it is called, and it is long: one place.
 vec3 scattered(Geometry at, int zone) {
     vec3 value = vec3(0);
-    if (depths[zone] == 0.0) return value;
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c) {
+        if (depths[zone] == 0.0) break;
         value[c] = c > 0 && albedo[c] == albedo[c - 1] ? value[c - 1] : scattered_in(at, depths[zone], albedo[c]);
+    }
     return value;
 }
 

@@ -51,10 +51,12 @@ std::string quoted(const std::string& text) {
 std::string object(const std::vector<std::pair<std::string, std::string>>& fields) {
     std::vector<std::string> all;
     for (const auto& [name, value] : fields) all.push_back(quoted(name) + ": " + value);
-    return "{" + joined(all) + "}";
+    return std::string("{").append(joined(all)).append("}");
 }
 
-std::string list(const std::vector<std::string>& values) { return "[" + joined(values) + "]"; }
+std::string list(const std::vector<std::string>& values) {
+    return std::string("[").append(joined(values)).append("]");
+}
 
 std::string axis(const Axis& axis) {
     std::vector<std::string> finite;

@@ -8,10 +8,10 @@ const ringShares = [0.08, 1, 0.04, 0.4];
 
 /** What a scene begins with, and which controls it has no use for. */
 const beginnings = {
-  sphere: { "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": 0, ground: 0, unused: [] },
-  rings: { "sun-elevation": 16, "sun-azimuth": 40, "camera-elevation": 20, "camera-azimuth": 0, ground: 0.5, unused: [] },
-  slab: { "sun-elevation": 35, "sun-azimuth": 120, "camera-elevation": 28, "camera-azimuth": 20, ground: 0.3, unused: [] },
-  lobes: { "sun-elevation": 40, unused: ["sun-azimuth", "camera-elevation", "camera-azimuth", "ground", "exposure"] },
+  sphere: { "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": 0, ground: 0, pointer: [0.55, 0.4], unused: [] },
+  rings: { "sun-elevation": 16, "sun-azimuth": 40, "camera-elevation": 20, "camera-azimuth": 0, ground: 0.5, pointer: [0.2, 0.6], unused: [] },
+  slab: { "sun-elevation": 35, "sun-azimuth": 120, "camera-elevation": 32, "camera-azimuth": 20, ground: 0.3, pointer: [0.5, 0.5], unused: [] },
+  lobes: { "sun-elevation": 40, pointer: [0.3, 0.3], unused: ["sun-azimuth", "camera-elevation", "camera-azimuth", "ground", "exposure"] },
 };
 
 /** Exponents of 1 - w for red, green and blue. */
@@ -42,7 +42,7 @@ function formatted(value) {
 }
 
 const table = new Table(JSON.parse(byId("table").textContent), new Float32Array(bytesIn("flux-samples").buffer));
-const state = { scene: "sphere", pointer: [0.42, 0.4], own: {} };
+const state = { scene: null, pointer: [0.42, 0.4], own: {} };
 let picture = null;
 
 const value = (id) => Number(byId(id).value);
@@ -78,7 +78,7 @@ function view() {
   const at = (id) => value(id);
   const density = at("density");
   const toSun = direction(at("sun-elevation"), at("sun-azimuth"));
-  const shapes = { sphere: [10, 1.1, false], rings: [10, 2.45, false], slab: [12, 0.24, true], lobes: [10, 1, false] };
+  const shapes = { sphere: [10, 1.1, false], rings: [10, 2.45, false], slab: [12, 0.2, true], lobes: [10, 1, false] };
   return {
     scene: state.scene,
     camera: cameraAt(at("camera-elevation"), at("camera-azimuth"), ...shapes[state.scene]),
@@ -91,16 +91,18 @@ function view() {
 
 const drawing = { layers: true, asked: false, finer: 0 };
 
-/** Coarse at once, finer when nothing has changed for a while. */
+/** Coarse at once; with smooth edges when nothing has changed for a while, unless that takes long. */
 function requestDraw(layersToo) {
   drawing.layers ||= layersToo;
+  clearTimeout(drawing.finer);
   if (drawing.asked || !picture) return;
   drawing.asked = true;
   requestAnimationFrame(() => {
     drawing.asked = false;
+    const began = performance.now();
     draw(1);
-    clearTimeout(drawing.finer);
-    drawing.finer = setTimeout(() => draw(3), 200);
+    const isFast = performance.now() - began < 150;  // values read back: the picture is done
+    if (isFast && state.scene !== "lobes") drawing.finer = setTimeout(() => draw(2), 200);
   });
 }
 
@@ -234,16 +236,19 @@ function showOutputs() {
 
 /** Sun, camera and ground are each scene's own. */
 function chooseScene(name) {
-  const kept = Object.keys(beginnings.sphere).filter((id) => id !== "unused");
-  state.own[state.scene] = Object.fromEntries(kept.map((id) => [id, byId(id).value]));
+  const kept = ["sun-elevation", "sun-azimuth", "camera-elevation", "camera-azimuth", "ground"];
+  if (state.scene) state.own[state.scene] = Object.fromEntries(kept.map((id) => [id, byId(id).value]));
   state.scene = name;
-  const { unused, ...first } = beginnings[name];
+  const { unused, pointer, ...first } = beginnings[name];
+  state.pointer = pointer;
   const limited = name === "slab";
   byId("sun-elevation").min = limited ? 2 : -90;
   byId("camera-elevation").min = limited ? 3 : -90;
   for (const [id, start] of Object.entries(state.own[name] ?? first)) byId(id).value = start;
   for (const label of document.querySelectorAll("#controls label"))
     label.hidden = unused.includes(label.querySelector("input, select").id);
+  for (const group of document.querySelectorAll("fieldset"))
+    group.hidden = [...group.querySelectorAll("label")].every((label) => label.hidden);
   byId("plot").hidden = name !== "lobes";
   byId("picture").hidden = name === "lobes";
   byId("frame").classList.toggle("plotted", name === "lobes");

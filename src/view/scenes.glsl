@@ -14,9 +14,9 @@ uniform vec2 pointer;          // in the picture, (0, 0) its upper left corner, 
 out vec4 colour;
 
 const float ring_edge[5] = float[5](1.24, 1.53, 1.95, 2.03, 2.27);
-const float slab_height = 0.4, slab_half = 1.5, ground_half = 6.0;
+const float slab_height = 0.4, slab_half = 1.5, ground_half = 20.0;
 
-/// What a ray sees; `layer` alone is that of `geometry`.
+/// What a ray sees: light, and where it meets a lit layer, mu_in times R or T of that.
 struct Seen {
     vec3 light;
     bool of_layer;
@@ -49,8 +49,7 @@ Seen planet(Ray ray) {
     seen.of_layer = true;
     seen.geometry = geometry_of(normal, to_sun, -ray.direction);
     float mu = seen.geometry.mu_in;
-    seen.light = mu * scattered(seen.geometry, 0);
-    if (ground > 0.0) seen.light += mu * transmittance(seen.geometry.mu_out) * ground_through(mu, ground);
+    if (ground > 0.0) seen.light = mu * transmittance(seen.geometry.mu_out) * ground_through(mu, ground);
     return seen;
 }
 
@@ -91,7 +90,6 @@ Seen rings(Ray ray) {
     seen.light *= stratus_direct(depths[zone], seen.geometry.mu_out);
     Ray to_light = Ray(ray.origin + cross_at.y * ray.direction, to_sun);
     seen.of_layer = distance_to_globe(to_light) <= 0.0;
-    if (seen.of_layer) seen.light += seen.geometry.mu_in * scattered(seen.geometry, zone);
     return seen;
 }
 
@@ -119,14 +117,14 @@ Seen slab(Ray ray) {
     if (!on_slab(above.xy)) return seen;
     seen.of_layer = true;
     seen.light *= transmittance(seen.geometry.mu_out);
-    seen.light += mu * scattered(seen.geometry, 0);
     return seen;
 }
 
 /// Through a point of the picture, in [-1, 1], x to the right and y upward.
 Seen seen_at(vec2 place) {
     vec3 aside = half_width * (place.x * right + place.y * up);
-    Ray ray = perspective ? Ray(eye, normalize(ahead + aside)) : Ray(eye + aside, ahead);
+    Ray ray = Ray(eye + aside, ahead);
+    if (perspective) ray = Ray(eye, normalize(ahead + aside));
     if (scene == 0) return planet(ray);
     if (scene == 1) return rings(ray);
     return slab(ray);
@@ -143,38 +141,39 @@ vec4 bytes_of(float value) {
     return vec4(bits & 255u, bits >> 8 & 255u, bits >> 16 & 255u, bits >> 24) / 255.0;
 }
 
-/// Numbers under the pointer, one a pixel, as the bytes of a float.
-void probe_pixel(int which) {
-    Seen seen = seen_at(vec2(2.0 * pointer.x - 1.0, 1.0 - 2.0 * pointer.y));
-    vec3 value = seen.of_layer ? scattered(seen.geometry, seen.zone) : vec3(0);
-    float numbers[12] = float[12](seen.of_layer ? 1.0 : 0.0, float(seen.geometry.side), seen.geometry.mu_in,
-                                  seen.geometry.mu_out, seen.geometry.azimuth, seen.geometry.cosine, value.r,
-                                  value.g, value.b, seen.light.r, seen.light.g, seen.light.b);
-    colour = bytes_of(numbers[which]);
+/// In the plane of incidence, at one of `size` angles from the upper normal, towards the forward side.
+Seen lobe(int angle) {
+    float turn = 2.0 * pi * (float(angle) + 0.5) / float(size);
+    vec3 light = vec3(-sqrt(1.0 - to_sun.z * to_sun.z), 0, to_sun.z);
+    return Seen(vec3(0), true, geometry_of(vec3(0, 0, 1), light, vec3(sin(turn), 0, cos(turn))), 0);
 }
 
-/// Lobes in the plane of incidence: R and T over the angle from the upper normal, towards the forward side.
-/// pixel.x: angle, `size` of them evenly all around; pixel.y: colour.
-void lobe_pixel(ivec2 pixel) {
-    float turn = 2.0 * pi * (float(pixel.x) + 0.5) / float(size);
-    vec3 to_eye = vec3(sin(turn), 0, cos(turn));
-    vec3 light = vec3(-sqrt(1.0 - to_sun.z * to_sun.z), 0, to_sun.z);
-    Geometry at = geometry_of(vec3(0, 0, 1), light, to_eye);
-    colour = bytes_of(scattered(at, 0)[pixel.y]);
+/// Numbers instead of a picture, one a pixel, as the bytes of a float: of lobes over angle and colour, else of the
+/// pointer's place.
+float number_at(ivec2 pixel, Seen seen, vec3 value, vec3 light) {
+    if (scene == 3) return value[pixel.y];
+    float numbers[12] = float[12](seen.of_layer ? 1.0 : 0.0, float(seen.geometry.side), seen.geometry.mu_in,
+                                  seen.geometry.mu_out, seen.geometry.azimuth, seen.geometry.cosine, value.r,
+                                  value.g, value.b, light.r, light.g, light.b);
+    return numbers[pixel.x];
 }
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy) - corner;
-    if (probing) {
-        if (scene == 3) lobe_pixel(pixel);
-        else probe_pixel(pixel.x);
-        return;
-    }
-    vec3 light = vec3(0);
-    for (int k = 0; k < samples * samples; ++k) {
+    int count = probing ? 1 : samples * samples;
+    Seen seen;
+    vec3 light = vec3(0), value;
+    for (int k = 0; k < count; ++k) {
         float n = float(samples), i = float(k % samples), j = float(k / samples);
         vec2 within = vec2((i + (j + 0.5) / n) / n, 1.0 - (j + (n - i - 0.5) / n) / n);
-        light += seen_at((vec2(pixel) + within) / float(size) * 2.0 - 1.0).light;
+        vec2 place = (vec2(pixel) + within) / float(size) * 2.0 - 1.0;
+        if (probing) place = vec2(2.0 * pointer.x - 1.0, 1.0 - 2.0 * pointer.y);
+        if (scene == 3) seen = lobe(pixel.x);
+        else seen = seen_at(place);
+        value = vec3(0);
+        if (seen.of_layer) value = scattered(seen.geometry, seen.zone);
+        light += seen.light + seen.geometry.mu_in * value;
     }
-    colour = vec4(srgb(light / (white * float(samples * samples))), 1);
+    if (probing) colour = bytes_of(number_at(pixel, seen, value, light));
+    else colour = vec4(srgb(light / (white * float(count))), 1);
 }

@@ -50,6 +50,7 @@ int run(int argc, char** argv) {
     stratus::add_convert(app);
     stratus::add_pack(app);
     stratus::add_export(app);
+    stratus::add_shader(app);
     stratus::add_fit(app);
     stratus::add_cost(app);
     stratus::add_phase(app);

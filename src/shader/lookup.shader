@@ -218,7 +218,7 @@ vec4 stratus_path_angle(int side, StratusPath path) {
                 1.0f / x, 0.0f);
 }
 
-// H in .x, dH/ds in .y, of the rows from texel `first` on.
+// H in .x, dH/ds in .y, of the rows from texel first on.
 vec4 stratus_path_value(int side, int first, vec4 angle, float depth) {
     vec4 sheet = stratus_field(side, 12);
     float x = min(depth + 1.0f, stratus_field(side, 11).w);
@@ -381,7 +381,7 @@ StratusDirections stratus_directions(int side, StratusPath path) {
     return at;
 }
 
-// Four of the sixteen functions, the `word`th, at the directions; `block`: first texel.
+// Four of the sixteen functions, the wordth, at the directions; block: first texel.
 vec4 stratus_functions_at(int side, int block, int word, StratusDirections at) {
     vec4 window = stratus_field(side, 8);
     int azimuths = int(stratus_field(side, 7).z);
@@ -509,7 +509,7 @@ float stratus_phase(float cos_theta) {
     return stratus_phases(STRATUS_TRANSMISSION, path).x;
 }
 
-// Optical depth of particles that fill the share `density` of the volume, [0, 1). [Blinn82] 5.1
+// Optical depth of particles that fill the share density of the volume, [0, 1). [Blinn82] 5.1
 float stratus_effective_depth(float optical_depth, float density) {
     return optical_depth / (1.0f - density);
 }

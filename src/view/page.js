@@ -8,13 +8,20 @@ const ringShares = [0.08, 1, 0.04, 0.4];
 
 /** What a scene begins with, and which controls it has no use for. */
 const beginnings = {
-  sphere: { "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": 0, ground: 0, pointer: [0.55, 0.4], unused: [] },
-  rings: { "sun-elevation": 16, "sun-azimuth": 40, "camera-elevation": 20, "camera-azimuth": 0, ground: 0.5, pointer: [0.2, 0.6], unused: [] },
-  slab: { "sun-elevation": 35, "sun-azimuth": 120, "camera-elevation": 32, "camera-azimuth": 20, ground: 0.3, pointer: [0.5, 0.5], unused: [] },
+  sphere: { "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": 0, ground: 0, exposure: 0, pointer: [0.55, 0.4], unused: [] },
+  rings: { "sun-elevation": 16, "sun-azimuth": 40, "camera-elevation": 20, "camera-azimuth": 0, ground: 0.4, exposure: 1, pointer: [0.2, 0.6], unused: [] },
+  slab: { "sun-elevation": 35, "sun-azimuth": 120, "camera-elevation": 32, "camera-azimuth": 20, ground: 0.3, exposure: 1, pointer: [0.5, 0.5], unused: [] },
   lobes: { "sun-elevation": 40, pointer: [0.3, 0.3], unused: ["sun-azimuth", "camera-elevation", "camera-azimuth", "ground", "exposure"] },
 };
 
-/** Exponents of 1 - w for red, green and blue. */
+const notes = {
+  sphere: "A planet of Lambert ground under the layer.",
+  rings: `Optical depths from the inside outward: ${ringShares.join(", ")} of τ. Light between planet and rings is left out.`,
+  slab: "A cloud over squares of ground, of its albedo and half of it.",
+  lobes: "Light from the left. Distance from the middle is R above the layer and T below it, in the plane of incidence.",
+};
+
+/** Factors of 1 - w for red, green and blue. */
 const tints = { grey: [1, 1, 1], warm: [0.6, 1, 2.2], cold: [2.2, 1, 0.6] };
 
 const add = (a, b) => a.map((x, i) => x + b[i]);
@@ -34,11 +41,11 @@ function cameraAt(elevation, azimuth, distance, halfWidth, perspective) {
   return { eye, ahead, right, up: cross(right, ahead), halfWidth, perspective };
 }
 
-function formatted(value) {
+function formatted(value, digits = 4) {
   if (value === Infinity) return "∞";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e-3 && size < 1e4 ? String(Number(value.toPrecision(4))) : value.toExponential(2);
+  return size >= 1e-3 && size < 1e4 ? String(Number(value.toPrecision(digits))) : value.toExponential(2);
 }
 
 const table = new Table(JSON.parse(byId("table").textContent), new Float32Array(bytesIn("flux-samples").buffer));
@@ -128,11 +135,12 @@ function draw(samples) {
 const channels = (values) => (values.every((v) => v === values[0]) ? values.slice(0, 1) : values);
 
 function cell(id, values, error) {
-  const text = values ? channels(values).map(formatted).join("  ") : "–";
+  const different = values && channels(values);
+  const text = values ? different.map((v) => formatted(v, different.length > 1 ? 3 : 4)).join(" · ") : "–";
   byId(id).textContent = text;
   if (!values || !error) return;
   const note = document.createElement("small");
-  note.textContent = ` ± ${formatted(Number((error * Math.max(...values)).toPrecision(1)))}`;
+  note.textContent = ` ± ${Number((error * Math.max(...values)).toPrecision(1))}`;
   byId(id).append(note);
 }
 
@@ -234,9 +242,9 @@ function showOutputs() {
   }
 }
 
-/** Sun, camera and ground are each scene's own. */
+/** Sun, camera, ground and exposure are each scene's own. */
 function chooseScene(name) {
-  const kept = ["sun-elevation", "sun-azimuth", "camera-elevation", "camera-azimuth", "ground"];
+  const kept = ["sun-elevation", "sun-azimuth", "camera-elevation", "camera-azimuth", "ground", "exposure"];
   if (state.scene) state.own[state.scene] = Object.fromEntries(kept.map((id) => [id, byId(id).value]));
   state.scene = name;
   const { unused, pointer, ...first } = beginnings[name];
@@ -253,6 +261,7 @@ function chooseScene(name) {
   byId("picture").hidden = name === "lobes";
   byId("frame").classList.toggle("plotted", name === "lobes");
   byId("hint").hidden = name === "lobes";
+  byId("note").textContent = notes[name];
   showOutputs();
   requestDraw(true);
 }
@@ -339,18 +348,23 @@ function listen() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => requestDraw(false));
 }
 
+function notify(sentence) {
+  byId("notice").textContent = sentence;
+  byId("notice").hidden = false;
+}
+
 function start() {
   showTitle();
   showErrors();
   prepareSliders();
   picture = makePicture(byId("picture"), table);
   if (!picture) {
-    byId("notice").textContent = "This browser offers no WebGL2, without which the page cannot draw. " +
-      "Another browser, or its setting for hardware acceleration, may help.";
-    byId("notice").hidden = false;
+    notify("This browser offers no WebGL2, without which the page cannot draw. " +
+      "Another browser, or its setting for hardware acceleration, may help.");
     for (const id of ["stage", "controls"]) byId(id).hidden = true;
     return;
   }
+  byId("picture").addEventListener("webglcontextlost", () => notify("The graphics card has stopped drawing this page. Load it again."));
   listen();
   chooseScene("sphere");
   takeHash();

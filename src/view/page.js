@@ -41,11 +41,11 @@ function cameraAt(elevation, azimuth, distance, halfWidth, perspective) {
   return { eye, ahead, right, up: cross(right, ahead), halfWidth, perspective };
 }
 
-function formatted(value, digits = 4) {
+function formatted(value) {
   if (value === Infinity) return "∞";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e-3 && size < 1e4 ? String(Number(value.toPrecision(digits))) : value.toExponential(2);
+  return size >= 1e-3 && size < 1e4 ? String(Number(value.toPrecision(4))) : value.toExponential(2);
 }
 
 const table = new Table(JSON.parse(byId("table").textContent), new Float32Array(bytesIn("flux-samples").buffer));
@@ -134,9 +134,11 @@ function draw(samples) {
 
 const channels = (values) => (values.every((v) => v === values[0]) ? values.slice(0, 1) : values);
 
+const significant = (value, digits) => (value < 1e-3 ? formatted(value) : value.toPrecision(digits));
+
 function cell(id, values, error) {
   const different = values && channels(values);
-  const text = values ? different.map((v) => formatted(v, different.length > 1 ? 3 : 4)).join(" · ") : "–";
+  const text = values ? different.map((v) => significant(v, different.length > 1 ? 3 : 4)).join(" · ") : "–";
   byId(id).textContent = text;
   if (!values || !error) return;
   const note = document.createElement("small");

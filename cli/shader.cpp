@@ -1,6 +1,7 @@
 // `stratus shader`: a packed table's lookup as shader code, with the textures that it reads.
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/image.h>
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/runtime/packed_table.h>
 #include <stratus/shader/shader.h>
@@ -15,10 +16,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -26,6 +29,7 @@ namespace {
 
 struct ShaderOptions {
     std::string input, language, folder;
+    std::vector<double> optical_depth, albedo;
     ReadOptions reading;
     bool quiet = false;
 };
@@ -90,19 +94,43 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
         std::transform(name.begin(), name.end(), name.begin(), [](unsigned char letter) {
             return static_cast<char>(std::toupper(letter));
         });
-        text += "#define " + name + " \"" + texture.name + ".exr\"\n#define " + name + "_HEIGHT " +
-                std::to_string(texture.height) + "\n";
+        const std::string of_layer = texture.name == "stratus_layer" ? "_FILE" : "";
+        text += "#define " + name + of_layer + " \"" + texture.name + ".exr\"\n#define " + name +
+                "_HEIGHT " + std::to_string(texture.height) + "\n";
     }
     return text;
 }
 
+/// One layer for all colours, or one for each.
+Medium<3> medium_of(const std::vector<double>& optical_depth, const std::vector<double>& albedo) {
+    Medium<3> medium{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        medium.optical_depth[c] = optical_depth[optical_depth.size() == 1 ? 0 : c];
+        medium.albedo[c] = albedo[albedo.size() == 1 ? 0 : c];
+    }
+    return medium;
+}
+
+void check_layer(const ShaderOptions& options) {
+    for (const auto& [option, given] : {std::pair{"--optical-depth", &options.optical_depth},
+                                        std::pair{"--albedo", &options.albedo}})
+        require(given->size() <= 1 || given->size() == 3, "shader", option,
+                "one, or three for red, green and blue", given->size());
+    require(options.optical_depth.empty() == options.albedo.empty(), "shader",
+            "--optical-depth and --albedo", "both given or both left out",
+            options.albedo.empty() ? "--optical-depth" : "--albedo");
+}
+
 void run_shader(const ShaderOptions& options) {
+    check_layer(options);
     const std::vector<std::string>& names = shader_language_names();
     const auto language = static_cast<ShaderLanguage>(
         std::find(names.begin(), names.end(), options.language) - names.begin());
     const bool osl = language == ShaderLanguage::osl;
     const PackedTable table = read_packed_table(options.input, options.reading);
-    const std::vector<ShaderTexture> textures = shader_textures(table);
+    std::vector<ShaderTexture> textures = shader_textures(table);
+    if (!options.albedo.empty())
+        textures.push_back(shader_layer(table, medium_of(options.optical_depth, options.albedo)));
 
     std::vector<OutputFile> files{
         text_file(osl ? "stratus.osl.h" : "stratus." + options.language, shader_text(language)),
@@ -139,12 +167,26 @@ void add_shader(CLI::App& app) {
         ->check(CLI::IsMember(shader_language_names()));
     command->add_option("-o,--output", options->folder, "Folder to write into; made if missing")
         ->required();
+    command
+        ->add_option("--optical-depth", options->optical_depth,
+                     "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+    command
+        ->add_option("--albedo", options->albedo,
+                     "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
     command->footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
         "textures are the table. Not for tables with a mixture axis, nor of stacks.\n\n"
-        "Example:\n  stratus shader saturn_rings.stratus --language glsl -o rings");
+        "A bound layer is one more texture, stratus_layer, with which directions can be "
+        "sampled.\n\n"
+        "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
+        "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
+        "    --albedo 0.95,0.93,0.8 -o rings");
     command->callback([options] { run_shader(*options); });
 }
 

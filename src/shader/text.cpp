@@ -1,6 +1,6 @@
 #include <stratus/shader/shader.h>
 
-#include "lookup_text.h"
+#include "shader_parts.h"
 
 #include <cstddef>
 #include <regex>
@@ -16,7 +16,7 @@ precision highp int;
 precision highp sampler2D;
 #endif
 
-// Textures of stratus_width columns, to be fetched without filtering.
+// Textures of WIDTH columns, to be fetched without filtering.
 #ifdef VULKAN
 #ifndef STRATUS_SET
 #define STRATUS_SET 0
@@ -26,9 +26,15 @@ precision highp sampler2D;
 #endif
 layout(set = STRATUS_SET, binding = STRATUS_BINDING) uniform sampler2D stratus_numbers;
 layout(set = STRATUS_SET, binding = STRATUS_BINDING + 1) uniform sampler2D stratus_functions;
+#ifdef STRATUS_LAYER
+layout(set = STRATUS_SET, binding = STRATUS_BINDING + 2) uniform sampler2D stratus_layer;
+#endif
 #else
 uniform sampler2D stratus_numbers;
 uniform sampler2D stratus_functions;
+#ifdef STRATUS_LAYER
+uniform sampler2D stratus_layer;
+#endif
 #endif
 
 vec4 stratus_number(int texel) {
@@ -37,6 +43,11 @@ vec4 stratus_number(int texel) {
 vec4 stratus_function(int texel) {
     return texelFetch(stratus_functions, ivec2(texel % WIDTH, texel / WIDTH), 0);
 }
+#ifdef STRATUS_LAYER
+vec4 stratus_layer_texel(int texel) {
+    return texelFetch(stratus_layer, ivec2(texel % WIDTH, texel / WIDTH), 0);
+}
+#endif
 float stratus_power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 int stratus_exponent(float x) { return (floatBitsToInt(x) >> 23) - 127; }
 
@@ -49,6 +60,9 @@ constexpr const char* hlsl = R"(#define vec3 float3
 #ifndef STRATUS_TEXTURES
 Texture2D<float4> stratus_numbers;
 Texture2D<float4> stratus_functions;
+#ifdef STRATUS_LAYER
+Texture2D<float4> stratus_layer;
+#endif
 #endif
 
 float4 stratus_number(int texel) {
@@ -57,6 +71,11 @@ float4 stratus_number(int texel) {
 float4 stratus_function(int texel) {
     return stratus_functions.Load(int3(texel % WIDTH, texel / WIDTH, 0));
 }
+#ifdef STRATUS_LAYER
+float4 stratus_layer_texel(int texel) {
+    return stratus_layer.Load(int3(texel % WIDTH, texel / WIDTH, 0));
+}
+#endif
 float stratus_power_of_two(int n) { return asfloat((n + 127) << 23); }
 int stratus_exponent(float x) { return (asint(x) >> 23) - 127; }
 
@@ -87,6 +106,11 @@ vector4 stratus_number(int texel) {
 vector4 stratus_function(int texel) {
     return stratus_texel(STRATUS_FUNCTIONS, texel, STRATUS_FUNCTIONS_HEIGHT);
 }
+#ifdef STRATUS_LAYER
+vector4 stratus_layer_texel(int texel) {
+    return stratus_texel(STRATUS_LAYER_FILE, texel, STRATUS_LAYER_HEIGHT);
+}
+#endif
 float stratus_power_of_two(int n) { return pow(2.0, float(n)); }
 int stratus_exponent(float x) { return int(floor(log2(x))); }
 
@@ -108,7 +132,8 @@ const std::vector<std::string>& shader_language_names() {
 
 std::string shader_text(ShaderLanguage language) {
     const char* const own[] = {glsl, hlsl, osl};
-    std::string text = lookup_shader;
+    std::string text;
+    for (const char* const part : shader_parts) text += part;
     if (language == ShaderLanguage::osl)  // numbers have no suffix there
         text = std::regex_replace(text, std::regex("([0-9])f\\b"), "$1");
     const std::size_t first_blank = text.find("\n\n") + 2;

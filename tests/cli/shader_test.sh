@@ -44,4 +44,20 @@ all='StratusScattered r = stratus_reflection(0.9, 1.0, 0.5, 0.6, 1.0);
 expect_compiled es.frag
 expect_compiled -V core.frag -o core.spv
 expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+
+# one layer, bound
+expect_ok shader full.stratus --language glsl --optical-depth 0.5,1,2 --albedo 0.9 -o glsl
+expect_says "$err" "5 files"
+expect_says glsl/stratus_textures.json '"stratus_layer"'
+expect_refused 2 --optical-depth --albedo -- shader full.stratus --language glsl --albedo 0.9 -o new
+expect_refused 2 --albedo three -- shader full.stratus --language glsl --optical-depth 1 --albedo 0.9,0.8 -o new
+layer='vec3 wi = vec3(0.0, 0.6, 0.8); StratusSample d = stratus_layer_sample(wi, 0.3, 0.6, 0.9);
+    vec3 f = stratus_layer_bsdf(wi, d.wo) / stratus_layer_pdf(wi, d.wo) + stratus_layer_direct(0.5);
+    StratusColours c = stratus_layer_reflection(0.5, 0.6, 1.0);'
+{ echo '#version 300 es'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
+{ echo '#version 450'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
+{ echo '#define STRATUS_LAYER'; cat hlsl/stratus.hlsl; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
+expect_compiled es.frag
+expect_compiled -V core.frag -o core.spv
+expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
 finish

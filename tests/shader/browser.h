@@ -102,20 +102,17 @@ out.textContent = "light:" + btoa(letters);
 </script>
 )page";
 
-constexpr const char* fragment_end = R"glsl(
-uniform sampler2D layers, directions;
-out vec4 light;
-void main() {
-    vec4 layer = texelFetch(layers, ivec2(gl_FragCoord.xy), 0);
-    vec4 along = texelFetch(directions, ivec2(gl_FragCoord.xy), 0);
+/// What is drawn: `light`, a vec4, of `layer` (albedo, optical depth) and `along` (mu_in, mu_out,
+/// azimuth).
+constexpr const char* both_sides = R"glsl(
     StratusScattered r = stratus_reflection(layer.x, layer.y, along.x, along.y, along.z);
     StratusScattered t = stratus_transmission(layer.x, layer.y, along.x, along.y, along.z);
     light = vec4(r.single, r.multiple, t.single, t.multiple);
-}
 )glsl";
 
 inline void write_page(const std::vector<ShaderTexture>& textures,
-                       const std::vector<Lookup>& lookups, const std::filesystem::path& path) {
+                       const std::vector<Lookup>& lookups, const std::string& drawn,
+                       const std::filesystem::path& path) {
     std::vector<float> layers, directions;
     for (const Lookup& at : lookups) {
         layers.insert(layers.end(), {at.albedo, at.optical_depth, 0, 0});
@@ -128,7 +125,12 @@ inline void write_page(const std::vector<ShaderTexture>& textures,
          << "const vertex = `#version 300 es\nvoid main() { gl_Position = vec4(gl_VertexID == 1 ? "
             "3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }`;\n"
          << "const fragment = `#version 300 es\n"
-         << shader_text(ShaderLanguage::glsl) << fragment_end << "`;\nconst textures = [\n";
+         << (textures.size() > 2 ? "#define STRATUS_LAYER\n" : "")
+         << shader_text(ShaderLanguage::glsl)
+         << "uniform sampler2D layers, directions;\nout vec4 light;\nvoid main() {\n"
+            "    vec4 layer = texelFetch(layers, ivec2(gl_FragCoord.xy), 0);\n"
+            "    vec4 along = texelFetch(directions, ivec2(gl_FragCoord.xy), 0);\n"
+         << drawn << "}`;\nconst textures = [\n";
     const auto put = [&](const std::string& name, int width, int height, bool halves,
                          const void* data, std::size_t bytes) {
         page << "{name: '" << name << "', width: " << width << ", height: " << height
@@ -159,12 +161,14 @@ inline std::string run_in_chromium(const std::filesystem::path& page,
     return text;
 }
 
-/// Light of lookups, as many as fill rows, as the shader finds it.
+/// What the shader draws for lookups, as many as fill rows.
 ///
 /// Errors   std::runtime_error with what Chromium, or the page, said.
-inline std::vector<Light> by_browser(const PackedTable& table, const std::vector<Lookup>& lookups) {
+inline std::vector<Light> by_browser(const std::vector<ShaderTexture>& textures,
+                                     const std::vector<Lookup>& lookups,
+                                     const std::string& drawn = both_sides) {
     const TemporaryFolder folder;
-    write_page(shader_textures(table), lookups, folder / "page.html");
+    write_page(textures, lookups, drawn, folder / "page.html");
     const std::string said = run_in_chromium(folder / "page.html", folder / "profile");
     const std::string begin = "light:";
     const std::size_t at = said.find(">" + begin) + 1;

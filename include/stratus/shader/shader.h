@@ -1,11 +1,12 @@
 // Packed tables as shader code: the functions of a lookup in GLSL, HLSL or OSL, one text for all
 // tables, and the textures that they read.
 //
-// The text is src/shader/lookup.shader, which is C++ as well, after what is each language's own.
+// The text is src/shader/*.shader, which is C++ as well, after what is each language's own.
 // docs/shaders.md has the functions, the layout of the textures, and what is left out.
 #pragma once
 
 #include <stratus/runtime/packed_table.h>
+#include <stratus/runtime/slice.h>
 
 #include <string>
 #include <vector>
@@ -37,5 +38,12 @@ std::string shader_text(ShaderLanguage language);
 /// Errors   std::invalid_argument for a table with a mixture axis or of a stack, which shaders do
 ///          not read, or one of more than 2^24 texels.
 std::vector<ShaderTexture> shader_textures(const PackedTable& table);
+
+/// `stratus_layer`, a third texture: one layer, bound, and the density that directions are drawn
+/// from (bsdf.h).
+///
+/// Errors   those of `shader_textures` and of a Slice; std::invalid_argument for a table that was
+///          narrowed to some directions.
+ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium);
 
 }  // namespace stratus

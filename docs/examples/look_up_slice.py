@@ -16,7 +16,7 @@ def read_arrays(path):
     start = 8 + int.from_bytes(data[:8], "little")
     header = json.loads(data[8:start])
     header.pop("__metadata__")
-    dtypes = {"F32": "<f4", "F64": "<f8"}
+    dtypes = {"F16": "<f2", "F32": "<f4", "F64": "<f8"}  # F16: padding alone
     return {name: np.frombuffer(data[start:], dtypes[of["dtype"]], int(np.prod(of["shape"])),
                                 of["data_offsets"][0]).reshape(of["shape"])
             for name, of in header.items()}

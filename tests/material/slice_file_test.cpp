@@ -44,7 +44,6 @@ TEST_P(SliceFile, IsTheSolverAtRandomPairs) {
     const SliceReader::Side R = file.side("reflection"), rest = file.side("reflection_multiple"),
                             T = file.side(passes ? "transmission" : "reflection");
     Errors of_R, of_T, of_rest;
-    const StackLayer& first = stack.layers.front();
     for (const Expected& at : random_geometries(stack, 500, 0.01)) {
         const auto& [mu_in, mu_out, azimuth] = at.geometry;
         of_R.add(R(mu_in, mu_out, azimuth), at.reflection);

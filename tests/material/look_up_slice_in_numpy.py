@@ -6,6 +6,7 @@
 import csv
 import importlib.util
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -41,6 +42,15 @@ with tempfile.TemporaryDirectory() as folder:
     arrays = look_up_slice.read_arrays(exported)
 
 assert "reflection_below" in arrays
+# The ten lines of the page, for one pair at a time.
+page = (pathlib.Path(example).parents[1] / "exports.md").read_text()
+documented = {"numpy": np}
+exec(re.search(r"```python\n(def look_up.*?)```", page, re.DOTALL)[1], documented)
+for i in range(20):
+    azimuth = np.radians(min(degrees[i], 360 - degrees[i]))
+    found = documented["look_up"](arrays["transmission"], mu_in[i], mu_out[i], azimuth)
+    same = look_up_slice.look_up(arrays["transmission"], mu_in[i:i + 1], mu_out[i:i + 1], np.array([azimuth]))
+    assert np.allclose(found, same[:, 0], rtol=1e-6), (found, same)
 for name in "reflection", "transmission", "reflection_multiple", "transmission_multiple":
     solved = np.array([float(row[name]) for row in expected])
     found = look_up_slice.look_up(arrays[name], mu_in, mu_out, np.radians(degrees))

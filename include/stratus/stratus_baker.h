@@ -1,13 +1,12 @@
 /* The solver and the bake for programs in C: libstratus_baker.
  *
- * That library has all functions of stratus.h as well. Link one of the two: programs that only look
- * tables up need libstratus, which has no solver. Conventions, errors, memory and versions are those
- * of stratus.h. Every struct below is right when its size is set and all else is 0, but for what is
- * said to be needed.
+ * That library has all functions of stratus.h as well. Link one of the two: programs that only
+ * look tables up need libstratus, which has no solver. Conventions, errors, memory and versions are
+ * those of stratus.h. In structs, 0 stands for the default wherever there is one.
  *
- * Threads  All functions may be called by any number of threads at once. Callbacks are called by one
- *          thread at a time, not always that of the caller, and must not leave by an exception or
- *          longjmp.
+ * Threads  All functions may be called by any number of threads at once. Callbacks are called by
+ *          one thread at a time, not always that of the caller, and must not leave by an exception
+ *          or longjmp.
  */
 #ifndef STRATUS_STRATUS_BAKER_H
 #define STRATUS_STRATUS_BAKER_H
@@ -43,8 +42,8 @@ typedef struct stratus_geometry {
     double azimuth;       /* radians */
 } stratus_geometry;
 
-/* R and diffuse T at `count` geometries: reflection[count], transmission[count], either of which may
- * be null. Over something T is 0: nothing leaves the far side of both. */
+/* R and diffuse T at `count` geometries: reflection[count], transmission[count], either of which
+ * may be null. Over something T is 0: nothing leaves the far side of both. */
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
                   stratus_scattered* reflection, stratus_scattered* transmission);
 
@@ -69,9 +68,9 @@ typedef struct stratus_bake_options {
     size_t size;        /* sizeof(stratus_bake_options), set by the caller */
     int threads;        /* 0: all */
     const char* folder; /* where files that the recipe names are; null: the working folder */
-    /* Called with the stage that the bake is at, "measuring", "baking", "checking", ..., and the share
-     * of it that is done, [0, 1]. Anything but 0 ends the bake, with STRATUS_STOPPED, once the pieces
-     * of work at hand are done. Null: none. */
+    /* Called with the stage that the bake is at, "measuring", "baking", "checking", ..., and the
+     * share of it that is done, [0, 1]. Anything but 0 ends the bake, with STRATUS_STOPPED, once
+     * the pieces of work at hand are done. Null: none. */
     int (*progress)(void* user, double done, const char* stage);
     /* Called with a line on each choice that is made, and why. Null: none. */
     void (*note)(void* user, const char* line);
@@ -85,8 +84,8 @@ int stratus_bake(const char* recipe, const stratus_bake_options* options, stratu
 /* Packs a table that has samples: a handle of its own, for textured lookups. */
 int stratus_table_pack(const stratus_table* table, stratus_table** packed);
 
-/* Writes a table that has samples by its file's ending: TABLE.h5, TABLE.exr, or TABLE.stratus, which
- * is packed. A file appears whole or not at all. */
+/* Writes a table that has samples by its file's ending: TABLE.h5, TABLE.exr, or TABLE.stratus,
+ * which is packed. A file appears whole or not at all. */
 int stratus_table_write(const stratus_table* table, const char* path);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 // Grids that strangers look up: cosines even in u = asin(sqrt(mu)) 2 / pi, azimuths even from 0 to
-// pi, and R or T times mu_in + mu_out. That factor removes the growth at grazing angles; in u neither
-// it nor the sines near the normal are steep.
+// pi, and R or T times mu_in + mu_out. That factor removes the growth at grazing angles; in u
+// neither it nor the sines near the normal are steep.
 #pragma once
 
 #include <stratus/material/material.h>

@@ -1,5 +1,5 @@
-// R and T of one layer or stack on even axes, as named arrays in the safetensors layout: for lookups
-// by straight lines, in any language.
+// R and T of one layer or stack on even axes, as named arrays in the safetensors layout: for
+// lookups by straight lines, in any language.
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/constants.h>
 

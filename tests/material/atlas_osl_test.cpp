@@ -1,5 +1,5 @@
-// The example for Open Shading Language, compiled as C++ (CMakeLists.txt rewrites its declaration) and
-// run on an atlas: Debian 12 has no compiler of the language itself.
+// The example for Open Shading Language, compiled as C++ (CMakeLists.txt rewrites its declaration)
+// and run on an atlas: Debian 12 has no compiler of the language itself.
 #include <stratus/io/image.h>
 
 #include "atlas_reader.h"

@@ -6,14 +6,14 @@
 namespace stratus::python {
 namespace {
 
-std::pair<PhaseFunction, std::vector<std::string>> read(const std::string& text,
-                                                        const std::string& directory) {
+std::pair<PhaseFunction, std::vector<std::string>> read_text(const std::string& text,
+                                                             const std::string& directory) {
     std::vector<std::string> notes;
     PhaseFunction phi = read_phase_function(text, directory, &notes);
     return {std::move(phi), std::move(notes)};
 }
 
-Doubles values(const PhaseFunction& phi, const Doubles& cosines) {
+Doubles values_at(const PhaseFunction& phi, const Doubles& cosines) {
     const double* const at = cosines.data();
     const std::size_t count = count_of(cosines);
     std::vector<double> found(count);
@@ -30,14 +30,14 @@ Doubles values(const PhaseFunction& phi, const Doubles& cosines) {
 
 void add_phase(py::module_& module) {
     py::class_<PhaseFunction>(module, "PhaseFunction")
-        .def("values", values)
+        .def("values", values_at)
         .def("moments",
              [](const PhaseFunction& phi, int count) { return array_of(phi.moments(count)); })
         .def("asymmetry", &PhaseFunction::asymmetry)
         .def("albedo", &PhaseFunction::albedo)
         .def("text", &PhaseFunction::text)
         .def("caption", &PhaseFunction::caption);
-    module.def("read_phase_function", read);
+    module.def("read_phase_function", read_text);
     module.def("phase_function_help", phase_function_help);
 }
 

@@ -194,7 +194,8 @@ py::dict fluxes_of_several(const Stack& stack, const Doubles& mu_in, int nodes) 
     return fluxes;
 }
 
-std::pair<Stack, std::vector<std::string>> read(const std::string& text_or_path, bool is_path) {
+std::pair<Stack, std::vector<std::string>> read_layers(const std::string& text_or_path,
+                                                       bool is_path) {
     std::vector<std::string> notes;
     Stack stack =
         is_path ? read_stack(text_or_path, &notes) : parse_stack(text_or_path, "", &notes);
@@ -205,7 +206,7 @@ std::pair<Stack, std::vector<std::string>> read(const std::string& text_or_path,
 
 void add_solve(py::module_& module) {
     py::class_<Stack>(module, "Stack");
-    module.def("read_stack", read);
+    module.def("read_stack", read_layers);
     module.def("solve_layer", solve_one);
     module.def("solve_stack", solve_several);
     module.def("layer_fluxes", fluxes_of_one);

@@ -40,7 +40,7 @@ constexpr std::pair<const char*, Axis Table::*> axes[] = {{"mixture", &Table::mi
 
 // HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
 
-std::pair<Shared, std::vector<std::string>> read(const std::string& path) {
+std::pair<Shared, std::vector<std::string>> read_file(const std::string& path) {
     std::vector<std::string> notes;
     Shared table = AnyTable::read(path, notes);
     return {std::move(table), std::move(notes)};
@@ -50,7 +50,7 @@ std::vector<char> packed_bytes(const AnyTable& table) {
     return table.packed() ? pack(table.packed()->unpacked()) : pack(table.table());
 }
 
-void write(const AnyTable& table, const std::string& path) {
+void write_file(const AnyTable& table, const std::string& path) {
     if (std::filesystem::path(path).extension() != packed_ending) {
         require(!table.packed(), "Table.save", "path",
                 "a name ending in .stratus for a packed table", path);
@@ -269,8 +269,8 @@ void add_table(py::module_& module) {
         .def("axes", axes_of)
         .def("scales", scales_of)
         .def("look_up", look_up)
-        .def("write", write);
-    module.def("read_table", read);
+        .def("write", write_file);
+    module.def("read_table", read_file);
     module.def("datasets", datasets);
     module.def("packed", packed);
     module.def("unpacked", unpacked);

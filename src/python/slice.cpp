@@ -131,11 +131,15 @@ void put(const Rgb& value, float* at, std::size_t count) {
     at[2 * count] = value.b;
 }
 
+Vector vector_at(const float* vectors, std::size_t i) {
+    return {vectors[3 * i], vectors[3 * i + 1], vectors[3 * i + 2]};
+}
+
 void require_unit(const float* vectors, std::size_t count, const char* function,
                   const char* argument) {
     constexpr float margin = 1e-3f;
     for (std::size_t i = 0; i < count; ++i) {
-        const float x = vectors[i], y = vectors[count + i], z = vectors[2 * count + i];
+        const auto [x, y, z] = vector_at(vectors, i);
         const float squared = x * x + y * y + z * z;
         if (!(std::abs(squared - 1) <= margin))
             require(false, function, argument, "of length 1", std::sqrt(squared));
@@ -159,10 +163,11 @@ void require_known(const KnownDirections& known, const char* function, double mu
             function, "azimuth", "one that the table knows", azimuth);
 }
 
-/// As a geometry has it: azimuth 0 is the forward side.
-double azimuth_between(const float* wi, const float* wo, std::size_t count, std::size_t i) {
-    return std::atan2(double{wo[count + i]}, double{wo[i]}) -
-           std::atan2(-double{wi[count + i]}, -double{wi[i]});
+void require_known(const KnownDirections& known, const char* function, const Vector& wi,
+                   const Vector& wo) {
+    const double azimuth = std::atan2(double{wo.y}, double{wo.x}) -
+                           std::atan2(-double{wi.y}, -double{wi.x});  // 0 is the forward side
+    require_known(known, function, std::abs(double{wi.z}), std::abs(double{wo.z}), azimuth);
 }
 
 Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, const Floats& mu_out,
@@ -188,9 +193,10 @@ Values scattered(const Bound& bound, bool transmitted, const Floats& mu_in, cons
     return values;
 }
 
+/// `wi`, `wo`: (count, 3).
 Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
-    const std::size_t count = count_of(wi) / 3;
-    Values values = empty(bound.channels(), count);
+    const std::size_t count = count_of(wi) / 3, channels = bound.channels();
+    Values values = empty(channels, count);
     const float *in = wi.data(), *out = wo.data();
     float* const value = values.mutable_data();
     const py::gil_scoped_release release;
@@ -198,11 +204,22 @@ Values eval(const Bound& bound, const Floats& wi, const Floats& wo) {
     require_unit(out, count, "Slice.eval", "wo");
     if (!bound.known.all)
         for (std::size_t i = 0; i < count; ++i)
-            require_known(bound.known, "Slice.eval", std::abs(double{in[2 * count + i]}),
-                          std::abs(double{out[2 * count + i]}), azimuth_between(in, out, count, i));
-    const float* const from[] = {in, in + count, in + 2 * count};
-    const float* const to[] = {out, out + count, out + 2 * count};
-    bound.with_slice([&](const auto& slice) { slice.eval(count, from, to, value); });
+            require_known(bound.known, "Slice.eval", vector_at(in, i), vector_at(out, i));
+    constexpr std::size_t piece = 512;
+    float from[3][piece], to[3][piece], found[3 * piece];
+    for (std::size_t first = 0; first < count; first += piece) {
+        const std::size_t here = std::min(piece, count - first);
+        for (std::size_t i = 0; i < here; ++i)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                from[axis][i] = in[3 * (first + i) + axis];
+                to[axis][i] = out[3 * (first + i) + axis];
+            }
+        const float* const wis[] = {from[0], from[1], from[2]};
+        const float* const wos[] = {to[0], to[1], to[2]};
+        bound.with_slice([&](const auto& slice) { slice.eval(here, wis, wos, found); });
+        for (std::size_t c = 0; c < channels; ++c)
+            std::copy_n(found + c * here, here, value + c * count + first);
+    }
     return values;
 }
 
@@ -226,14 +243,10 @@ Values behind(const Bound& bound, const std::string& what, const Floats& cosines
 
 // ---- sampling -----------------------------------------------------------------------------------
 
-Vector vector_at(const float* vectors, std::size_t count, std::size_t i) {
-    return {vectors[i], vectors[count + i], vectors[2 * count + i]};
-}
-
-/// wo, value and pdf of directions drawn by `u`, three numbers for each of `wi`.
+/// wo, value and pdf of directions drawn by `u`, three numbers for each of `wi`: all (count, 3).
 py::tuple sample(const Bound& bound, const Floats& wi, const Floats& u) {
     const std::size_t count = count_of(wi) / 3;
-    Values wo = empty(3, count), values = empty(bound.channels(), count), pdf = empty(1, count);
+    Values wo = empty(count, 3), values = empty(bound.channels(), count), pdf = empty(1, count);
     const float *in = wi.data(), *random = u.data();
     float *to = wo.mutable_data(), *value = values.mutable_data(), *density = pdf.mutable_data();
     {
@@ -242,14 +255,13 @@ py::tuple sample(const Bound& bound, const Floats& wi, const Floats& u) {
         require_all(random, 3 * count, "Bsdf.sample", "u", allowed_random);
         bound.with_bsdf([&](const auto& bsdf) {
             for (std::size_t i = 0; i < count; ++i) {
-                const auto drawn = bsdf.sample(vector_at(in, count, i), random[i],
-                                               random[count + i], random[2 * count + i]);
-                const bool is_drawn = drawn.pdf > 0;
-                to[i] = is_drawn ? drawn.wo.x : 0;
-                to[count + i] = is_drawn ? drawn.wo.y : 0;
-                to[2 * count + i] = is_drawn ? drawn.wo.z : 0;
+                const auto [u1, u2, u3] = vector_at(random, i);
+                auto drawn = bsdf.sample(vector_at(in, i), u1, u2, u3);
+                if (!(drawn.pdf > 0)) drawn = {};
+                const float components[] = {drawn.wo.x, drawn.wo.y, drawn.wo.z};
+                std::copy_n(components, 3, to + 3 * i);
                 density[i] = drawn.pdf;
-                put(is_drawn ? drawn.value : decltype(drawn.value){}, value + i, count);
+                put(drawn.value, value + i, count);
             }
         });
     }
@@ -266,7 +278,7 @@ Values pdf(const Bound& bound, const Floats& wi, const Floats& wo) {
     require_unit(out, count, "Bsdf.pdf", "wo");
     bound.with_bsdf([&](const auto& bsdf) {
         for (std::size_t i = 0; i < count; ++i)
-            density[i] = bsdf.pdf(vector_at(in, count, i), vector_at(out, count, i));
+            density[i] = bsdf.pdf(vector_at(in, i), vector_at(out, i));
     });
     return densities;
 }

@@ -4,6 +4,7 @@ Usage: package_test.py STRATUS REFERENCE_FOLDER
 """
 
 import csv
+import inspect
 import io
 import os
 import pathlib
@@ -31,6 +32,25 @@ def run(*arguments, stdin=""):
 def random_directions(count, seed):
     vectors = np.random.default_rng(seed).normal(size=(count, 3))
     return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+class Package(unittest.TestCase):
+    def test_documents_and_types_all_that_it_offers(self):
+        functions = []
+        for name in stratus.__all__:
+            thing = getattr(stratus, name)
+            if name != "EffectOptions":
+                self.assertTrue(thing.__doc__ and thing.__doc__[0].isupper(), name)
+            members = vars(thing).items() if inspect.isclass(thing) else [(name, thing)]
+            functions += [(name, member, f) for member, f in members if inspect.isfunction(f) and member[0] != "_"]
+        self.assertGreater(len(functions), 20)
+        for name, member, function in functions:
+            signature = inspect.signature(function)
+            self.assertTrue(function.__doc__, (name, member))
+            self.assertIsNot(signature.return_annotation, signature.empty, (name, member))
+            for parameter in signature.parameters.values():
+                self.assertTrue(parameter.name == "self" or parameter.annotation is not parameter.empty, (name, member, parameter))
+        self.assertTrue((pathlib.Path(stratus.__file__).parent / "py.typed").exists())
 
 
 class PhaseFunctions(unittest.TestCase):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stratus
-from ._arrays import broadcast, broadcast_vectors, values_of, vectors_of
+from ._arrays import broadcast, broadcast_vectors, values_of
 
 Opposition = str | tuple[str, float] | tuple[str, float, float]
 
@@ -99,7 +99,7 @@ class Bsdf(Slice):
         """Directions for random numbers u in [0, 1], three for each: arrays of (..., 3) both."""
         vectors, shape = broadcast_vectors(wi, u)
         wo, value, pdf = self._own.sample(*vectors)
-        return Sample(vectors_of(wo, shape), values_of(value, shape), values_of(pdf, shape))
+        return Sample(wo.reshape(*shape, 3), values_of(value, shape), values_of(pdf, shape))
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float32]:
         """The density with which `sample` draws wo, per steradian. One, of all channels."""

@@ -115,9 +115,7 @@ py::array list_of(const Eigen::VectorXd& values) {
 py::dict fluxes_of(const ModeSolution& solution, double optical_depth,
                    const std::vector<double>& mu) {
     std::vector<double> direct;
-    for (const double cosine : mu)
-        direct.push_back(
-            solution.lower_boundary.is_present() ? 0 : direct_transmittance(optical_depth, cosine));
+    for (const double cosine : mu) direct.push_back(direct_transmittance(optical_depth, cosine));
     py::dict fluxes;
     fluxes["spherical_albedo"] = solution.spherical_albedo;
     fluxes["total_transmittance"] = solution.total_transmittance;
@@ -205,7 +203,7 @@ std::pair<Stack, std::vector<std::string>> read_layers(const std::string& text_o
 }  // namespace
 
 void add_solve(py::module_& module) {
-    py::class_<Stack>(module, "Stack");
+    const py::class_<Stack> stack(module, "Stack");
     module.def("read_stack", read_layers);
     module.def("solve_layer", solve_one);
     module.def("solve_stack", solve_several);

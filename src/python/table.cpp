@@ -168,9 +168,9 @@ void require_within(const double* values, std::size_t count, const char* functio
                     const char* argument, double lowest, double highest) {
     constexpr double rounding = 1e-9;  // of angles in degrees, of sums of depths
     const std::string text = range_text(lowest, highest);
-    const double margin = rounding * std::abs(highest - lowest);
+    const double margin = std::isinf(highest) ? 0 : rounding * highest;
     require_all(values, count, function, argument,
-                {lowest - margin, std::isinf(highest) ? highest : highest + margin, text.c_str()});
+                {lowest - margin, highest + margin, text.c_str()});
 }
 
 /// Refuses what a lookup would clamp.

@@ -6,6 +6,7 @@ Usage: package_test.py STRATUS REFERENCE_FOLDER
 import csv
 import inspect
 import io
+import json
 import os
 import pathlib
 import signal
@@ -21,7 +22,7 @@ import numpy as np
 import stratus
 from small_table import RECIPE, small_table
 
-PROGRAM, REFERENCE = sys.argv[1], pathlib.Path(sys.argv[2])
+PROGRAM, REFERENCE = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
 HG = "henyey_greenstein:g=0.4"
 
 
@@ -111,6 +112,17 @@ class Solver(unittest.TestCase):
                                    stratus.solve("rayleigh", 0.9, 1, *at).reflection, rtol=1e-12)
         self.assertAlmostEqual(stratus.stack_fluxes(stack, 0.4).plane_albedo[0],
                                stratus.fluxes("rayleigh", 0.9, 1, 0.4).plane_albedo[0], places=12)
+
+
+    def test_has_the_fluxes_of_the_program(self):
+        haze = REFERENCE.parent.parent / "tables" / "stacks" / "haze_over_ground.toml"
+        of_layer = "--phase", HG, "--albedo", "0.9", "--optical-depth", "1.5"
+        for arguments, found in ((("--layers", haze), stratus.stack_fluxes(stratus.Stack(haze), [0.5, 1])),
+                                 (of_layer, stratus.fluxes(HG, 0.9, 1.5, [0.5, 1]))):
+            told = json.loads(run("solve", *arguments, "--mu-in", "0.5,1").stdout)
+            for name in ("spherical_albedo", "total_transmittance", "absorptance", "plane_albedo", "diffuse_transmittance",
+                         "direct_transmittance", "ground_absorptance"):
+                np.testing.assert_allclose(getattr(found, name), told.get(name, 0), rtol=1e-14, err_msg=name)
 
 
 class Tables(unittest.TestCase):

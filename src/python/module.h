@@ -13,7 +13,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <string>
@@ -60,7 +59,6 @@ struct Allowed {
 };
 
 constexpr Allowed allowed_cosine{0, 1, "in (0, 1]", true};
-constexpr Allowed allowed_albedo{0, 1, "in [0, 1]"};
 
 constexpr Allowed allowed_angle{std::numeric_limits<double>::lowest(),
                                 std::numeric_limits<double>::max(), "finite, in radians"};

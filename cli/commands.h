@@ -12,6 +12,7 @@ void add_info(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_pack(CLI::App& app);
+void add_seal(CLI::App& app);
 void add_export(CLI::App& app);
 void add_shader(CLI::App& app);
 void add_fit(CLI::App& app);

@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
     stratus::add_verify(app);
     stratus::add_convert(app);
     stratus::add_pack(app);
+    stratus::add_seal(app);
     stratus::add_export(app);
     stratus::add_shader(app);
     stratus::add_fit(app);

@@ -359,7 +359,7 @@ function start() {
   showTitle();
   showErrors();
   prepareSliders();
-  picture = makePicture(byId("picture"), table);
+  picture = Picture.on(byId("picture"), table);
   if (!picture) {
     notify("This browser offers no WebGL2, without which the page cannot draw. " +
       "Another browser, or its setting for hardware acceleration, may help.");

@@ -1,109 +1,119 @@
 // The pictures: one WebGL2 canvas, light scattered once in its left half, all orders in its right one.
 const sceneNames = ["sphere", "rings", "slab", "lobes"];
+const textureUnits = ["stratus_numbers", "stratus_functions", "fluxes"];
+const infiniteDepth = 1e20;
 
-/** Null without WebGL2. */
-function makePicture(canvas, table) {
-  const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
-  if (!gl) return null;
-  const program = linked(gl);
-  const places = new Map();
-  const place = (name) => {
-    if (!places.has(name)) places.set(name, gl.getUniformLocation(program, name));
-    return places.get(name);
-  };
-  gl.useProgram(program);
-  gl.bindVertexArray(gl.createVertexArray());
-  const units = ["stratus_numbers", "stratus_functions", "fluxes"];
-  units.forEach((name, unit) => {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
-    gl.uniform1i(place(name), unit);
-  });
-  const fill = (name, width, height, isHalf, values) => {
-    gl.activeTexture(gl.TEXTURE0 + units.indexOf(name));
+class Picture {
+  /** Null without WebGL2. */
+  static on(canvas, table) {
+    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
+    return gl ? new Picture(gl, table) : null;
+  }
+
+  constructor(gl, table) {
+    this.gl = gl;
+    this.table = table;
+    this.program = linked(gl);
+    this.places = new Map();
+    gl.useProgram(this.program);
+    gl.bindVertexArray(gl.createVertexArray());
+    textureUnits.forEach((name, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+      for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+      gl.uniform1i(this.place(name), unit);
+    });
+    for (const { name, width, height, halves } of table.textures) {
+      const { buffer } = bytesIn(name);
+      this.fill(name, width, height, halves, halves ? new Uint16Array(buffer) : new Float32Array(buffer));
+    }
+    gl.uniform1i(this.place("cosines"), table.mu.count);
+    gl.uniform2f(this.place("cosine_axis"), table.mu.first, table.mu.perUnit);
+    this.probed = probeTarget(gl);
+  }
+
+  /** Of a uniform. */
+  place(name) {
+    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
+    return this.places.get(name);
+  }
+
+  fill(name, width, height, isHalf, values) {
+    const { gl } = this;
+    gl.activeTexture(gl.TEXTURE0 + textureUnits.indexOf(name));
     const [format, type] = isHalf ? [gl.RGBA16F, gl.HALF_FLOAT] : [gl.RGBA32F, gl.FLOAT];
     gl.texImage2D(gl.TEXTURE_2D, 0, format, width, height, 0, gl.RGBA, type, values);
-  };
-  for (const { name, width, height, halves } of table.textures) {
-    const { buffer } = bytesIn(name);
-    fill(name, width, height, halves, halves ? new Uint16Array(buffer) : new Float32Array(buffer));
-  }
-  gl.uniform1i(place("cosines"), table.mu.count);
-  gl.uniform2f(place("cosine_axis"), table.mu.first, table.mu.perUnit);
-  const probed = probeTarget(gl);
-
-  function setView(view) {
-    gl.uniform1i(place("scene"), sceneNames.indexOf(view.scene));
-    for (const name of ["eye", "ahead", "right", "up"]) gl.uniform3fv(place(name), view.camera[name]);
-    gl.uniform1f(place("half_width"), view.camera.halfWidth);
-    gl.uniform1i(place("perspective"), view.camera.perspective ? 1 : 0);
-    gl.uniform3fv(place("to_sun"), view.toSun);
-    gl.uniform1f(place("ground"), view.ground);
-    gl.uniform1f(place("white"), view.white);
-    gl.uniform2f(place("opposition"), view.opposition.amplitude, view.opposition.width);
   }
 
-  function drawHalf(x, y, width, height, all) {
-    gl.viewport(x, y, width, height);
-    gl.uniform2i(place("corner"), x, y);
-    gl.uniform1i(place("scattered_again"), all ? 1 : 0);
+  /** Layers of these depths, each of the albedos of red, green and blue. */
+  setLayers(albedos, depths) {
+    const { gl } = this, { transmittance, spherical } = this.table.fluxes(albedos, depths[0]);
+    this.fill("fluxes", this.table.mu.count, 1, false, transmittance);
+    gl.uniform1fv(this.place("depths"), [0, 1, 2, 3].map((zone) => Math.min(depths[zone] ?? 0, infiniteDepth)));
+    gl.uniform3fv(this.place("albedo"), albedos);
+    gl.uniform3fv(this.place("spherical_albedo"), spherical);
+  }
+
+  setView({ scene, camera, toSun, ground, white, opposition }) {
+    const { gl } = this;
+    gl.uniform1i(this.place("scene"), sceneNames.indexOf(scene));
+    for (const name of ["eye", "ahead", "right", "up"]) gl.uniform3fv(this.place(name), camera[name]);
+    gl.uniform1f(this.place("half_width"), camera.halfWidth);
+    gl.uniform1i(this.place("perspective"), camera.perspective ? 1 : 0);
+    gl.uniform3fv(this.place("to_sun"), toSun);
+    gl.uniform1f(this.place("ground"), ground);
+    gl.uniform1f(this.place("white"), white);
+    gl.uniform2f(this.place("opposition"), opposition.amplitude, opposition.width);
+  }
+
+  drawHalf(x, width, height, isAll) {
+    const { gl } = this;
+    gl.viewport(x, 0, width, height);
+    gl.uniform2i(this.place("corner"), x, 0);
+    gl.uniform1i(this.place("scattered_again"), isAll ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
+  /** Both pictures, `size` pixels a side. */
+  draw(view, size, samples) {
+    const { gl } = this;
+    this.setView(view);
+    gl.uniform1i(this.place("size"), size);
+    gl.uniform1i(this.place("samples"), samples);
+    this.drawHalf(0, size, size, false);
+    this.drawHalf(gl.canvas.width - size, size, size, true);
+  }
+
   /** Numbers that the shader writes as bytes, `width` by `height` of them. */
-  function probe(view, width, height, all) {
-    setView(view);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, probed);
-    gl.uniform1i(place("probing"), 1);
-    gl.uniform1i(place("size"), width);
-    drawHalf(0, 0, width, height, all);
+  numbers(view, width, height, isAll) {
+    const { gl } = this;
+    this.setView(view);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.probed);
+    gl.uniform1i(this.place("probing"), 1);
+    gl.uniform1i(this.place("size"), width);
+    this.drawHalf(0, width, height, isAll);
     const bytes = new Uint8Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.uniform1i(place("probing"), 0);
+    gl.uniform1i(this.place("probing"), 0);
     return new Float32Array(bytes.buffer);
   }
 
-  return {
-    gl,
+  /** What is at a point of a picture, (0, 0) its upper left corner: light and, on a lit layer, directions and R or T. */
+  at(view, x, y) {
+    this.gl.uniform2f(this.place("pointer"), x, y);
+    const numbers = [false, true].map((isAll) => Array.from(this.numbers(view, 12, 1, isAll)));
+    const [[ofLayer, side, muIn, muOut, azimuth, cosine]] = numbers;
+    const [once, all] = numbers.map((n) => ({ value: n.slice(6, 9), light: n.slice(9, 12) }));
+    if (ofLayer === 0) return { once, all };
+    return { once, all, side: sides[side], muIn, muOut, azimuth, scatteringAngle: Math.acos(clamped(cosine, -1, 1)) };
+  }
 
-    setLayers(albedos, depths) {
-      const { transmittance, spherical } = table.fluxes(albedos, depths[0]);
-      fill("fluxes", table.mu.count, 1, false, transmittance);
-      const deepest = 1e20;  // as infinity
-      gl.uniform1fv(place("depths"), [0, 1, 2, 3].map((zone) => Math.min(depths[zone] ?? 0, deepest)));
-      gl.uniform3fv(place("albedo"), albedos);
-      gl.uniform3fv(place("spherical_albedo"), spherical);
-    },
-
-    /** Both pictures, `size` pixels a side. */
-    draw(view, size, samples) {
-      setView(view);
-      gl.uniform1i(place("size"), size);
-      gl.uniform1i(place("samples"), samples);
-      drawHalf(0, 0, size, size, false);
-      drawHalf(canvas.width - size, 0, size, size, true);
-    },
-
-    /** What is at a point of a picture, (0, 0) its upper left corner; null beside the layer. */
-    at(view, x, y) {
-      const numbers = [false, true].map((all) => {
-        gl.uniform2f(place("pointer"), x, y);
-        return Array.from(probe(view, 12, 1, all));
-      });
-      const [[ofLayer, side, muIn, muOut, azimuth, cosine]] = numbers;
-      const [once, all] = numbers.map((n) => ({ value: n.slice(6, 9), light: n.slice(9, 12) }));
-      if (ofLayer === 0) return { once, all };
-      return { once, all, side: sides[side], muIn, muOut, azimuth, scatteringAngle: Math.acos(clamped(cosine, -1, 1)) };
-    },
-
-    /** R and T in the plane of incidence at `count` angles all around, for red, green and blue. */
-    lobes(view, count, all) {
-      const numbers = probe(view, count, 3, all);
-      return [0, 1, 2].map((channel) => numbers.subarray(channel * count, (channel + 1) * count));
-    },
-  };
+  /** R and T in the plane of incidence at `count` angles all around, for red, green and blue. */
+  lobes(view, count, isAll) {
+    const numbers = this.numbers(view, count, 3, isAll);
+    return [0, 1, 2].map((channel) => numbers.subarray(channel * count, (channel + 1) * count));
+  }
 }
 
 function linked(gl) {

@@ -10,13 +10,13 @@ command -v chromium >/dev/null || {
     exit 1
 }
 
-# browse PAGE FLAGS...: what a driven page reports, and its notice. Chromium that has not started after a minute gets another.
+# browse PAGE FLAGS...: what a driven page reports, and its notice. Chromium that has not started after a minute is started again.
 browse() {
     local page=$1 code=124 try
     shift
-    for try in 1 2; do
+    for try in 1 2 3; do
         [ $code -eq 124 ] || break
-        HOME=$logs timeout 60 chromium --headless --no-sandbox --disable-gpu-sandbox --user-data-dir="$logs/browser$try" \
+        HOME=$logs timeout 60 chromium --headless --no-sandbox --disable-gpu-sandbox --no-first-run --disable-dev-shm-usage --user-data-dir="$logs/browser$try" \
             --force-device-scale-factor=1 --window-size=250,400 --virtual-time-budget=20000 "$@" \
             --dump-dom "file://$folder/$page" >"$logs/document.html" 2>"$logs/browser.txt"
         code=$?

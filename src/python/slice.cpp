@@ -4,6 +4,7 @@
 #include <stratus/runtime/slice.h>
 
 #include <algorithm>
+#include <cmath>
 #include <variant>
 
 #include "module.h"

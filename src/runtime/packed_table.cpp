@@ -5,6 +5,7 @@
 
 #include "kernels/kernels.h"
 #include "mapped_file.h"
+#include "packed_block.h"
 #include "packed_parts.h"
 
 #include <algorithm>
@@ -220,54 +221,83 @@ void PackedTable::transmission(const PackedPoints& points, float* total,
 bool PackedTable::has_reflection() const noexcept { return contents_->holds(Side::reflection); }
 bool PackedTable::has_transmission() const noexcept { return contents_->holds(Side::transmission); }
 
+namespace {
+
+/// The samples of a resampled axis that one of the table's own is a sum of.
+struct ResampledPlaces {
+    int first, count;
+    float weight[stencil_size];
+
+    ResampledPlaces(const Resampling& sampling, int sample)
+        : first(sampling.is_same() ? sample : 0), count(sampling.is_same() ? 1 : sampling.to) {
+        for (int i = 0; i < count; ++i)
+            weight[i] = sampling.is_same()
+                            ? 1.0f
+                            : static_cast<float>(sampling.inverse().weight(i, sample));
+    }
+};
+
+/// Rows of functions, already summed, of the pair of cosines (i, j).
+const float* summed_row(const FunctionLayout& layout, const std::vector<float>& rows, int i,
+                        int j) {
+    const int at = !layout.symmetric
+                       ? i * layout.row_step() + j * layout.column_step()
+                       : std::max(i, j) * (std::max(i, j) + 7) / 2 * layout.azimuth_rows +
+                             std::min(i, j) * layout.azimuth_rows;
+    return &rows[size(at)];
+}
+
+/// What thin layers over a surface add, over what the thinnest sampled does (lookup.h).
+float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_in, double mu_out) {
+    const auto extinguished = [&](double depth) {
+        return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
+    };
+    return static_cast<float>(extinguished(optical_depth) / extinguished(double{side.min_depth}));
+}
+
+}  // namespace
+
 std::vector<float> PackedTable::layer(Side which, double albedo, double optical_depth,
                                       double mixture) const {
-    const Table& table = contents_->header;
-    std::vector<float> values(table.mu_in.values.size() * table.mu_out.values.size() *
-                              table.azimuth.values.size());
-    // All directions, once of those that are symmetric.
-    const std::vector<double>&ins = table.mu_in.values, &outs = table.mu_out.values,
-          &azimuths = table.azimuth.values;
-    const bool symmetric = table.view().is_symmetric();
-    std::vector<float> in, out, azimuth, scale;
-    for (std::size_t i = 0; i < ins.size(); ++i)
-        for (std::size_t j = 0; j < (symmetric ? i + 1 : outs.size()); ++j)
-            for (const double angle : azimuths) {
-                const double shares = table.lower_boundary.is_present()
-                                          ? 1
-                                          : intercepted_share(optical_depth, ins[i]) *
-                                                intercepted_share(optical_depth, outs[j]);
-                in.push_back(static_cast<float>(ins[i]));
-                out.push_back(static_cast<float>(outs[j]));
-                azimuth.push_back(static_cast<float>(angle));
-                scale.push_back(static_cast<float>(1 / shares));
-            }
-    const std::vector<float> albedos(in.size(), static_cast<float>(albedo)),
-        depths(in.size(), static_cast<float>(optical_depth));
-    std::vector<float> found(in.size());
+    const TableView table = contents_->header.view();
+    const FunctionLayout layout(table);
+    const int ins = table.mu_in.count, outs = table.mu_out.count, azimuths = table.azimuth.count;
+    const int mirrored = azimuths > 1 ? 1 : 0;
+    std::vector<ResampledPlaces> in, out;
+    for (int i = 0; i < ins; ++i) in.emplace_back(layout.mu_in, i);
+    for (int j = 0; j < outs; ++j) out.emplace_back(layout.mu_out, j);
+    std::vector<float> values(size(ins) * size(outs) * size(azimuths)), rows(layout.rows());
     contents_->each_mixture(mixture, [&](const MixtureSample& sample, double weight) {
-        const SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
-        PackedSide orders = side.view;  // without what is known in closed form
-        orders.path = {};
-        orders.phase = {};
-        orders.surface_albedo = orders.boundary_quarter_albedo = 0;
+        const SideMemory& memory = sample.side[which == Side::reflection ? 0 : 1];
+        if (!memory.no_functions.empty()) return;
+        PackedSide side = memory.view;  // without what is known in closed form
+        side.path = {};
+        side.phase = {};
+        side.surface_albedo = side.boundary_quarter_albedo = 0;
+        const bool fades = side.over_surface && optical_depth < double{side.min_depth};
+        side.over_surface = false;
         const PackedKernels& all = *kernels().packed;
-        const PackedKernel& kernel = (which == Side::reflection ? all.reflected : all.transmitted)
-                                         .of(PhaseForm::constant, azimuths.size() > 1);
-        at_many(orders, kernel,
-                {albedos.data(), depths.data(), in.data(), out.data(), azimuth.data(), in.size()},
-                found.data());
-        std::size_t n = 0;
-        const auto row = [&](std::size_t i, std::size_t j) {
-            return &values[(i * outs.size() + j) * azimuths.size()];
-        };
-        for (std::size_t i = 0; i < ins.size(); ++i)
-            for (std::size_t j = 0; j < (symmetric ? i + 1 : outs.size()); ++j)
-                for (std::size_t k = 0; k < azimuths.size(); ++k, ++n) {
-                    const float value = static_cast<float>(weight) * scale[n] * found[n];
-                    row(i, j)[k] += value;
-                    if (symmetric && i != j) row(j, i)[k] += value;
-                }
+        (which == Side::reflection ? all.reflected : all.transmitted)
+            .of(PhaseForm::constant, azimuths > 1)
+            .rows(side,
+                  {static_cast<float>(albedo), static_cast<float>(1 - albedo),
+                   static_cast<float>(std::min(optical_depth, 1e30)), 1, 1, 0},
+                  rows.size(), rows.data());
+        float* to = values.data();
+        for (int i = 0; i < ins; ++i)
+            for (int j = 0; j < outs; ++j, to += azimuths)
+                for (int r = 0; r < in[size(i)].count; ++r)
+                    for (int c = 0; c < out[size(j)].count; ++c) {
+                        const ResampledPlaces &of_in = in[size(i)], &of_out = out[size(j)];
+                        float share =
+                            static_cast<float>(weight) * of_in.weight[r] * of_out.weight[c];
+                        if (fades)
+                            share *= share_of_thinnest(side, optical_depth, table.mu_in.value(i),
+                                                       table.mu_out.value(j));
+                        const float* const from =
+                            summed_row(layout, rows, of_in.first + r, of_out.first + c) + mirrored;
+                        for (int k = 0; k < azimuths; ++k) to[k] += share * from[k];
+                    }
     });
     return values;
 }

@@ -367,21 +367,27 @@ STRATUS_INLINE float sum_of(typename SimdRegister<width>::Floats lanes) {
     }
 }
 
+/// The coefficients of lookup n of a plan.
+template <int width>
+STRATUS_INLINE LookupLanes::Floats coefficients_of(const Plan<width>& plan, int n, int word) {
+    LookupLanes::Floats of_layers{};
+    for (int l = 0; l < stencil_size; ++l) {
+        const CoefficientRow* const row = plan.coefficient[n] + l * plan.coefficient_stride[n];
+        LookupLanes::Floats of_albedo{};
+        for (int t = 0; t < stencil_size; ++t)
+            of_albedo += plan.depth_weight[t][n] * words(row[t], word);
+        of_layers += plan.albedo_weight[l][n] * of_albedo;
+    }
+    return of_layers;
+}
+
 /// Orders n >= 2 of lookup n of a plan, but for the factor.
 template <class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
-    const int rows = rows_of<azimuthal>(side), stride = plan.coefficient_stride[n];
-    const CoefficientRow* const coefficient = plan.coefficient[n];
+    const int rows = rows_of<azimuthal>(side);
     const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
     LookupLanes::Floats sum{};
     for (int word = 0; word < functions / lane_width; ++word) {
-        LookupLanes::Floats of_layers{};
-        for (int l = 0; l < stencil_size; ++l) {
-            LookupLanes::Floats of_albedo{};
-            for (int t = 0; t < stencil_size; ++t)
-                of_albedo += plan.depth_weight[t][n] * words(coefficient[l * stride + t], word);
-            of_layers += plan.albedo_weight[l][n] * of_albedo;
-        }
         LookupLanes::Floats of_directions{};
         for (int r = 0; r < stencil_size; ++r) {
             const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
@@ -399,7 +405,7 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
             }
             of_directions += plan.mu_weight[r][n] * of_other;
         }
-        sum += of_layers * of_directions;
+        sum += coefficients_of(plan, n, word) * of_directions;
     }
     return sum_of<lane_width>(sum);
 }
@@ -447,14 +453,48 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
     }
 }
 
+template <class Number>
+STRATUS_INLINE void sum_rows(const LookupLanes::Floats* coefficient,
+                             const FunctionRowOf<Number>* function, std::size_t rows,
+                             float* value) {
+    for (std::size_t row = 0; row < rows; ++row) {
+        LookupLanes::Floats sum{};
+        for (int word = 0; word < functions / lane_width; ++word)
+            sum += coefficient[word] * words(function[row], word);
+        value[row] = sum_of<lane_width>(sum);
+    }
+}
+
+template <Side which, PhaseForm form, bool azimuthal>
+void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t rows,
+                   float* multiple) {
+    Plan<1> plan;
+    prepare<which, form, azimuthal>(side, at, 0, plan);
+    float factor = plan.factor[0];
+    if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
+    if (side.halves) factor = factor * half_scale;
+    LookupLanes::Floats coefficient[functions / lane_width];
+    for (int word = 0; word < functions / lane_width; ++word)
+        coefficient[word] = factor * coefficients_of(plan, 0, word);
+    const auto cell = truncated(layer_window(side, at.co_albedo, at.optical_depth).cell);
+    const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
+    if (side.halves)
+        sum_rows(coefficient, static_cast<const FunctionRowOf<Half>*>(block.function), rows,
+                 multiple);
+    else
+        sum_rows(coefficient, static_cast<const FunctionRowOf<float>*>(block.function), rows,
+                 multiple);
+}
+
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr PackedKernel kernel() {
     if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack ||
                   form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
-        return {nullptr, nullptr};
+        return {nullptr, nullptr, nullptr};
     else
-        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};
+        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>,
+                form == PhaseForm::constant ? evaluate_rows<which, form, azimuthal> : nullptr};
 }
 
 template <Side which, int... place>

@@ -21,6 +21,7 @@ constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
 struct SideMemory {
     PackedSide view{};
     const PackedKernel* kernel = nullptr;
+    const PackedKernel* of_multiple = nullptr;  // where no phase function is asked for
     PhaseCurve phase;
     std::vector<LayerBlock> blocks;
     std::vector<float> block_of_cell;

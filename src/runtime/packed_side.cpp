@@ -36,8 +36,10 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
     }
     side.view.phase = side.phase.view();
     const PackedKernels& all = *kernels().packed;
-    side.kernel = &(which == Side::reflection ? all.reflected : all.transmitted)
-                       .of(side.phase.form(), table.azimuth.values.size() > 1);
+    const PackedSideKernels& kernels = which == Side::reflection ? all.reflected : all.transmitted;
+    const bool azimuthal = table.azimuth.values.size() > 1;
+    side.kernel = &kernels.of(side.phase.form(), azimuthal);
+    side.of_multiple = &kernels.of(PhaseForm::constant, azimuthal);
 }
 
 /// The axes of the coefficients and the scales along them.

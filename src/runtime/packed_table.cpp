@@ -24,15 +24,19 @@ double within_half_turn(double azimuth) noexcept {
     return azimuth >= 0 && azimuth <= pi ? azimuth : std::abs(std::remainder(azimuth, 2 * pi));
 }
 
+PackedPoint point_of(double albedo, double optical_depth, const Geometry& geometry) noexcept {
+    return {static_cast<float>(albedo),
+            static_cast<float>(1 - albedo),
+            static_cast<float>(optical_depth),
+            static_cast<float>(geometry.mu_in),
+            static_cast<float>(geometry.mu_out),
+            static_cast<float>(within_half_turn(geometry.azimuth))};
+}
+
 Scattered at_one(const SideMemory& side, double albedo, double optical_depth,
                  const Geometry& geometry) noexcept {
     float single_multiple[2];
-    side.kernel->one(side.view,
-                     {static_cast<float>(albedo), static_cast<float>(1 - albedo),
-                      static_cast<float>(optical_depth), static_cast<float>(geometry.mu_in),
-                      static_cast<float>(geometry.mu_out),
-                      static_cast<float>(within_half_turn(geometry.azimuth))},
-                     single_multiple);
+    side.kernel->one(side.view, point_of(albedo, optical_depth, geometry), single_multiple);
     return {double{single_multiple[0]}, double{single_multiple[1]}};
 }
 
@@ -126,6 +130,21 @@ struct PackedTable::Contents {
         return sum;
     }
 
+    void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double share,
+                  double (&value)[3]) const noexcept {
+        std::fill(value, value + 3, 0.0);
+        if (side == Side::transmission && header.lower_boundary.is_present()) return;
+        PackedPoint points[3];
+        for (int k = 0; k < 3; ++k)
+            points[k] = point_of(layers.albedo[k], layers.optical_depth[k], geometry);
+        each_mixture(share, [&](const MixtureSample& sample, double weight) {
+            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+            float found[3];
+            memory.of_multiple->layers(memory.view, points, found);
+            for (int k = 0; k < 3; ++k) value[k] += weight * double{found[k]};
+        });
+    }
+
     void many(Side side, const PackedPoints& points, float* total, double share) const noexcept {
         if (side == Side::transmission && header.lower_boundary.is_present()) {
             std::fill(total, total + points.count, 0.0f);
@@ -208,6 +227,11 @@ Scattered PackedTable::transmission(double albedo, double optical_depth, const G
     return contents_->one(Side::transmission, albedo, optical_depth, geometry, mixture);
 }
 
+void PackedTable::multiple(Side side, const PackedLayers& layers, const Geometry& geometry,
+                           double mixture, double (&value)[3]) const noexcept {
+    contents_->multiple(side, layers, geometry, mixture, value);
+}
+
 void PackedTable::reflection(const PackedPoints& points, float* total,
                              double mixture) const noexcept {
     contents_->many(Side::reflection, points, total, mixture);
@@ -276,13 +300,10 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
         side.surface_albedo = side.boundary_quarter_albedo = 0;
         const bool fades = side.over_surface && optical_depth < double{side.min_depth};
         side.over_surface = false;
-        const PackedKernels& all = *kernels().packed;
-        (which == Side::reflection ? all.reflected : all.transmitted)
-            .of(PhaseForm::constant, azimuths > 1)
-            .rows(side,
-                  {static_cast<float>(albedo), static_cast<float>(1 - albedo),
-                   static_cast<float>(std::min(optical_depth, 1e30)), 1, 1, 0},
-                  rows.size(), rows.data());
+        memory.of_multiple->rows(side,
+                                 {static_cast<float>(albedo), static_cast<float>(1 - albedo),
+                                  static_cast<float>(std::min(optical_depth, 1e30)), 1, 1, 0},
+                                 rows.size(), rows.data());
         float* to = values.data();
         for (int i = 0; i < ins; ++i)
             for (int j = 0; j < outs; ++j, to += azimuths)

@@ -35,7 +35,7 @@ struct ExportCommand {
     bool quiet = false;
 };
 
-constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr"};
+constexpr const char* endings[] = {".bsdf", ".bsdf", ".bsdf", ".nc", ".exr", ".safetensors"};
 
 MaterialFormat format_of(const std::string& name) {
     const std::vector<std::string>& names = material_format_names();
@@ -200,7 +200,8 @@ void add_export(CLI::App& app) {
                      "fourier (.bsdf, SCATFUN: reflection and transmission)\n"
                      "tensor (.bsdf, spectral), tensor-rgb (.bsdf): reflection\n"
                      "netcdf (.nc, Eradiate's mqdiffuse): reflection, one colour\n"
-                     "exr-atlas (.exr and .json, for shaders): reflection and transmission")
+                     "exr-atlas (.exr and .json, for shaders): reflection and transmission\n"
+                     "slice (.safetensors, arrays for any program): reflection and transmission")
         ->required()
         ->check(CLI::IsMember(material_format_names()));
     export_app->add_option("-o,--output", command->output, "File to write")

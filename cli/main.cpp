@@ -49,12 +49,15 @@ int run(int argc, char** argv) {
     stratus::add_verify(app);
     stratus::add_convert(app);
     stratus::add_pack(app);
+    stratus::add_seal(app);
     stratus::add_export(app);
+    stratus::add_shader(app);
     stratus::add_fit(app);
     stratus::add_cost(app);
     stratus::add_phase(app);
     stratus::add_plan(app);
     stratus::add_render(app);
+    stratus::add_view(app);
 
     try {
         app.parse(argc, argv);

@@ -19,6 +19,7 @@
  *          lookup writes that many.
  * Versions Structs begin with their own size, so that later versions may add to their ends. While
  *          STRATUS_ABI_VERSION stays, programs built against older headers run.
+ * Solver   stratus_baker.h adds solving, baking and packing, by another library.
  */
 #ifndef STRATUS_STRATUS_H
 #define STRATUS_STRATUS_H
@@ -35,7 +36,8 @@ enum {
     STRATUS_OK = 0,
     STRATUS_INVALID_ARGUMENT = 1, /* null, out of range, or a text or file name of no known kind */
     STRATUS_FAILED = 2,           /* a file that is missing, damaged or foreign */
-    STRATUS_OUT_OF_MEMORY = 3
+    STRATUS_OUT_OF_MEMORY = 3,
+    STRATUS_STOPPED = 4 /* a callback of the program asked for it */
 };
 
 /* What the last call that failed on this thread had to say, naming function, argument, allowed
@@ -53,6 +55,18 @@ typedef struct stratus_table stratus_table;
 
 /* Reads a table, TABLE.h5 or TABLE.exr, or maps a packed one, TABLE.stratus (docs/packed.md). */
 int stratus_table_open(const char* path, stratus_table** table);
+
+/* Refers to the bytes of a packed table's file, aligned to 64 bytes, which stay as they are while
+ * the table and the handles of its mixtures are open. */
+int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table);
+
+/* A table that mixes two phase functions, seen at one mixture: a handle of its own, which shares
+ * the samples and may outlive the other. Lookups and bindings of such tables take no other.
+ *
+ * Range    share_of_first [0, 1]: of the first phase function in all that is scattered. */
+int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
+                             stratus_table** mixed);
+
 void stratus_table_close(stratus_table* table);
 
 /* Sampled range of one quantity, and with how many samples; 1 where nothing varies. */
@@ -69,13 +83,29 @@ typedef struct stratus_table_info {
     int highest_order;      /* of scattering; 0: all */
     double tolerance;       /* relative error asked for at the bake; 0: unknown */
     double measured_error;  /* largest relative error met at the bake's own check */
+    stratus_range mixture;  /* share of the first phase function; 0 samples: nothing is mixed */
+    int is_packed;          /* 1: stratus_table_reflection_many() takes it */
+    int is_stack;           /* 1: layers on top of one another, see stratus_table_layers() */
 } stratus_table_info;
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info);
 
-/* A text kept with the table: "title", "phase_function", "recipe", "resolved_recipe",
- * "program_version", ... Null where there is none by that name; valid while the table is open. */
+/* A text kept with the table: "title", "phase_function", "second_phase_function", "recipe",
+ * "resolved_recipe", "program_version", ... Null where there is none by that name; valid while the
+ * table is open. */
 const char* stratus_table_text(const stratus_table* table, const char* name);
+
+/* A homogeneous layer of a stack. */
+typedef struct stratus_layer {
+    const char* phase_function; /* as in recipes: "rayleigh", "henyey_greenstein:g=0.75", ... */
+    double albedo;              /* [0, 1] */
+    double optical_depth;       /* [0, inf), of the lowest layer [0, inf] */
+} stratus_layer;
+
+/* The layers of a table of a stack, top first, valid while it is open. Null, and count 0, for one
+ * of a single layer. A stack is looked up and bound at the one depth and albedo that `info` gives,
+ * and lit from above. */
+const stratus_layer* stratus_table_layers(const stratus_table* table, size_t* count);
 
 /* Where a table is looked up. */
 typedef struct stratus_point {
@@ -96,6 +126,18 @@ int stratus_table_reflection(const stratus_table* table, size_t count, const str
                              stratus_scattered* values);
 int stratus_table_transmission(const stratus_table* table, size_t count,
                                const stratus_point* points, stratus_scattered* values);
+
+/* R or diffuse T in all of a packed table, for textured layers: arrays of `count`, each lookup with
+ * a depth and an albedo of its own. total[count]; colours are three calls. The sums of what the
+ * functions above give, to 1e-6. */
+int stratus_table_reflection_many(const stratus_table* table, size_t count,
+                                  const float* optical_depth, const float* albedo,
+                                  const float* mu_in, const float* mu_out, const float* azimuth,
+                                  float* total);
+int stratus_table_transmission_many(const stratus_table* table, size_t count,
+                                    const float* optical_depth, const float* albedo,
+                                    const float* mu_in, const float* mu_out, const float* azimuth,
+                                    float* total);
 
 /* ---- Slices: a layer of one optical depth and albedo, bound once so that lookups are short */
 
@@ -118,6 +160,7 @@ typedef struct stratus_effects {
      * is (3/4) density; of Hapke's in tan(a/2). */
     double opposition_width;
     double opposition_amplitude;  /* [0, 1] */
+    int background;               /* 1 or 0: scattered light in stratus_slice_background() */
 } stratus_effects;
 
 /* Sets everything but `size`, which the caller has set: all orders, both sides, nothing more. */
@@ -143,6 +186,10 @@ int stratus_slice_bind_clamped(const stratus_table* table, int channels,
 int stratus_slice_bind_single(const char* phase_function, int channels, const double* optical_depth,
                               const double* albedo, const stratus_effects* effects,
                               stratus_slice** slice);
+
+/* The same of a stack, top first, alike in all channels. */
+int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
+                                    const stratus_effects* effects, stratus_slice** slice);
 
 void stratus_slice_free(stratus_slice* slice);
 

@@ -28,6 +28,18 @@ Imf::Slice channel(Image& image, int c, const Imath::V2i& origin) {
                             3 * sizeof(float) * static_cast<std::size_t>(image.width));
 }
 
+void write_file(const Imf::Header& header, const Imf::FrameBuffer& buffer,
+                const std::filesystem::path& path) {
+    io::Bytes bytes;
+    io::MemoryOutput stream(bytes, "picture");
+    {
+        Imf::OutputFile file(stream, header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(header.dataWindow().max.y + 1);
+    }  // the destructor completes the file
+    io::write_bytes(path, bytes);
+}
+
 }  // namespace
 
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
@@ -44,18 +56,28 @@ void write_exr_image(const Image& image, const std::map<std::string, std::string
     if (alpha == Alpha::opaque) {
         header.channels().insert("A", Imf::Channel(Imf::FLOAT));
         ones.assign(static_cast<std::size_t>(image.width), 1);  // one row for all
-        buffer.insert("A", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()),
-                                      sizeof(float), 0));
+        buffer.insert(
+            "A", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(ones.data()), sizeof(float), 0));
     }
     for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
-    io::Bytes bytes;
-    io::MemoryOutput stream(bytes, "picture");
-    {
-        Imf::OutputFile file(stream, header);
-        file.setFrameBuffer(buffer);
-        file.writePixels(image.height);
-    }  // the destructor completes the file
-    io::write_bytes(path, bytes);
+    write_file(header, buffer, path);
+}
+
+void write_exr_texels(const char* texels, int width, int height, bool halves,
+                      const std::filesystem::path& path) {
+    const Imf::PixelType type = halves ? Imf::HALF : Imf::FLOAT;
+    const std::size_t bytes = halves ? 2 : 4;
+    Imf::Header header(width, height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer buffer;
+    const char* number = texels;
+    for (const char* const name : {"R", "G", "B", "A"}) {
+        header.channels().insert(name, Imf::Channel(type));
+        buffer.insert(name, Imf::Slice::Make(type, number, {0, 0}, width, height, 4 * bytes,
+                                             4 * bytes * static_cast<std::size_t>(width)));
+        number += bytes;
+    }
+    write_file(header, buffer, path);
 }
 
 Image read_exr_image(const std::filesystem::path& path, std::uintmax_t max_memory) {

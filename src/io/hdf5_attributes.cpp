@@ -1,12 +1,16 @@
 #include "hdf5_attributes.h"
 
 #include <algorithm>
-#include <array>
+#include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
 namespace stratus::io::hdf5 {
 namespace {
+
+/// What netCDF-4 writes about itself.
+constexpr const char* netcdf_properties = "_NCProperties";
 
 void write_attribute(hid_t object, const std::string& name, hid_t stored_type, hid_t memory_type,
                      hid_t space, const void* data) {
@@ -51,56 +55,81 @@ void write_entry(hid_t object, const std::string& name, const std::string& text)
     }
 }
 
-/// Fills `values`, whose size the caller has checked, with elements of `memory_type`.
-template <class Values>
-Values read_elements(hid_t attribute, hid_t memory_type, Values values, const std::string& name) {
+/// As many numbers as an attribute may have without being larger than its file.
+std::size_t checked_size(hid_t attribute, std::size_t element_size, const std::string& name) {
+    const std::string task = "read attribute " + name;
+    const Handle space(H5Aget_space(attribute), H5Sclose, task);
+    const Handle file(H5Iget_file_id(attribute), H5Fclose, task);
+    const auto count = static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), task));
+    hsize_t file_size = 0;
+    checked(H5Fget_filesize(file, &file_size), task);
+    if (element_size == 0 || count > file_size / element_size)
+        throw std::runtime_error("attribute " + shown(name) + " is larger than the file");
+    return count;
+}
+
+/// A text of fixed or variable length.
+std::string read_string(hid_t attribute, hid_t type, const std::string& name) {
+    const std::string task = "read attribute " + name;
+    if (H5Tis_variable_str(type) > 0) {
+        char* text = nullptr;
+        checked(H5Aread(attribute, type, &text), task);
+        const std::unique_ptr<char, herr_t (*)(void*)> owner(text, H5free_memory);
+        return text ? text : "";
+    }
+    std::string text(H5Tget_size(type), '\0');
+    checked(H5Aread(attribute, type, text.data()), task);
+    text.erase(std::min(text.find('\0'), text.size()));
+    if (H5Tget_strpad(type) == H5T_STR_SPACEPAD) text.erase(text.find_last_not_of(' ') + 1);
+    return text;
+}
+
+template <class Number>
+std::vector<Number> read_numbers(hid_t attribute, hid_t memory_type, std::size_t count,
+                                 const std::string& name) {
+    std::vector<Number> values(count);
     checked(H5Aread(attribute, memory_type, values.data()), "read attribute " + name);
     return values;
 }
 
-struct TypedEntry {
-    EntryType type;
-    std::string text;
-};
-
-/// Reads an attribute of any type that the format uses.
-TypedEntry read_attribute(hid_t object, const std::string& name, const Bytes& file_bytes) {
+/// An attribute as text, of whatever type a program made it that rewrote the file; nothing if it is
+/// neither text nor numbers.
+std::optional<std::string> read_attribute(hid_t object, const std::string& name) {
     const std::string task = "read attribute " + name;
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, task);
     const Handle type(H5Aget_type(attribute), H5Tclose, task);
-    const Handle space(H5Aget_space(attribute), H5Sclose, task);
-    const bool scalar = H5Sget_simple_extent_type(space) == H5S_SCALAR;
-    const bool row = H5Sget_simple_extent_ndims(space) == 1;
-    const std::size_t count =
-        static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), task));
-    const std::size_t size = H5Tget_size(type);
-    if (size == 0 || count > file_bytes.size() / size)
-        throw std::runtime_error("attribute " + name + " is larger than the file");
-
-    if (scalar && H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) == 0) {
-        std::string text = read_elements(attribute, type, std::string(size, '\0'), name);
-        text.erase(std::min(text.find('\0'), text.size()));
-        return {EntryType::text, text};
+    const std::size_t count = checked_size(attribute, H5Tget_size(type), name);
+    switch (H5Tget_class(type)) {
+        case H5T_STRING:
+            if (count > 1) return std::nullopt;
+            return count == 0 ? "" : read_string(attribute, type, name);
+        case H5T_INTEGER: {
+            std::string text;
+            for (const long long value :
+                 read_numbers<long long>(attribute, H5T_NATIVE_LLONG, count, name)) {
+                if (!text.empty()) text += ' ';
+                text += std::to_string(value);
+            }
+            return text;
+        }
+        case H5T_FLOAT:
+            return to_text(read_numbers<double>(attribute, H5T_NATIVE_DOUBLE, count, name));
+        default: return std::nullopt;
     }
-    if (scalar && H5Tequal(type, H5T_STD_I32LE) > 0) {
-        const auto value = read_elements(attribute, H5T_NATIVE_INT, std::array<int, 1>{}, name);
-        return {EntryType::integer, std::to_string(value[0])};
-    }
-    if ((scalar || row) && H5Tequal(type, H5T_IEEE_F64LE) > 0) {
-        const auto values =
-            read_elements(attribute, H5T_NATIVE_DOUBLE, std::vector<double>(count), name);
-        return {scalar ? EntryType::number : EntryType::numbers, to_text(values)};
-    }
-    throw std::runtime_error("attribute " + name + " is of a type that the format does not use");
 }
 
-/// Reads only what decides whether the rest may be read.
-void check_format_of_file(hid_t file, const Bytes& file_bytes) {
-    Metadata metadata;
-    for (const char* name : {"format", "format_major", "format_minor"})
-        if (checked(H5Aexists(file, name), "list the attributes"))
-            metadata[name] = read_attribute(file, name, file_bytes).text;
-    check_format(metadata);
+/// The entries whose names stand in `checksum_covers`, itself included, and what else has a meaning;
+/// all of a file that was written before there was a `checksum_covers`.
+Metadata covered(const Metadata& metadata) {
+    const auto names = metadata.find(checksum_covers);
+    if (names == metadata.end()) return metadata;
+    Metadata covered{*names};
+    std::istringstream lines(names->second);
+    for (std::string name; std::getline(lines, name);)
+        if (const auto found = metadata.find(name); found != metadata.end()) covered.insert(*found);
+    for (const auto& entry : metadata)
+        if (is_of_the_format(entry.first)) covered.insert(entry);
+    return covered;
 }
 
 }  // namespace
@@ -110,33 +139,28 @@ void write_text(hid_t object, const std::string& name, const std::string& text) 
     write_attribute(object, name, type, type, new_scalar(), text.c_str());
 }
 
-std::string read_text(hid_t object, const std::string& owner, const std::string& name,
-                      const Bytes& file_bytes) {
-    if (!checked(H5Aexists(object, name.c_str()), "list the attributes of " + owner))
-        throw std::runtime_error(owner + " has no attribute " + name);
-    const TypedEntry entry = read_attribute(object, name, file_bytes);
-    if (entry.type != EntryType::text)
-        throw std::runtime_error("attribute " + name + " of " + owner + " is not text");
-    return entry.text;
+std::optional<std::string> read_text(hid_t object, const std::string& name) {
+    if (!checked(H5Aexists(object, name.c_str()), "list the attributes")) return std::nullopt;
+    return read_attribute(object, name);
 }
 
-void write_metadata(hid_t file, const Metadata& metadata) {
+void write_metadata(hid_t file, Metadata metadata) {
+    std::string names;
+    for (const auto& [name, text] : metadata) names += name + '\n';
+    metadata[checksum_covers] = names;
     for (const auto& [name, text] : metadata) write_entry(file, name, text);
     write_text(file, checksum_name, checksum(metadata));
 }
 
-Metadata read_metadata(hid_t file, const Bytes& file_bytes) {
-    check_format_of_file(file, file_bytes);
+Metadata read_metadata(hid_t file, bool ignore_checksums) {
     Metadata metadata;
-    for (const std::string& name : attribute_names(file)) {
-        const TypedEntry entry = read_attribute(file, name, file_bytes);
-        // Attributes that a newer minor version adds may be of any type and are kept as text.
-        if (entry_type(name) != EntryType::text && entry.type != entry_type(name))
-            throw std::runtime_error("attribute " + name + " is of the wrong type");
-        if (!metadata.emplace(name, entry.text).second)
-            throw std::runtime_error("duplicate attribute " + shown(name));
-    }
-    check_and_remove_checksum(metadata);
+    for (const std::string& name : attribute_names(file))
+        if (const auto text = read_attribute(file, name); text && name != netcdf_properties)
+            metadata[name] = *text;
+    check_format(metadata);
+    const auto stored = take(metadata, checksum_name);
+    if (!ignore_checksums) check_checksum("the metadata", stored, checksum(covered(metadata)));
+    metadata.erase(checksum_covers);
     return metadata;
 }
 

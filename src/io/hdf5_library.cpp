@@ -6,8 +6,7 @@ namespace stratus::io::hdf5 {
 namespace {
 
 /// Appends a name to the list `names`; HDF5 stops iterating when it returns nonzero.
-template <class Info>
-herr_t append_name(hid_t, const char* name, const Info*, void* names) noexcept {
+herr_t append_name(hid_t, const char* name, const H5A_info_t*, void* names) noexcept {
     try {
         static_cast<std::vector<std::string>*>(names)->emplace_back(name);
         return 0;
@@ -40,17 +39,8 @@ Handle new_dataspace(std::span<const std::size_t> extents) {
 
 std::vector<std::string> attribute_names(hid_t object) {
     std::vector<std::string> names;
-    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5A_info_t>,
-                        &names),
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name, &names),
             "list the attributes");
-    return names;
-}
-
-std::vector<std::string> link_names(hid_t group) {
-    std::vector<std::string> names;
-    checked(
-        H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name<H5L_info_t>, &names),
-        "list the datasets");
     return names;
 }
 

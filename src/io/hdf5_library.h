@@ -4,6 +4,7 @@
 #include <hdf5.h>
 
 #include <cstddef>
+#include <cstdlib>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,9 @@ class QuietErrors {
     QuietErrors() {
         H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+        // At exit it would complain of memory that it lost while it refused a damaged file.
+        [[maybe_unused]] static const int registered =
+            std::atexit([] { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); });
     }
     ~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
     QuietErrors(const QuietErrors&) = delete;
@@ -68,9 +72,7 @@ class Handle {
 Handle new_property_list(hid_t kind);
 Handle new_dataspace(std::span<const std::size_t> extents);
 
-/// Names in no particular order: to sort them, the library would build lists that it frees
-/// half-built where a damaged file ends early.
+/// Names in no particular order.
 std::vector<std::string> attribute_names(hid_t object);
-std::vector<std::string> link_names(hid_t group);
 
 }  // namespace stratus::io::hdf5

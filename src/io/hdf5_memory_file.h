@@ -1,4 +1,4 @@
-// HDF5 files in memory: written with the library's own driver, read with one of ours.
+// HDF5 files in memory, so that only the system can fail on the disk (file_bytes.h).
 #pragma once
 
 #include "file_bytes.h"
@@ -10,10 +10,7 @@ namespace stratus::io::hdf5 {
 /// the order in which datasets and attributes are made, and no times.
 Handle create_file(Bytes& bytes);
 
-/// The driver that `open_file` needs; it must outlive the files opened with it.
-Handle register_driver();
-
 /// Opens the file in `bytes`, which must outlive it, for reading.
-Handle open_file(hid_t driver, const Bytes& bytes);
+Handle open_file(const Bytes& bytes);
 
 }  // namespace stratus::io::hdf5

@@ -1,27 +1,22 @@
-// Tables as HDF5 files: datasets, their axes as dimension scales, and the seal.
+// Tables as HDF5 files: datasets, their axes as dimension scales, and checksums of what they hold.
 //
-// Damage is detected in three ways. A seal at the end of the file, where HDF5 does not look, covers
-// all bytes before it. All structures are of the kinds introduced with HDF5 1.10, which have
-// checksums: they are compared before the library follows a pointer, even in a file whose seal
-// another program has removed. The checksums of samples and metadata are copied along with them.
-//
-// Forged structures, with valid checksums, are refused before the library decodes them: HDF5 1.10
-// trusts what it reads and can crash on it (hdf5_structures.h).
+// Checksums are of numbers and texts as they are read, not of the file's bytes: a program that
+// rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
+// are those of HDF5 1.10, whose own checksums the library compares.
 #include "hdf5_attributes.h"
-#include "hdf5_chunks.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"
-#include "hdf5_structures.h"
 #include "table_content.h"
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
 
 #include <algorithm>
-#include <optional>
+#include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
+#include <vector>
 
 namespace stratus::io {
 namespace {
@@ -30,31 +25,6 @@ using namespace hdf5;
 
 /// Far more samples than any axis has, and few enough to be harmless.
 constexpr std::size_t max_axis_samples = 1 << 20;
-
-// --- The seal ---
-
-// A damaged file with a seal never reaches the library. Opening a file for writing removes the
-// seal, which does not count as damage.
-
-constexpr std::string_view seal_start = "\nstratus-table ";
-
-std::string seal_of(std::span<const char> bytes) {
-    return std::string(seal_start) + checksum(bytes) + '\n';
-}
-
-void append_seal(Bytes& bytes) {
-    const std::string seal = seal_of(bytes);
-    bytes.insert(bytes.end(), seal.begin(), seal.end());
-}
-
-void check_seal(std::span<const char> bytes) {
-    const std::size_t length = seal_of({}).size();
-    if (bytes.size() < length) return;
-    const auto found = bytes.last(length);
-    const std::string_view seal(found.data(), found.size());
-    if (seal.starts_with(seal_start) && seal != seal_of(bytes.first(bytes.size() - length)))
-        throw std::runtime_error("is damaged: the checksum of the file does not match");
-}
 
 // --- Writing ---
 
@@ -71,6 +41,32 @@ struct Element<double> {
     static hid_t stored() { return H5T_IEEE_F64LE; }
     static hid_t memory() { return H5T_NATIVE_DOUBLE; }
 };
+
+constexpr unsigned deflate_level = 4;
+constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
+
+/// Extents of a chunk: the whole of as many of the last dimensions as fit the target size, the next
+/// one divided evenly, and 1 in the others.
+std::vector<hsize_t> chunk_extents(std::span<const std::size_t> extents) {
+    std::vector<hsize_t> chunk(extents.size());
+    std::size_t bytes = sizeof(float);
+    for (std::size_t d = extents.size(); d-- > 0;) {
+        const std::size_t fitting =
+            std::clamp(target_chunk_bytes / bytes, std::size_t{1}, extents[d]);
+        const std::size_t parts = (extents[d] + fitting - 1) / fitting;
+        chunk[d] = (extents[d] + parts - 1) / parts;
+        bytes *= chunk[d];
+    }
+    return chunk;
+}
+
+/// Makes a dataset chunked, shuffled and deflated.
+void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
+    const std::vector<hsize_t> chunk = chunk_extents(extents);
+    checked(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()), "set chunks");
+    checked(H5Pset_shuffle(creation), "set a filter");
+    checked(H5Pset_deflate(creation, deflate_level), "set a filter");
+}
 
 /// Only datasets over all axes are large enough to be worth chunks.
 bool is_chunked(std::span<const std::size_t> extents) {
@@ -97,13 +93,9 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
     Handle dataset(H5Dcreate2(file, name.c_str(), Element<Number>::stored(), space, H5P_DEFAULT,
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
-    if constexpr (std::is_same_v<Number, float>)
-        if (is_chunked(extents))
-            write_chunks(dataset, name, chunk_runs(creation, name, extents), values);
-    if (!is_chunked(extents))
-        checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                         values.data()),
-                task);
+    checked(
+        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        task);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
     write_text(dataset, checksum_name, checksum(std::span(values)));
@@ -130,24 +122,6 @@ void attach_axes(hid_t file, hid_t dataset, std::span<const AxisField> axes) {
 
 // --- Reading ---
 
-/// Checks that the file holds nothing but datasets, each with one name: no groups, named types or
-/// links to other files, and none is followed.
-void check_objects(hid_t file) {
-    for (const std::string& name : link_names(file)) {
-        const std::string task = "inspect " + shown(name);
-        H5L_info_t link;
-        checked(H5Lget_info(file, name.c_str(), &link, H5P_DEFAULT), task);
-        if (link.type != H5L_TYPE_HARD)
-            throw std::runtime_error(shown(name) + " is a soft or external link");
-        H5O_info_t object;
-        checked(H5Oget_info_by_name2(file, name.c_str(), &object, H5O_INFO_BASIC, H5P_DEFAULT),
-                task);
-        if (object.type != H5O_TYPE_DATASET)
-            throw std::runtime_error(shown(name) + " is not a dataset");
-        if (object.rc != 1) throw std::runtime_error(shown(name) + " has two names");
-    }
-}
-
 bool has_dataset(hid_t file, const std::string& name) {
     return checked(H5Lexists(file, name.c_str(), H5P_DEFAULT), "list the datasets");
 }
@@ -167,64 +141,52 @@ std::vector<std::size_t> dataset_extents(hid_t dataset, const std::string& name,
     return {sizes.begin(), sizes.end()};
 }
 
-/// Reads a dataset whose extents the caller has checked. Samples may be chunked; everything else is
-/// contiguous, in the file itself (hdf5_structures.h refuses data in other files).
+/// A file while it is read.
+struct Source {
+    hid_t file;
+    std::size_t size;  // bytes
+    bool ignore_checksums;
+};
+
+/// Reads a dataset whose extents the caller has checked.
 template <class Number>
-std::vector<Number> read_values(hid_t dataset, const std::string& name,
-                                std::span<const std::size_t> extents, const Bytes& file_bytes,
-                                const MemoryLimit& limit) {
-    const Handle type(H5Dget_type(dataset), H5Tclose, "read the type of " + name);
-    if (H5Tequal(type, Element<Number>::stored()) <= 0)
-        throw std::runtime_error(name + " must hold little-endian floating-point numbers of " +
-                                 std::to_string(sizeof(Number)) + " bytes");
-    const Handle creation(H5Dget_create_plist(dataset), H5Pclose, "read the layout of " + name);
-    std::optional<ChunkRuns> chunks;
-    if (checked(H5Pget_layout(creation), "read the layout of " + name) == H5D_CHUNKED) {
-        if (!std::is_same_v<Number, float>) throw std::runtime_error(name + " must not be chunked");
-        chunks = chunk_runs(creation, name, extents);
-    }
-    const std::uintmax_t stored =
-        std::min<std::uintmax_t>(H5Dget_storage_size(dataset), file_bytes.size());
-    const std::size_t count = checked_count(name, extents, sizeof(Number), stored);
-    if (!chunks && count * sizeof(Number) > stored)
-        throw std::runtime_error(name + " is larger than what the file holds");
-    std::vector<Number> values(count);
-    if constexpr (std::is_same_v<Number, float>)
-        if (chunks) read_chunks(dataset, name, *chunks, file_bytes, limit, values);
-    if (!chunks)
-        checked(H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                        values.data()),
-                "read dataset " + name);
-    check_checksum(name, read_text(dataset, name, checksum_name, file_bytes),
-                   checksum(std::span<const Number>(values)));
+std::vector<Number> read_values(const Source& source, hid_t dataset, const std::string& name,
+                                std::span<const std::size_t> extents) {
+    std::vector<Number> values(checked_count(name, extents, sizeof(Number), source.size));
+    checked(
+        H5Dread(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        "read dataset " + name);
+    if (!source.ignore_checksums)
+        check_checksum(name, read_text(dataset, checksum_name),
+                       checksum(std::span<const Number>(values)));
     return values;
 }
 
 template <class Number>
-std::vector<Number> read_over_axes(hid_t file, const std::string& name,
-                                   const std::vector<std::size_t>& extents, const Bytes& file_bytes,
-                                   const MemoryLimit& limit) {
-    const Handle dataset = open_dataset(file, name);
+std::vector<Number> read_over_axes(const Source& source, const std::string& name,
+                                   const std::vector<std::size_t>& extents) {
+    const Handle dataset = open_dataset(source.file, name);
     if (dataset_extents(dataset, name, extents.size()) != extents)
         throw std::runtime_error("extents of " + name + " do not match its axes");
-    return read_values<Number>(dataset, name, extents, file_bytes, limit);
+    return read_values<Number>(source, dataset, name, extents);
 }
 
-void read_axis(hid_t file, const AxisField& field, Axis& axis, const Bytes& file_bytes,
-               const MemoryLimit& limit) {
-    const Handle dataset = open_dataset(file, field.name);
-    const std::vector<std::size_t> extents = dataset_extents(dataset, field.name, 1);
+void read_axis(const Source& source, const AxisField& field, Axis& axis) {
+    const std::string name = field.name;
+    const Handle dataset = open_dataset(source.file, name);
+    const std::vector<std::size_t> extents = dataset_extents(dataset, name, 1);
     if (extents[0] > max_axis_samples)
-        throw std::runtime_error(std::string(field.name) + " has more than " +
-                                 std::to_string(max_axis_samples) + " samples");
-    read_scale(field, axis, read_text(dataset, field.name, "scale", file_bytes));
-    axis.values = read_values<double>(dataset, field.name, extents, file_bytes, limit);
+        throw std::runtime_error(name + " has more than " + std::to_string(max_axis_samples) +
+                                 " samples");
+    const auto scale = read_text(dataset, "scale");
+    if (!scale) throw std::runtime_error(name + " has no attribute scale");
+    read_scale(field, axis, *scale);
+    axis.values = read_values<double>(source, dataset, name, extents);
 }
 
 }  // namespace
 
 Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
-    constexpr std::uint64_t root_at = 48;  // after the superblock
     const QuietErrors quiet;
     Bytes bytes;
     Handle file = create_file(bytes);
@@ -242,31 +204,27 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
         write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
     write_metadata(file, metadata);
     file.close("finish the file");
-    if (const char* const reason =
-            Hdf5Structures(bytes).refusal(H5FD_MEM_OHDR, root_at, bytes.size()))
-        throw std::runtime_error(std::string("cannot store all attributes: ") + reason);
-    append_seal(bytes);
     return bytes;
 }
 
-Table decode_hdf5(const Bytes& bytes, MemoryLimit limit, std::vector<std::string>* notes) {
-    check_seal(bytes);
+Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
+    MemoryLimit limit(options.max_memory);
+    limit.take("the file", bytes.size());
     const QuietErrors quiet;
-    const Handle driver = register_driver();
-    const Handle file = open_file(driver, bytes);
-    const Metadata metadata = read_metadata(file, bytes);
-    check_objects(file);
-    Table table = table_without_samples(metadata, notes);
+    const Handle file = open_file(bytes);
+    const Source source{file, bytes.size(), options.ignore_checksums};
+    const Metadata metadata = read_metadata(file, options.ignore_checksums);
+    Table table = table_without_samples(metadata, options.notes);
     for (const AxisField& field : axis_fields_of(metadata, has_dataset(file, mixture_field.name)))
-        read_axis(file, field, table.*field.axis, bytes, limit);
+        read_axis(source, field, table.*field.axis);
     check_azimuths(metadata, table);
     table.diffusion_exponent =
-        read_over_axes<double>(file, diffusion_exponent_name, extents(table, 1), bytes, limit);
+        read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);
     for (const SampleField& field : listed)
         table.*field.samples =
-            read_over_axes<float>(file, field.name, extents(table, field.rank), bytes, limit);
+            read_over_axes<float>(source, field.name, extents(table, field.rank));
     prepare(table);
     return table;
 }

@@ -275,6 +275,8 @@ EntryType entry_type(const std::string& name) {
     return field ? field->type : EntryType::text;
 }
 
+bool is_of_the_format(const std::string& name) { return find_field(name) != nullptr; }
+
 Metadata metadata_of(const Table& table) {
     Metadata metadata = table.attributes;
     metadata["format"] = table_format_name;
@@ -391,17 +393,17 @@ std::string checksum(const Metadata& metadata) {
     return checksum(std::span<const char>(canonical));
 }
 
-void check_checksum(const std::string& what, const std::string& stored,
-                    const std::string& computed) {
-    if (stored != computed)
-        throw std::runtime_error(what + " is damaged: stored checksum " + shown(stored) +
-                                 ", computed " + computed);
+std::optional<std::string> take(Metadata& metadata, const std::string& name) {
+    const auto taken = metadata.extract(name);
+    return taken ? std::optional(taken.mapped()) : std::nullopt;
 }
 
-void check_and_remove_checksum(Metadata& metadata, const std::string& name) {
-    const std::string stored = entry(metadata, name);
-    metadata.erase(name);
-    check_checksum("the metadata", stored, checksum(metadata));
+void check_checksum(const std::string& what, const std::optional<std::string>& stored,
+                    const std::string& computed) {
+    if (!stored) throw NotAsSealed(what + " has no checksum");
+    if (*stored != computed)
+        throw NotAsSealed(what + " was changed or damaged since it was sealed (checksum " +
+                          computed + ", sealed with " + shown(*stored) + ")");
 }
 
 const char* stored_scale_name(const AxisField& field, const Axis& axis) {
@@ -501,8 +503,11 @@ void check_table(const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         require(!name.empty() && name.size() <= max_attribute_name, "write_table",
                 "an attribute's name", "1 to 200 bytes long", shown(name));
-        require(!find_field(name) && name != checksum_name, "write_table", "an attribute's name",
-                "one that the format does not reserve", shown(name));
+        require(name.find('\n') == std::string::npos, "write_table", "an attribute's name",
+                "free of line breaks", shown(name));
+        require(!find_field(name) && name != checksum_name && name != checksum_covers,
+                "write_table", "an attribute's name", "one that the format does not reserve",
+                shown(name));
         require((name + text).find('\0') == std::string::npos, "write_table",
                 "attribute " + shown(name), "free of zero bytes", shown(text));
     }

@@ -8,6 +8,7 @@
 // formats.
 #pragma once
 
+#include <stratus/io/table_file.h>
 #include <stratus/runtime/table.h>
 
 #include "file_bytes.h"
@@ -16,7 +17,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -66,6 +69,10 @@ inline constexpr const char* diffusion_exponent_long_name =
 /// Name of the attribute that holds a checksum, of metadata and of each dataset.
 inline constexpr const char* checksum_name = "checksum";
 
+/// Name of the attribute that lists what the checksum of an HDF5 file's metadata covers, a name a
+/// line: attributes that others add are their own business.
+inline constexpr const char* checksum_covers = "checksum_covers";
+
 /// Attributes of a file by name, as text, without their checksum.
 using Metadata = std::map<std::string, std::string>;
 
@@ -77,6 +84,9 @@ enum class EntryType { text, integer, number, numbers };
 /// The type of a metadata entry in formats that have types; text for names that the format does not
 /// define.
 EntryType entry_type(const std::string& name);
+
+/// Whether the format gives an entry of this name a meaning.
+bool is_of_the_format(const std::string& name);
 
 /// Everything that the table holds besides its datasets, and what the format adds: name, version,
 /// list of datasets.
@@ -109,12 +119,17 @@ std::string checksum(std::span<const double> values);
 /// The same of names and texts, each followed by a zero byte, in the order of the names.
 std::string checksum(const Metadata& metadata);
 
-/// Throws std::runtime_error that `what` is damaged unless both checksums are the same.
-void check_checksum(const std::string& what, const std::string& stored,
-                    const std::string& computed);
+/// Removes the entry `name` and returns its text; nothing if there is none.
+std::optional<std::string> take(Metadata& metadata, const std::string& name);
 
-/// Removes the checksum, which has this name, and checks that it is that of the other entries.
-void check_and_remove_checksum(Metadata& metadata, const std::string& name = checksum_name);
+/// What a table is refused with that is not as it was when its checksums were written.
+class NotAsSealed : public std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Throws NotAsSealed unless `what` has a stored checksum, and it is the computed one.
+void check_checksum(const std::string& what, const std::optional<std::string>& stored,
+                    const std::string& computed);
 
 /// Name of an axis's scale in a file.
 const char* stored_scale_name(const AxisField& field, const Axis& axis);
@@ -156,10 +171,8 @@ void check_table(const Table& table);
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 Bytes encode_hdf5(const Table& table, const Metadata& metadata);
-Table decode_hdf5(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
-                  std::vector<std::string>* notes = nullptr);
+Table decode_hdf5(const Bytes& bytes, const ReadOptions& options = {});
 Bytes encode_exr(const Table& table, const Metadata& metadata);
-Table decode_exr(const Bytes& bytes, MemoryLimit limit = MemoryLimit(),
-                 std::vector<std::string>* notes = nullptr);
+Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});
 
 }  // namespace stratus::io

@@ -15,7 +15,7 @@ struct Format {
     std::string_view magic;
     const char* kind;
     io::Bytes (*encode)(const Table&, const io::Metadata&);
-    Table (*decode)(const io::Bytes&, io::MemoryLimit, std::vector<std::string>*);
+    Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
 constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::encode_hdf5, io::decode_hdf5};
@@ -41,10 +41,17 @@ void write_directly(const Table& table, const std::filesystem::path& path, const
 /// Reads a table, and names the path in errors and notes.
 Table read(const std::filesystem::path& path, const ReadOptions& options, const Format& format) {
     std::vector<std::string> notes;
+    ReadOptions noting = options;
+    noting.notes = &notes;
     Table table = io::naming(path, [&] {
         io::MemoryLimit limit(options.max_memory);
         const io::Bytes bytes = io::read_bytes(path, format.magic, format.kind, limit);
-        return format.decode(bytes, limit, &notes);
+        try {
+            return format.decode(bytes, noting);
+        } catch (const io::NotAsSealed& error) {
+            throw std::runtime_error(std::string(error.what()) + "; if on purpose, `stratus seal " +
+                                     path.string() + "`");
+        }
     });
     if (options.notes)
         for (const std::string& note : notes) options.notes->push_back(path.string() + ": " + note);

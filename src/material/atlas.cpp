@@ -1,13 +1,11 @@
 // Pictures for shaders: tiles of f (mu_in + mu_out) pi over azimuth and mu_out, one column of tiles
 // for each mu_in, one row for each side.
-//
-// The factor mu_in + mu_out removes the growth at grazing angles. Cosines are even in
-// u = asin(sqrt(mu)) 2 / pi, where neither that growth nor the sines near the normal are steep.
 #include <stratus/bake/parallel.h>
 #include <stratus/io/image.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
+#include "even_grid.h"
 #include "formats.h"
 
 #include <algorithm>
@@ -21,42 +19,14 @@ namespace stratus {
 namespace {
 
 constexpr int cosine_count = 64, azimuth_count = 64;
-constexpr double grazing = 1e-9;  // solved for the limit of f (mu_in + mu_out) at cosine 0
 
-/// A row of tiles.
-struct TileRow {
-    const char* name;
-    std::vector<SolvedValue> (SolvedStack::*values)(int in, int out,
-                                                    const std::vector<double>& azimuths) const;
-};
-
-std::vector<double> atlas_cosines() {
-    std::vector<double> mu;
-    for (int k = 0; k < cosine_count; ++k) {
-        const double root = std::sin(pi / 2 * k / (cosine_count - 1));
-        mu.push_back(k == 0 ? grazing : std::min(1.0, root * root));
-    }
-    return mu;
-}
-
-std::vector<TileRow> tile_rows(const Material& material, const std::vector<SolvedStack>& colours) {
-    std::vector<TileRow> rows{{"reflection", &SolvedStack::reflection}};
-    if (material.is_opaque()) return rows;
-    rows.push_back({"transmission", &SolvedStack::transmission});
-    if (!std::all_of(colours.begin(), colours.end(),
-                     [](const SolvedStack& of) { return of.is_symmetric(); }))
-        rows.push_back({"reflection_below", &SolvedStack::reflection_below});
-    return rows;
-}
-
-Image draw_tiles(const std::vector<TileRow>& rows, const std::vector<SolvedStack>& colours,
+Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack>& colours,
                  const std::vector<double>& mu, int threads) {
-    std::vector<double> azimuths;
-    for (int a = 0; a < azimuth_count; ++a) azimuths.push_back(a * pi / (azimuth_count - 1));
+    const std::vector<double> azimuths = even_azimuths(azimuth_count);
     const int row_count = static_cast<int>(rows.size());
     Image image(cosine_count * azimuth_count, row_count * cosine_count);
     parallel_for(row_count * cosine_count, threads, [&](int y) {
-        const TileRow& row = rows[static_cast<std::size_t>(y / cosine_count)];
+        const LitSide& row = rows[static_cast<std::size_t>(y / cosine_count)];
         const int out = y % cosine_count;
         for (int in = 0; in < cosine_count; ++in) {
             const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
@@ -107,15 +77,12 @@ std::string lists_json(const std::vector<SolvedStack>& colours, const OfColour& 
     return "[\n    " + text + "\n  ]";
 }
 
-std::string atlas_json(const Material& material, const std::vector<TileRow>& rows,
+std::string atlas_json(const Material& material, const std::vector<LitSide>& rows,
                        const std::vector<SolvedStack>& colours, const std::vector<double>& mu) {
-    std::vector<double> depths;
-    for (const Stack& stack : material.colours)
-        depths.push_back(is_transparent(stack) ? optical_depth(stack) : infinity);
     std::vector<double> mu_in = mu;
     mu_in[0] = 0;
     std::string names;
-    for (const TileRow& row : rows)
+    for (const LitSide& row : rows)
         names += (names.empty() ? "\"" : ", \"") + std::string(row.name) + '"';
     std::ostringstream json;
     json << "{\n  \"format\": \"stratus-atlas\",\n  \"version\": 1,\n  \"material\": "
@@ -131,8 +98,8 @@ std::string atlas_json(const Material& material, const std::vector<TileRow>& row
             "tile's top edge\",\n"
             "  \"not_in_it\": \"the beam straight through, exp(-optical_depth / mu); light from "
             "below is transmitted as from above with mu_in and mu_out exchanged\",\n"
-         << "  \"optical_depth\": " << list_json(depths) << ",\n  \"mu_in\": " << list_json(mu_in)
-         << ",\n  \"plane_albedo\": "
+         << "  \"optical_depth\": " << list_json(beam_depths(material))
+         << ",\n  \"mu_in\": " << list_json(mu_in) << ",\n  \"plane_albedo\": "
          << lists_json(colours, [](const SolvedStack& of) { return of.solution().plane_albedo; })
          << ",\n  \"diffuse_transmittance\": "
          << lists_json(
@@ -152,9 +119,9 @@ std::string atlas_json(const Material& material, const std::vector<TileRow>& row
 MaterialFile make_atlas(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
     note_beam(material, file.notes);
-    const std::vector<double> mu = atlas_cosines();
+    const std::vector<double> mu = even_cosines(cosine_count);
     const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
-    const std::vector<TileRow> rows = tile_rows(material, colours);
+    const std::vector<LitSide> rows = lit_sides(material, colours);
     const auto image =
         std::make_shared<const Image>(draw_tiles(rows, colours, mu, options.threads));
     file.json = atlas_json(material, rows, colours, mu);

@@ -14,6 +14,7 @@ MaterialFile make_fourier(const Material& material, const MaterialOptions& optio
 MaterialFile make_tensor(const Material& material, bool rgb, const MaterialOptions& options);
 MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& options);
 MaterialFile make_atlas(const Material& material, const MaterialOptions& options);
+MaterialFile make_slice(const Material& material, const MaterialOptions& options);
 
 /// Every colour of a material solved at the same cosines.
 std::vector<SolvedStack> solve_colours(const Material& material, const std::vector<double>& mu,

@@ -47,8 +47,8 @@ bool Material::is_opaque() const {
 }
 
 const std::vector<std::string>& material_format_names() {
-    static const std::vector<std::string> names{"fourier", "tensor", "tensor-rgb", "netcdf",
-                                                "exr-atlas"};
+    static const std::vector<std::string> names{"fourier", "tensor",    "tensor-rgb",
+                                                "netcdf",  "exr-atlas", "slice"};
     return names;
 }
 
@@ -107,6 +107,7 @@ MaterialFile make_material(const Material& material, MaterialFormat format,
         case MaterialFormat::tensor_rgb: return make_tensor(material, true, options);
         case MaterialFormat::netcdf: return make_mqdiffuse(material, options);
         case MaterialFormat::exr_atlas: return make_atlas(material, options);
+        case MaterialFormat::slice: return make_slice(material, options);
     }
     throw std::invalid_argument("export: format must be one of " + joined(material_format_names()) +
                                 ", got another");

@@ -206,7 +206,7 @@ void set_blocks(const TensorFile& file, const std::string& name, const TableView
                                reinterpret_cast<const CoefficientRow*>(coefficients.data) +
                                    block[BlockField::first_row],
                                block[BlockField::first_albedo], block[BlockField::first_depth],
-                               block[BlockField::depths]});
+                               block[BlockField::albedos], block[BlockField::depths]});
     }
     const std::string of_cells = name + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
@@ -231,8 +231,8 @@ void set_nothing(SideMemory& side) {
     const std::size_t albedos = side.diffusion_exponent.size();
     side.no_functions.assign(size(view.azimuths + 2), {});
     side.no_coefficients.assign(albedos * stencil_size, {});
-    side.blocks.push_back(
-        {side.no_functions.data(), side.no_coefficients.data(), 0, 0, stencil_size});
+    side.blocks.push_back({side.no_functions.data(), side.no_coefficients.data(), 0, 0,
+                           static_cast<int>(albedos), stencil_size});
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 

@@ -351,6 +351,10 @@ Table PackedTable::unpacked() const {
     return table;
 }
 
+const PackedSide& PackedTable::side(Side side) const noexcept {
+    return contents_->mixture[0].side[side == Side::reflection ? 0 : 1].view;
+}
+
 std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }
 
 }  // namespace stratus

@@ -110,19 +110,50 @@ class CoarseScene {
         without_azimuth_ = std::move(without_azimuth);
     }
 
-    Image picture(const SceneEffects& effects) const {
+    /// A sparse picture, and what a ray costs.
+    struct Trial {
+        Image picture;
+        Measured ray_ns;
+    };
+    /// Made once for each set of effects: light that rings and their planet exchange takes a second.
+    const Trial& with(SceneEffects effects) {
+        effects.sun_size = effects.sun_size && all_.sun_diameter > 0;
+        const auto known = std::ranges::find(tried_, effects, &Tried::effects);
+        if (known != tried_.end()) return *known->trial;
         Scene scene = all_;
         scene.effects = effects;
         const LayerLight light(scene, tables(effects));
         RenderOptions options;
         options.threads = threads_;
-        return render(sparse(scene, max_pixels), light, options);
+        Image picture = render(sparse(scene, max_pixels), light, options);
+        tried_.push_back({effects, std::make_unique<const Trial>(
+                                       Trial{std::move(picture), ray_ns(scene, light)})});
+        return *tried_.back().trial;
     }
 
-    Measured ray_ns(const SceneEffects& effects) const {
+    /// Seconds on one thread until a picture may begin: binding the layer, and what rings and their
+    /// planet send one another.
+    double light_seconds(const SceneEffects& effects) const {
         Scene scene = all_;
         scene.effects = effects;
-        const LayerLight light(scene, tables(effects));
+        const double started = processor_seconds();
+        const LayerLight light(scene, tables(effects), 1);
+        return processor_seconds() - started;
+    }
+
+    const LayerTables* tables() const { return with_azimuth_.get(); }
+
+  private:
+    struct Tried {
+        SceneEffects effects;
+        std::unique_ptr<const Trial> trial;
+    };
+
+    const LayerTables* tables(const SceneEffects& effects) const {
+        return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
+    }
+
+    static Measured ray_ns(const Scene& scene, const LayerLight& light) {
         // A few whole rows: neighbouring rays, as in the picture, are faster than scattered ones.
         RenderOptions options;
         options.threads = 1;
@@ -140,26 +171,10 @@ class CoarseScene {
         return {ns[timings / 2], (ns[timings - 2] - ns[1]) / 2};
     }
 
-    /// Seconds on one thread until a picture may begin: binding the layer, and what rings and their
-    /// planet send one another.
-    double light_seconds(const SceneEffects& effects) const {
-        Scene scene = all_;
-        scene.effects = effects;
-        const double started = processor_seconds();
-        const LayerLight light(scene, tables(effects), 1);
-        return processor_seconds() - started;
-    }
-
-    const LayerTables* tables() const { return with_azimuth_.get(); }
-
-  private:
-    const LayerTables* tables(const SceneEffects& effects) const {
-        return effects.azimuth ? with_azimuth_.get() : without_azimuth_.get();
-    }
-
     Scene all_;
     int threads_;
     std::shared_ptr<const LayerTables> with_azimuth_, without_azimuth_;
+    std::vector<Tried> tried_;
 };
 
 /// What the opposition of single scattering adds, at the smallest phase angle that is seen.
@@ -198,14 +213,14 @@ bool is_seen(const Scene& scene, bool SceneEffects::*effect) {
     return true;
 }
 
-std::vector<EffectShare> shares_of(const Scene& scene, const CoarseScene& coarse, const Plan& plan,
+std::vector<EffectShare> shares_of(const Scene& scene, CoarseScene& coarse, const Plan& plan,
                                    const OrderBounds& bounds) {
     // The size of the sun is measured by itself and all else under a point sun, which needs far
     // fewer rays.
     const auto sun_size = &SceneEffects::sun_size;
     SceneEffects point_sun = scene.effects;
     point_sun.sun_size = false;
-    const Image all = coarse.picture(point_sun);
+    const Image& all = coarse.with(point_sun).picture;
     std::vector<EffectShare> shares;
     for (const auto& [name, effect] : scene_effects()) {
         if (!(scene.effects.*effect)) continue;
@@ -218,8 +233,8 @@ std::vector<EffectShare> shares_of(const Scene& scene, const CoarseScene& coarse
         SceneEffects less = point_sun;
         less.*effect = false;
         const PictureChange change = effect == sun_size
-                                         ? change_between(coarse.picture(scene.effects), all)
-                                         : change_between(all, coarse.picture(less));
+                                         ? change_between(coarse.with(scene.effects).picture, all)
+                                         : change_between(all, coarse.with(less).picture);
         share.mean = change.mean;
         share.max = change.max;
         if (change.max > 0)
@@ -309,11 +324,11 @@ class TableCosts {
     std::map<std::string, SceneCost> known_;  // by recipe
 };
 
-PlanCosts costs_of(const Scene& scene, const CoarseScene& coarse, const PlanReport& report,
+PlanCosts costs_of(const Scene& scene, CoarseScene& coarse, const PlanReport& report,
                    TableCosts& tables, double keeping) {
     const auto cost = [&](const Scene& some) {
         SceneCost all = tables.of({some}, keeping);
-        all.ray_ns = coarse.ray_ns(some.effects);
+        all.ray_ns = coarse.with(some.effects).ray_ns;
         all.rays = rays_of(some);
         return all;
     };

@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# The library shows the functions that its header declares, all of them and nothing else.
+# The library shows the functions that its headers declare, all of them and nothing else.
 #
-#     exports.sh LIBSTRATUS HEADER
+#     exports.sh LIBSTRATUS HEADER...
 set -eu
-declared=$(sed -n 's/^[a-z].*[ *]\(stratus_[a-z_]*\)(.*/\1/p' "$2" | sort)
-shown=$(nm --dynamic --defined-only "$1" | awk '{ print $3 }' | sort)
+library=$1
+shift
+declared=$(cat "$@" | sed -n 's/^[a-z].*[ *]\(stratus_[a-z_]*\)(.*/\1/p' | sort)
+shown=$(nm --dynamic --defined-only "$library" | awk '{ print $3 }' | sort)
 diff <(echo "$declared") <(echo "$shown")

@@ -5,19 +5,17 @@
 #include <stratus/runtime/bsdf.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
-#include "../runtime/small_table.h"
+#include "expect_refused.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 #include <memory>
 #include <random>
 #include <string>
@@ -35,13 +33,6 @@ stratus_effects default_effects() {
     effects.size = sizeof effects;
     EXPECT_EQ(stratus_effects_default(&effects), STRATUS_OK);
     return effects;
-}
-
-/// Expects a refusal whose text holds `part`.
-void expect_refused(int status, int expected, const std::string& part) {
-    EXPECT_EQ(status, expected);
-    EXPECT_NE(std::string(stratus_last_error()).find(part), std::string::npos)
-        << stratus_last_error();
 }
 
 /// Directions over both hemispheres, as arrays of x, y and z.
@@ -104,6 +95,9 @@ TEST_F(C, DescribesTheTable) {
     EXPECT_EQ(info.has_lower_boundary, 0);
     EXPECT_EQ(info.tolerance, 1e-3);
     EXPECT_EQ(info.measured_error, 8.1e-4);
+    EXPECT_EQ(info.mixture.samples, 0u);
+    EXPECT_EQ(info.is_packed, 0);
+    EXPECT_EQ(info.is_stack, 0);
     EXPECT_EQ(stratus_table_text(handle_, "phase_function"), table_.phase_function.text());
     EXPECT_EQ(stratus_table_text(handle_, "title"), table_.attributes["title"]);
     EXPECT_EQ(stratus_table_text(handle_, "absent"), nullptr);
@@ -329,34 +323,6 @@ TEST_F(C, DrawsToTheBitsOfCpp) {
     stratus_bsdf_free(nullptr);
 }
 
-TEST_F(C, MapsPackedTables) {
-    const std::string path = (folder_.path() / "table.stratus").string();
-    const std::vector<char> bytes = stratus::pack(table_);
-    std::ofstream(path, std::ios::binary)
-        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stratus_table* packed = nullptr;
-    ASSERT_EQ(stratus_table_open(path.c_str(), &packed), STRATUS_OK) << stratus_last_error();
-    EXPECT_STREQ(stratus_table_text(packed, "phase_function"),
-                 stratus_table_text(handle_, "phase_function"));
-    const stratus::PackedTable same(bytes);
-    const stratus_point point{0.8, 1, 0.5, 0.7, 1};
-    stratus_scattered value{};
-    ASSERT_EQ(stratus_table_reflection(packed, 1, &point, &value), STRATUS_OK);
-    const stratus::Scattered expected =
-        stratus::reflection(same.view(), point.albedo, point.optical_depth,
-                            {point.mu_in, point.mu_out, point.azimuth});
-    EXPECT_EQ(value.single, expected.single);
-    EXPECT_EQ(value.multiple, expected.multiple);
-    const double depth = 1, albedo = 0.8;
-    stratus_slice* slice = nullptr;
-    EXPECT_EQ(stratus_slice_bind(packed, 1, &depth, &albedo, nullptr, &slice), STRATUS_OK)
-        << stratus_last_error();
-    stratus_slice_free(slice);
-    stratus_table_close(packed);
-    std::ofstream(path) << "no table";
-    expect_refused(stratus_table_open(path.c_str(), &packed), STRATUS_FAILED, "table.stratus");
-}
-
 TEST(CSingle, NeedsNoTable) {
     const double depth = 2, albedo = 0.8;
     stratus_slice* slice = nullptr;
@@ -380,9 +346,9 @@ TEST_F(C, RefusesFilesThatAreNoTables) {
 
 TEST_F(C, RefusesSizesOfAnotherVersion) {
     stratus_table_info info{};
-    expect_refused(
-        stratus_table_describe(handle_, &info), STRATUS_INVALID_ARGUMENT,
-        "stratus_table_describe: info.size must be " + std::to_string(sizeof info) + ", got 0");
+    expect_refused(stratus_table_describe(handle_, &info), STRATUS_INVALID_ARGUMENT,
+                   "stratus_table_describe: info.size must be 160 or " +
+                       std::to_string(sizeof info) + ", got 0");
     stratus_effects effects = default_effects();
     effects.size += 1;
     expect_refused(stratus_effects_default(&effects), STRATUS_INVALID_ARGUMENT, "effects.size");
@@ -390,6 +356,37 @@ TEST_F(C, RefusesSizesOfAnotherVersion) {
     stratus_slice* slice = nullptr;
     expect_refused(stratus_slice_bind(handle_, 1, &one, &one, &effects, &slice),
                    STRATUS_INVALID_ARGUMENT, "stratus_slice_bind: effects.size");
+}
+
+// Their structs end before `mixture` and `background`.
+TEST_F(C, ServesProgramsBuiltAgainstTheFirstHeader) {
+    stratus_table_info info{};
+    info.size = 160;
+    info.mixture.samples = 77;
+    info.is_stack = 88;
+    ASSERT_EQ(stratus_table_describe(handle_, &info), STRATUS_OK) << stratus_last_error();
+    EXPECT_EQ(info.size, 160u);
+    EXPECT_EQ(info.measured_error, 8.1e-4);
+    EXPECT_EQ(info.mixture.samples, 77u);
+    EXPECT_EQ(info.is_stack, 88);
+    stratus_effects effects{};
+    effects.size = 56;
+    effects.background = 99;
+    ASSERT_EQ(stratus_effects_default(&effects), STRATUS_OK) << stratus_last_error();
+    EXPECT_EQ(effects.single, 1);
+    EXPECT_EQ(effects.background, 99);
+    const double depth = 1, albedo = 0.8;
+    const Slice old = bind(1, &depth, &albedo, &effects), usual = bind(1, &depth, &albedo);
+    effects = default_effects();
+    effects.background = 0;
+    const Slice beam_alone = bind(1, &depth, &albedo, &effects);
+    float of_old = 0, of_usual = 0, beam = 0;
+    ASSERT_EQ(stratus_slice_background(old.get(), 0.5f, &of_old), STRATUS_OK);
+    ASSERT_EQ(stratus_slice_background(usual.get(), 0.5f, &of_usual), STRATUS_OK);
+    ASSERT_EQ(stratus_slice_background(beam_alone.get(), 0.5f, &beam), STRATUS_OK);
+    EXPECT_EQ(of_old, of_usual);
+    EXPECT_NEAR(beam, std::exp(-2.0f), 1e-7f);
+    EXPECT_LT(beam, of_usual);
 }
 
 TEST_F(C, RefusesToBindWhatIsOutOfRange) {
@@ -468,17 +465,6 @@ TEST_F(C, RefusesLookupsOfNull) {
     EXPECT_EQ(stratus_table_reflection(handle_, 0, nullptr, nullptr), STRATUS_OK);
     EXPECT_EQ(stratus_slice_reflection_many(slice.get(), 0, nullptr, nullptr, nullptr, nullptr),
               STRATUS_OK);
-}
-
-TEST(CErrors, RefuseTablesThatMix) {
-    const stratus::Table one = stratus::test::make_synthetic_table();
-    const stratus::test::TemporaryFolder folder;
-    const std::string path = (folder.path() / "mixed.h5").string();
-    stratus::write_table(stratus::mixed(one, one), path);
-    stratus_table* table = nullptr;
-    expect_refused(stratus_table_open(path.c_str(), &table), STRATUS_INVALID_ARGUMENT,
-                   "mixed.h5: mixture must be no axis of the table");
-    EXPECT_EQ(table, nullptr);
 }
 
 TEST(CErrors, StayOnTheirThread) {

@@ -28,6 +28,10 @@ starts_with() { [ "$(head -c ${#2} "$1" | tr -d '\0')" = "$2" ] || fail "$1 must
     grep -q HDF m.nc || fail "m.nc is not HDF5"
     expect_ok export full.h5 $layer --format exr-atlas -o m.exr --title 'A layer'
     expect_says m.json '"format": "stratus-atlas"' '"material": "A layer. '
+    expect_ok export full.h5 $layer --format slice -o m.safetensors --title 'A layer'
+    expect_says "$err" "note: the beam straight through"
+    head -c 4000 m.safetensors | tr -d '\0' >header
+    expect_says header '"format":"stratus-slice"' '"material":"A layer. ' '"transmission_multiple":'
 }
 
 # --- ground, colours, mixtures, stacks; the same twice
@@ -57,6 +61,7 @@ refuse() { # refuse FRAGMENT... -- ARGS...
 }
 refuse --format paint -- export full.h5 --optical-depth 1 --albedo 1 --format paint -o new.bsdf
 refuse --output .bsdf new.nc -- export full.h5 --optical-depth 1 --albedo 1 --format fourier -o new.nc
+refuse --output .safetensors new.stratus -- export full.h5 --optical-depth 1 --albedo 1 --format slice -o new.stratus
 refuse --optical-depth "[0, inf]" -1 -- export full.h5 --optical-depth=-1 --albedo 1 --format fourier -o new.bsdf
 refuse --albedo "[0, 1]" 1.5 -- export full.h5 --optical-depth 1 --albedo 1.5 --format fourier -o new.bsdf
 refuse --albedo given nothing -- export full.h5 --optical-depth 1 --format fourier -o new.bsdf

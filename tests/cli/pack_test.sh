@@ -33,3 +33,4 @@ head -c 2000 haze.stratus >short.stratus
 expect_refused 1 short.stratus -- info short.stratus
 cp haze.h5 foreign.stratus
 expect_refused 1 foreign.stratus -- eval foreign.stratus --query query.csv
+finish

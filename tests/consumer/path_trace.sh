@@ -20,10 +20,12 @@ awk '/^...cpp$/ { inside = 1; next } /^...$/ { inside = 0 } inside' "$here/../..
     "$cxx" -O2 "$here/path_tracer.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/path_tracer"
     "$cxx" -O2 "$work/readme.cpp" $(pkg-config --cflags --libs stratus-io) -o "$work/readme"
     "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs stratus) -o "$work/renderer"
+    "$cc" -std=c99 "$(find "$prefix" -name bake.c)" $(pkg-config --cflags --libs stratus-c-baker) -Wl,-rpath,"$libraries" -o "$work/bake"
     "$cc" -std=c99 "$c_program" $(pkg-config --cflags --libs stratus-c) -lm -Wl,-rpath,"$libraries" -o "$work/look_up"
     "$cxx" -O2 "$here/project/renderer.cpp" $(pkg-config --cflags --libs --static stratus-io) -o "$work/renderer"
 }
 "$work/renderer" >/dev/null
+(cd "$work" && ./bake >/dev/null 2>&1)
 
 "$prefix/bin/stratus" bake "$recipe" -o "$work/dust.h5" 2>"$work/log" || { cat "$work/log"; exit 1; }
 "$work/path_tracer" "$work/dust.h5" "$work/sunlit.ppm" 2.5 0 1

@@ -8,7 +8,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     constexpr std::uintmax_t max_memory = 64 << 20;
     try {
-        stratus::io::decode_exr({data, data + size}, stratus::io::MemoryLimit(max_memory));
+        stratus::io::decode_exr({data, data + size}, {max_memory});
     } catch (const std::exception&) {
     }
     return 0;

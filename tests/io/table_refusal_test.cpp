@@ -18,6 +18,9 @@
 #include <random>
 #include <string>
 
+/// HDF5 itself leaks memory on damaged files.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
+
 namespace stratus::test {
 namespace {
 
@@ -85,12 +88,11 @@ TEST_P(BothFormats, RefuseFilesThatEndAfterTheirFirstBytes) {
 }
 
 TEST_P(BothFormats, RefuseTruncation) {
-    constexpr std::size_t seal = 32;  // without it, an HDF5 table is still complete
     write_table(sample_table(), path);
     const std::string whole = content(path);
-    for (std::size_t length = 1; length < whole.size() - seal; length += length < 512 ? 1 : 997)
+    for (std::size_t length = 1; length < whole.size(); length += length < 512 ? 1 : 997)
         expect_one_sentence(refusal_of_content(whole.substr(0, length)), path);
-    expect_one_sentence(refusal_of_content(whole.substr(0, whole.size() - seal)), path);
+    expect_one_sentence(refusal_of_content(whole.substr(0, whole.size() - 1)), path);
 }
 
 /// Reads damaged bytes; whatever is accepted must be the table that was written.
@@ -235,8 +237,7 @@ struct Change {
 std::ostream& operator<<(std::ostream& stream, const Change& row) { return stream << row.name; }
 
 const std::vector<Change> changes{
-    {"NewerMajor", "format_major", "4",
-     "format 4.4 is newer than this program reads (1.x to 3.x)"},
+    {"NewerMajor", "format_major", "4", "format 4.4 is newer than this program reads (1.x to 3.x)"},
     {"OlderMajor", "format_major", "0",
      "format 0.4 is not one that this program reads (1.x to 3.x)"},
     {"NegativeMinor", "format_minor", "-1",
@@ -383,6 +384,11 @@ const std::vector<Refused> refused{
     {"AttributeCalledChecksum", [](Table& t) { t.attributes["checksum"] = "mine"; },
      "write_table: an attribute's name must be one that the format does not reserve, got "
      "\"checksum\""},
+    {"AttributeCalledAsWhatChecksumsCover", [](Table& t) { t.attributes["checksum_covers"] = "x"; },
+     "write_table: an attribute's name must be one that the format does not reserve, got "
+     "\"checksum_covers\""},
+    {"AttributeWithALineBreak", [](Table& t) { t.attributes["two\nlines"] = "x"; },
+     "write_table: an attribute's name must be free of line breaks, got \"two?lines\""},
     {"AttributeWithoutName", [](Table& t) { t.attributes[""] = "x"; },
      "write_table: an attribute's name must be 1 to 200 bytes long, got \"\""},
     {"AttributeWithLongName", [](Table& t) { t.attributes[std::string(201, 'n')] = "x"; },

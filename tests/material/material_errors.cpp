@@ -3,6 +3,7 @@
 #include "fourier_reader.h"
 #include "material_check.h"
 #include "mqdiffuse_reader.h"
+#include "slice_reader.h"
 #include "tensor_reader.h"
 
 #include <chrono>
@@ -64,6 +65,31 @@ void report_atlas(const Stack& stack, const std::vector<Expected>& all) {
     print("transmission", T);
 }
 
+void report_slice(const Stack& stack, const std::vector<Expected>& all) {
+    const Made made("slice", stack, MaterialFormat::slice, "m.safetensors");
+    const SliceReader file(content(made.path));
+    const SliceReader::Side reflection = file.side("reflection"),
+                            rest = file.side("reflection_multiple"),
+                            transmission = file.side("transmission"),
+                            rest_of_T = file.side("transmission_multiple");
+    Errors R, T, R_with_single, T_with_single;
+    for (const Expected& at : all) {
+        const auto& [mu_in, mu_out, azimuth] = at.geometry;
+        R.add(reflection(mu_in, mu_out, azimuth), at.reflection);
+        T.add(transmission(mu_in, mu_out, azimuth), at.transmission);
+        R_with_single.add(
+            rest(mu_in, mu_out, azimuth) + single_reflection_of(stack.layers, at.geometry),
+            at.reflection);
+        T_with_single.add(
+            rest_of_T(mu_in, mu_out, azimuth) + single_transmission_of(stack.layers, at.geometry),
+            at.transmission);
+    }
+    print("reflection", R);
+    print("transmission", T);
+    print("R, single added", R_with_single);
+    print("T, single added", T_with_single);
+}
+
 template <class Reader>
 void report_reflection(const Reader& f, const std::vector<Expected>& all) {
     Errors near_horizon, away;
@@ -83,6 +109,7 @@ void report(const std::string& phase, double depth) {
     const std::vector<Expected> all = random_geometries(stack, 500, 0.01);
     report_fourier(stack, all);
     report_atlas(stack, all);
+    report_slice(stack, all);
     {
         const Made made("tensor", stack, MaterialFormat::tensor, "m.bsdf");
         report_reflection(TensorReader(content(made.path)), all);

@@ -3,9 +3,8 @@
 // It follows netCDF-4: every axis is a 1-D dataset and a dimension scale, attached to each
 // dimension that it samples; the root tracks creation order. Samples are chunked, shuffled and
 // deflated. The rest is in attributes of the root, texts with a fixed length. Every dataset has the
-// checksum of its samples, the root that of its attributes; after the end of the HDF5 data, the
-// file has a checksum of all its bytes. Equal tables make equal files. Files rewritten by other
-// programs can be read if these used the structures of HDF5 1.10 (h5repack --latest).
+// checksum of its numbers, the root that of its attributes. Equal tables make equal files. Files
+// that other programs rewrote are read, whatever structures, chunks, filters and types these chose.
 #pragma once
 
 #include <stratus/io/table_file.h>

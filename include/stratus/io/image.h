@@ -42,6 +42,12 @@ enum class Alpha {
 void write_exr_image(const Image& image, const std::map<std::string, std::string>& attributes,
                      const std::filesystem::path& path, Alpha alpha = Alpha::none);
 
+/// Writes texels of four numbers, floats or halves, row by row, as channels R, G, B and A.
+///
+/// Errors   std::system_error.
+void write_exr_texels(const char* texels, int width, int height, bool halves,
+                      const std::filesystem::path& path);
+
 /// Reads channels R, G and B, or Y for all three. File and image may take `max_memory` bytes; 0:
 /// half of the machine's memory.
 ///

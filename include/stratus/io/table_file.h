@@ -1,8 +1,9 @@
 // Table files: TABLE.h5 (HDF5, netCDF-4 conventions) and TABLE.exr (multi-part OpenEXR). Converting
 // between them loses nothing.
 //
-// Files are not trusted: format name, version, every extent, type and checksum are checked, and
-// samples must be finite. A truncated, damaged or foreign file is refused with a reason. Newer
+// Format name, version, every extent and checksum are checked, and samples must be finite. A
+// truncated, damaged or foreign file is refused with a reason. HDF5 files, however, are decoded by
+// the HDF5 library, which files made to harm can crash: read those of people whom you trust. Newer
 // minor versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
 #pragma once
 
@@ -24,12 +25,15 @@ constexpr int table_format_major_of_stack = 3;  // of files whose material is a 
 constexpr int table_format_minor_of_stack = 0;
 
 struct ReadOptions {
-    /// Limit in bytes for the file, its samples and the buffers to inflate them; 0: half of the
-    /// machine's memory.
+    /// Limit in bytes for the file, its samples and, of OpenEXR files, the buffers to inflate them;
+    /// 0: half of the machine's memory.
     std::uintmax_t max_memory = 0;
     /// Receives notes for the user, each naming the file: that it is of a newer minor version,
     /// whose additions are ignored.
     std::vector<std::string>* notes = nullptr;
+    /// Reads a table that was changed since its checksums were written; `write_table` writes new
+    /// ones.
+    bool ignore_checksums = false;
 };
 
 /// Reads a table by its file name's ending, .h5 or .exr.
@@ -42,8 +46,9 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options =
 /// Writes a table by its file name's ending, .h5 or .exr. An existing file is replaced only by a
 /// complete one.
 ///
-/// Range    names of `attributes` are 1 to 200 bytes long and not reserved by the format (`format`,
-///          `moments`, `checksum`, ...); names and texts have no zero bytes, texts any length.
+/// Range    names of `attributes` are 1 to 200 bytes long, without line breaks, and not reserved by
+///          the format (`format`, `moments`, `checksum`, ...); names and texts have no zero bytes,
+///          texts any length.
 /// Errors   std::invalid_argument for another ending, or a table that no reader would accept;
 ///          std::runtime_error "PATH: reason" for errors of the system.
 void write_table(const Table& table, const std::filesystem::path& path);

@@ -27,12 +27,14 @@ struct Material {
 
 enum class MaterialFormat {
     fourier,     // SCATFUN table .bsdf: reflection and transmission, lit from either side
-    tensor,      // "tensor_file" .bsdf with wavelengths: reflection alone, as all that follow but
-                 // the atlas
+    tensor,      // "tensor_file" .bsdf with wavelengths: reflection alone, as the two that
+                 // follow
     tensor_rgb,  // the same with red, green and blue
     netcdf,      // Eradiate's mqdiffuse: one colour
     exr_atlas,   // an OpenEXR picture for shaders, and JSON that describes it: both sides, lit from
                  // above
+    slice,       // arrays on even axes in the safetensors layout: both sides, lit from above, all
+                 // orders and orders n >= 2
 };
 
 /// What formats are called on the command line, in the order of MaterialFormat.

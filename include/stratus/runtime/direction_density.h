@@ -72,6 +72,12 @@ class DirectionDensity {
     /// True where samples lie in the coordinates of sharp peaks.
     bool is_peaked() const noexcept { return is_peaked_; }
 
+    /// All samples, for those who draw elsewhere: over (mu_in, line, azimuth), and what is
+    /// cumulative over (mu_in, line, azimuth and its end) and over (mu_in, line and its end).
+    const std::vector<float>& samples() const noexcept { return density_; }
+    const std::vector<float>& along_azimuth() const noexcept { return along_azimuth_; }
+    const std::vector<float>& over_lines() const noexcept { return over_lines_; }
+
   private:
     struct LobeGrid;
     struct PeakedGrid;

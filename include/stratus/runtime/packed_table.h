@@ -32,6 +32,8 @@
 
 namespace stratus {
 
+struct PackedSide;  // src/runtime/kernels/packed.h
+
 /// How names of packed tables' files end.
 constexpr const char* packed_ending = ".stratus";
 
@@ -105,6 +107,9 @@ class PackedTable {
 
     /// The table with its samples, as the functions give them.
     Table unpacked() const;
+
+    /// What lookups of a side read, of the first sample of a mixture.
+    const PackedSide& side(Side side) const noexcept;
 
     /// Size of the file.
     std::size_t bytes() const noexcept;

@@ -54,6 +54,8 @@ struct SceneEffects {
     bool sun_size = true;     // a disk, not a point
     bool ringshine = true;    // light that rings scatter onto their planet
     bool planetshine = true;  // light that a planet reflects onto its rings
+
+    bool operator==(const SceneEffects&) const = default;
 };
 
 /// Effects by name, in the order above.

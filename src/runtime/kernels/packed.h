@@ -34,7 +34,7 @@ struct LayerBlock {
     const void* function;
     const CoefficientRow* coefficient;  // over (albedo, optical depth)
     int first_albedo, first_depth;      // of the coefficients: samples of the table
-    int depths;                         // of the coefficients, infinity included
+    int albedos, depths;                // of the coefficients, infinity included
 };
 
 /// An axis of four samples at least, or one of a single sample that stands for four.

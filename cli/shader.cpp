@@ -1,0 +1,193 @@
+// `stratus shader`: a packed table's lookup as shader code, with the textures that it reads.
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/image.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+#include <stratus/runtime/packed_table.h>
+#include <stratus/shader/shader.h>
+
+#include "allowed.h"
+#include "commands.h"
+#include "query.h"
+#include "signals_held.h"
+#include "table_option.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+struct ShaderOptions {
+    std::string input, language, folder;
+    std::vector<double> optical_depth, albedo;
+    ReadOptions reading;
+    bool quiet = false;
+};
+
+struct OutputFile {
+    std::string name;
+    std::function<void(const std::filesystem::path& path)> write;
+};
+
+OutputFile text_file(const std::string& name, const std::string& text) {
+    return {name, [text](const std::filesystem::path& path) {
+                std::ofstream file(path, std::ios::binary);
+                file.exceptions(std::ios::failbit | std::ios::badbit);
+                file << text;
+            }};
+}
+
+/// Raw numbers, or for OSL, whose texture() reads pictures, OpenEXR.
+OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
+    return {texture.name + (as_exr ? ".exr" : ".bin"),
+            [&texture, as_exr](const std::filesystem::path& path) {
+                if (as_exr) {
+                    write_exr_texels(texture.bytes.data(), shader_texture_width, texture.height,
+                                     texture.halves, path);
+                    return;
+                }
+                std::ofstream file(path, std::ios::binary);
+                file.exceptions(std::ios::failbit | std::ios::badbit);
+                file.write(texture.bytes.data(),
+                           static_cast<std::streamsize>(texture.bytes.size()));
+            }};
+}
+
+std::string textures_json(const PackedTable& table, const std::vector<ShaderTexture>& textures) {
+    const TableView view = table.view();
+    std::ostringstream json;
+    json << "{\n  \"format\": \"stratus-shader\",\n  \"version\": 1,\n  \"optical_depth\": ["
+         << shortest_text(view.optical_depth.lowest) << ", "
+         << (view.optical_depth.ends_at_infinity ? "null"
+                                                 : shortest_text(view.optical_depth.highest))
+         << "],\n  \"albedo\": [" << shortest_text(view.albedo.lowest) << ", "
+         << shortest_text(view.albedo.highest)
+         << "],\n  \"reflection\": " << (view.has_reflection() ? "true" : "false")
+         << ",\n  \"transmission\": " << (view.has_transmission() ? "true" : "false")
+         << ",\n  \"path_law\": " << (view.path_law != nullptr ? "true" : "false")
+         << ",\n  \"tolerance\": " << shortest_text(view.tolerance) << ",\n  \"textures\": [";
+    for (const ShaderTexture& texture : textures)
+        json << (&texture == &textures.front() ? "\n" : ",\n") << "    {\"name\": \""
+             << texture.name << "\", \"file\": \"" << texture.name
+             << ".bin\", \"width\": " << shader_texture_width << ", \"height\": " << texture.height
+             << ", \"channels\": 4, \"type\": \"" << (texture.halves ? "float16" : "float32")
+             << "\"}";
+    json << "\n  ]\n}\n";
+    return json.str();
+}
+
+/// Heights and files of the textures, for OSL.
+std::string textures_header(const std::vector<ShaderTexture>& textures) {
+    std::string text = "// Textures of stratus.osl.h; define these yourself if the files move.\n";
+    for (const ShaderTexture& texture : textures) {
+        std::string name = texture.name;
+        std::transform(name.begin(), name.end(), name.begin(), [](unsigned char letter) {
+            return static_cast<char>(std::toupper(letter));
+        });
+        const std::string of_layer = texture.name == "stratus_layer" ? "_FILE" : "";
+        text += "#define " + name + of_layer + " \"" + texture.name + ".exr\"\n#define " + name +
+                "_HEIGHT " + std::to_string(texture.height) + "\n";
+    }
+    return text;
+}
+
+/// One layer for all colours, or one for each.
+Medium<3> medium_of(const std::vector<double>& optical_depth, const std::vector<double>& albedo) {
+    Medium<3> medium{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        medium.optical_depth[c] = optical_depth[optical_depth.size() == 1 ? 0 : c];
+        medium.albedo[c] = albedo[albedo.size() == 1 ? 0 : c];
+    }
+    return medium;
+}
+
+void check_layer(const ShaderOptions& options) {
+    for (const auto& [option, given] : {std::pair{"--optical-depth", &options.optical_depth},
+                                        std::pair{"--albedo", &options.albedo}})
+        require(given->size() <= 1 || given->size() == 3, "shader", option,
+                "one, or three for red, green and blue", given->size());
+    require(options.optical_depth.empty() == options.albedo.empty(), "shader",
+            "--optical-depth and --albedo", "both given or both left out",
+            options.albedo.empty() ? "--optical-depth" : "--albedo");
+}
+
+void run_shader(const ShaderOptions& options) {
+    check_layer(options);
+    const std::vector<std::string>& names = shader_language_names();
+    const auto language = static_cast<ShaderLanguage>(
+        std::find(names.begin(), names.end(), options.language) - names.begin());
+    const bool osl = language == ShaderLanguage::osl;
+    const PackedTable table = read_packed_table(options.input, options.reading);
+    std::vector<ShaderTexture> textures = shader_textures(table);
+    if (!options.albedo.empty())
+        textures.push_back(shader_layer(table, medium_of(options.optical_depth, options.albedo)));
+
+    std::vector<OutputFile> files{
+        text_file(osl ? "stratus.osl.h" : "stratus." + options.language, shader_text(language)),
+        osl ? text_file("stratus_textures.h", textures_header(textures))
+            : text_file("stratus_textures.json", textures_json(table, textures))};
+    for (const ShaderTexture& texture : textures) files.push_back(texture_file(texture, osl));
+    std::filesystem::create_directories(options.folder);
+    double bytes = 0;
+    for (const OutputFile& file : files) {
+        const std::filesystem::path path = std::filesystem::path(options.folder) / file.name;
+        const SignalsHeld held;
+        write_atomically(path, file.write);
+        bytes += static_cast<double>(std::filesystem::file_size(path));
+    }
+    if (options.quiet) return;
+    if (osl)
+        std::cerr << "stratus: note: no OSL compiler has tried this text; GLSL, HLSL and C++ "
+                     "compilers have\n";
+    std::cerr << "stratus: " << options.folder << ": " << files.size() << " files, "
+              << short_number(bytes / 1e6, 3) << " MB\n";
+}
+
+}  // namespace
+
+void add_shader(CLI::App& app) {
+    auto options = std::make_shared<ShaderOptions>();
+    CLI::App* command =
+        app.add_subcommand("shader", "Write a table's lookup as shader code, with its textures");
+    command->add_option("TABLE", options->input, "Packed table (.stratus), or one to be packed")
+        ->required()
+        ->check(file_name());
+    command->add_option("--language", options->language, "glsl (ES 3.00, 4.50), hlsl, or osl")
+        ->required()
+        ->check(CLI::IsMember(shader_language_names()));
+    command->add_option("-o,--output", options->folder, "Folder to write into; made if missing")
+        ->required();
+    command
+        ->add_option("--optical-depth", options->optical_depth,
+                     "Also bind one layer, of this depth, [0, inf]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
+    command
+        ->add_option("--albedo", options->albedo,
+                     "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
+        ->delimiter(',')
+        ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
+    command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
+    add_max_memory(*command, options->reading);
+    command->footer(
+        "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
+        "textures are the table. Not for tables with a mixture axis, nor of stacks.\n\n"
+        "A bound layer is one more texture, stratus_layer, with which directions can be "
+        "sampled.\n\n"
+        "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
+        "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
+        "    --albedo 0.95,0.93,0.8 -o rings");
+    command->callback([options] { run_shader(*options); });
+}
+
+}  // namespace stratus

@@ -1,0 +1,66 @@
+// `stratus view`: a table as a web page to look at.
+#include <stratus/view/page.h>
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/runtime/number_text.h>
+
+#include "commands.h"
+#include "query.h"
+#include "signals_held.h"
+#include "table_option.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace stratus {
+namespace {
+
+struct ViewOptions {
+    std::string table, output;
+    ReadOptions reading;
+    bool quiet = false;
+};
+
+void run_view(const ViewOptions& options) {
+    if (std::filesystem::path(options.output).extension() != ".html")
+        throw std::invalid_argument("view: --output must end in .html, got " + options.output);
+    require_writable("view", "--output", options.output);
+    require_different_files("view", options.table, options.output);
+    const std::string page = view_page(read_packed_table(options.table, options.reading));
+    {
+        const SignalsHeld held;
+        write_atomically(options.output, [&](const std::filesystem::path& temporary) {
+            std::ofstream file(temporary, std::ios::binary);
+            file.exceptions(std::ios::failbit | std::ios::badbit);
+            file << page;
+        });
+    }
+    if (!options.quiet)
+        std::cerr << "stratus: " << options.output << ": "
+                  << short_number(static_cast<double>(page.size()) / 1e6, 3) << " MB\n";
+}
+
+}  // namespace
+
+void add_view(CLI::App& app) {
+    auto options = std::make_shared<ViewOptions>();
+    CLI::App* command = app.add_subcommand("view", "Write a web page on which to look at a table");
+    command->add_option("TABLE", options->table, "Table, .stratus, .h5 or .exr")->required();
+    command->add_option("-o,--output", options->output, "File to write, .html")->required();
+    command->add_flag("--quiet", options->quiet, "Do not report the size");
+    add_max_memory(*command, options->reading);
+    command->footer(
+        "The page is one file, needs no network, and draws by WebGL2: a lit sphere, rings, a slab "
+        "over ground, and\n"
+        "lobes, light scattered once beside all orders. Tables must be of one layer over nothing, "
+        "of one phase\n"
+        "function, both sides and all directions.\n\n"
+        "Example:\n  stratus view saturn_rings.stratus -o saturn_rings.html");
+    command->callback([options] { run_view(*options); });
+}
+
+}  // namespace stratus

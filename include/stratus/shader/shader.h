@@ -1,0 +1,49 @@
+// Packed tables as shader code: the functions of a lookup in GLSL, HLSL or OSL, one text for all
+// tables, and the textures that they read.
+//
+// The text is src/shader/*.shader, which is C++ as well, after what is each language's own.
+// docs/shaders.md has the functions, the layout of the textures, and what is left out.
+#pragma once
+
+#include <stratus/runtime/packed_table.h>
+#include <stratus/runtime/slice.h>
+
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+enum class ShaderLanguage { glsl, hlsl, osl };
+
+/// What languages are called on the command line, and how names of their files end; in the order of
+/// ShaderLanguage.
+const std::vector<std::string>& shader_language_names();
+
+/// Texels of the textures to a row: texel n lies in column n % this, row n / this, from the first.
+constexpr int shader_texture_width = 2048;
+
+/// RGBA, to be fetched without filtering.
+struct ShaderTexture {
+    std::string name;  // of the sampler
+    int height;
+    bool halves;              // else floats
+    std::vector<char> bytes;  // little endian, row by row, zeros beyond the last texel
+};
+
+/// The text to include. GLSL: ES 3.00 or 4.50, without a #version. It is the same for all tables.
+std::string shader_text(ShaderLanguage language);
+
+/// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.
+///
+/// Errors   std::invalid_argument for a table with a mixture axis or of a stack, which shaders do
+///          not read, or one of more than 2^24 texels.
+std::vector<ShaderTexture> shader_textures(const PackedTable& table);
+
+/// `stratus_layer`, a third texture: one layer, bound, and the density that directions are drawn
+/// from (bsdf.h).
+///
+/// Errors   those of `shader_textures` and of a Slice; std::invalid_argument for a table that was
+///          narrowed to some directions.
+ShaderTexture shader_layer(const PackedTable& table, const Medium<3>& medium);
+
+}  // namespace stratus

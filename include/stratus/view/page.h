@@ -1,0 +1,20 @@
+// A table as a web page to look at: a lit sphere, rings, a slab over ground and lobes, with sliders for the layer,
+// the sun and the camera, and values under the pointer. Light scattered once stands beside all orders.
+//
+// One HTML file that needs no network. It draws by WebGL2, with the lookups that `stratus shader` writes
+// (stratus/shader/shader.h); its own parts are the files of src/view.
+#pragma once
+
+#include <stratus/runtime/packed_table.h>
+
+#include <string>
+
+namespace stratus {
+
+/// The page's text.
+///
+/// Errors   std::invalid_argument for a table that mixes phase functions, of a stack, over a lower boundary, of one side or
+///          some directions alone, or without finite optical depths.
+std::string view_page(const PackedTable& table);
+
+}  // namespace stratus

@@ -1,0 +1,91 @@
+// What the handles of the C interface refer to.
+#pragma once
+
+#include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/packed_table.h>
+#include <stratus/runtime/slice.h>
+#include <stratus/runtime/stack_layers.h>
+#include <stratus/runtime/table.h>
+#include <stratus/stratus.h>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace stratus::c {
+
+/// A table as it was read or made, shared by the handles of its mixtures.
+struct SharedTable {
+    explicit SharedTable(Table table);
+    explicit SharedTable(PackedTable table);
+    SharedTable(const SharedTable&) = delete;  // views point into the table
+
+    const Table& header() const;
+    TableView view() const;
+    /// Null unless packed.
+    const PackedTable* packed() const { return std::get_if<PackedTable>(&own); }
+
+    std::variant<Table, PackedTable> own;
+    std::string phase_function, second_phase_function;
+    std::vector<std::string> layer_texts;  // of a stack
+    std::vector<stratus_layer> layers;
+};
+
+/// Held while HDF5 is called, which is not thread-safe.
+std::unique_lock<std::mutex> hdf5_lock();
+
+/// The layers of a stack.
+///
+/// Errors   std::invalid_argument for null, and for texts that are no phase functions.
+std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count,
+                                  const char* function);
+
+/// Checks that a table that mixes was opened at one mixture.
+void require_mixture(const stratus_table& table, const char* function);
+
+}  // namespace stratus::c
+
+struct stratus_table {
+    std::shared_ptr<const stratus::c::SharedTable> shared;
+    stratus::TableView view;
+};
+
+struct stratus_slice {
+    std::variant<std::monostate, stratus::Slice, stratus::RgbSlice> own;  // nothing: a BSDF's
+    const stratus::Slice* one = nullptr;  // one of the two, by channels
+    const stratus::RgbSlice* three = nullptr;
+};
+
+struct stratus_bsdf {
+    std::variant<std::monostate, stratus::Bsdf, stratus::RgbBsdf> own;
+    stratus_slice slice;
+};
+
+namespace stratus::c {
+
+/// A handle of a table.
+stratus_table* handle_of(std::shared_ptr<const SharedTable> shared);
+
+/// Calls `use` with the slice or BSDF of either kind.
+template <class Use>
+auto with(const stratus_slice& slice, const Use& use) {
+    return slice.one != nullptr ? use(*slice.one) : use(*slice.three);
+}
+template <class Use>
+auto with(const stratus_bsdf& bsdf, const Use& use) {
+    const auto* const one = std::get_if<Bsdf>(&bsdf.own);
+    return one != nullptr ? use(*one) : use(std::get<RgbBsdf>(bsdf.own));
+}
+
+inline void write(float from, float* value) { *value = from; }
+
+inline void write(const Rgb& from, float* value) {
+    value[0] = from.r;
+    value[1] = from.g;
+    value[2] = from.b;
+}
+
+}  // namespace stratus::c

@@ -1,0 +1,251 @@
+// Slices: layers bound once, for short lookups.
+#include <stratus/io/phase_file.h>
+
+#include "errors.h"
+#include "handles.h"
+
+#include <memory>
+
+namespace stratus::c {
+namespace {
+
+bool switched(int value, const char* name) {
+    require(value == 0 || value == 1, "stratus_effects", name, "0 or 1", value);
+    return value == 1;
+}
+
+Opposition::Law law_of(int law) {
+    using Law = Opposition::Law;
+    switch (law) {
+        case STRATUS_BLINN_OPPOSITION: return Law::blinn;
+        case STRATUS_HAPKE_OPPOSITION: return Law::hapke;
+        default:
+            require(law == STRATUS_NO_OPPOSITION, "stratus_effects", "opposition",
+                    "one of the laws, 0 to 2", law);
+            return Law::none;
+    }
+}
+
+constexpr std::size_t first_effects_size = offsetof(stratus_effects, background);
+
+Effects effects_of(const stratus_effects* asked, const char* function) {
+    Effects effects;
+    if (asked == nullptr) return effects;
+    require_size(*asked, function, "effects", first_effects_size);
+    const stratus_effects whole = completed(*asked);
+    effects.single = switched(whole.single, "single");
+    effects.multiple = switched(whole.multiple, "multiple");
+    effects.reflection = switched(whole.reflection, "reflection");
+    effects.transmission = switched(whole.transmission, "transmission");
+    if (asked->size > first_effects_size)
+        effects.background = switched(whole.background, "background");
+    effects.density = whole.density;
+    effects.opposition = {law_of(whole.opposition), whole.opposition_width,
+                          whole.opposition_amplitude};
+    return effects;
+}
+
+template <int channels>
+Medium<channels> medium_of(const double* optical_depth, const double* albedo) {
+    Medium<channels> medium;
+    std::memcpy(medium.optical_depth, optical_depth, sizeof medium.optical_depth);
+    std::memcpy(medium.albedo, albedo, sizeof medium.albedo);
+    return medium;
+}
+
+void require_channels(int channels, const char* function) {
+    require(channels == 1 || channels == 3, function, "channels", "1 or 3", channels);
+}
+
+/// Binds `scatterer`, a table with `outside` or a phase function.
+template <class Scatterer, class... Outside>
+stratus_slice* bound(const Scatterer& scatterer, int channels, const double* optical_depth,
+                     const double* albedo, const stratus_effects* asked, const char* function,
+                     Outside... outside) {
+    require_channels(channels, function);
+    require_given(optical_depth, function, "optical_depth");
+    require_given(albedo, function, "albedo");
+    const Effects effects = effects_of(asked, function);
+    auto slice = std::make_unique<stratus_slice>();
+    if (channels == 1)
+        slice->one = &slice->own.emplace<Slice>(scatterer, medium_of<1>(optical_depth, albedo),
+                                                effects, outside...);
+    else
+        slice->three = &slice->own.emplace<RgbSlice>(scatterer, medium_of<3>(optical_depth, albedo),
+                                                     effects, outside...);
+    return slice.release();
+}
+
+int bind_table(const stratus_table* table, int channels, const double* optical_depth,
+               const double* albedo, const stratus_effects* effects, stratus_slice** slice,
+               const char* function, OutsideTable outside) noexcept {
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        *slice = nullptr;
+        require_given(table, function, "table");
+        require_mixture(*table, function);
+        *slice = bound(table->view, channels, optical_depth, albedo, effects, function, outside);
+    });
+}
+
+/// A lookup of a slice: `look_up` returns its value.
+template <class LookUp>
+int look_up_once(const stratus_slice* slice, float* value, const char* function,
+                 const LookUp& look_up) noexcept {
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        require_given(value, function, "value");
+        with(*slice, [&](const auto& of) { write(look_up(of), value); });
+    });
+}
+
+}  // namespace
+}  // namespace stratus::c
+
+using namespace stratus::c;
+
+int stratus_effects_default(stratus_effects* effects) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(effects, function, "effects");
+        require_size(*effects, function, "effects", first_effects_size);
+        const stratus::Effects usual;
+        fill(*effects, {sizeof(stratus_effects), usual.single, usual.multiple, usual.reflection,
+                        usual.transmission, usual.density, STRATUS_NO_OPPOSITION,
+                        usual.opposition.width, usual.opposition.amplitude, usual.background});
+    });
+}
+
+int stratus_slice_bind(const stratus_table* table, int channels, const double* optical_depth,
+                       const double* albedo, const stratus_effects* effects,
+                       stratus_slice** slice) {
+    return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
+                      stratus::OutsideTable::refuse);
+}
+
+int stratus_slice_bind_clamped(const stratus_table* table, int channels,
+                               const double* optical_depth, const double* albedo,
+                               const stratus_effects* effects, stratus_slice** slice) {
+    return bind_table(table, channels, optical_depth, albedo, effects, slice, __func__,
+                      stratus::OutsideTable::clamp);
+}
+
+int stratus_slice_bind_single(const char* phase_function, int channels, const double* optical_depth,
+                              const double* albedo, const stratus_effects* effects,
+                              stratus_slice** slice) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        *slice = nullptr;
+        require_given(phase_function, function, "phase_function");
+        *slice = bound(stratus::read_phase_function(phase_function), channels, optical_depth,
+                       albedo, effects, function);
+    });
+}
+
+int stratus_slice_bind_single_stack(size_t layer_count, const stratus_layer* layers, int channels,
+                                    const stratus_effects* effects, stratus_slice** slice) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        *slice = nullptr;
+        const std::vector<stratus::StackLayer> stack = layers_of(layers, layer_count, function);
+        require_channels(channels, function);
+        const stratus::Effects asked = effects_of(effects, function);
+        auto made = std::make_unique<stratus_slice>();
+        if (channels == 1)
+            made->one = &made->own.emplace<stratus::Slice>(stack, asked);
+        else
+            made->three = &made->own.emplace<stratus::RgbSlice>(stack, asked);
+        *slice = made.release();
+    });
+}
+
+void stratus_slice_free(stratus_slice* slice) { delete slice; }
+
+int stratus_slice_channels(const stratus_slice* slice) {
+    if (slice == nullptr) return 0;
+    return slice->one != nullptr ? 1 : 3;
+}
+
+size_t stratus_slice_bytes(const stratus_slice* slice) {
+    if (slice == nullptr) return 0;
+    return with(*slice, [](const auto& of) { return of.bytes(); });
+}
+
+int stratus_slice_clamped(const stratus_slice* slice) {
+    if (slice == nullptr) return 0;
+    return with(*slice, [](const auto& of) { return of.clamped() ? 1 : 0; });
+}
+
+int stratus_slice_reflection(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
+                             float* value) {
+    return look_up_once(slice, value, __func__, [=](const auto& of) noexcept {
+        return of.reflection(mu_in, mu_out, azimuth);
+    });
+}
+
+int stratus_slice_transmission(const stratus_slice* slice, float mu_in, float mu_out, float azimuth,
+                               float* value) {
+    return look_up_once(slice, value, __func__, [=](const auto& of) noexcept {
+        return of.transmission(mu_in, mu_out, azimuth);
+    });
+}
+
+int stratus_slice_eval(const stratus_slice* slice, const float wi[3], const float wo[3],
+                       float* value) {
+    const char* const function = __func__;
+    return look_up_once(slice, value, function, [=](const auto& of) {
+        require_given(wi, function, "wi");
+        require_given(wo, function, "wo");
+        return of.eval({wi[0], wi[1], wi[2]}, {wo[0], wo[1], wo[2]});
+    });
+}
+
+int stratus_slice_reflection_many(const stratus_slice* slice, size_t count, const float* mu_in,
+                                  const float* mu_out, const float* azimuth, float* value) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
+        with(*slice, [&](const auto& of) { of.reflection(count, mu_in, mu_out, azimuth, value); });
+    });
+}
+
+int stratus_slice_transmission_many(const stratus_slice* slice, size_t count, const float* mu_in,
+                                    const float* mu_out, const float* azimuth, float* value) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        require_arrays(count, {mu_in, mu_out, azimuth, value}, function);
+        with(*slice,
+             [&](const auto& of) { of.transmission(count, mu_in, mu_out, azimuth, value); });
+    });
+}
+
+int stratus_slice_eval_many(const stratus_slice* slice, size_t count, const float* const wi[3],
+                            const float* const wo[3], float* value) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(slice, function, "slice");
+        require_given(wi, function, "wi");
+        require_given(wo, function, "wo");
+        require_arrays(count, {wi[0], wi[1], wi[2], wo[0], wo[1], wo[2], value}, function);
+        with(*slice, [&](const auto& of) { of.eval(count, wi, wo, value); });
+    });
+}
+
+int stratus_slice_direct(const stratus_slice* slice, float mu, float* value) {
+    return look_up_once(slice, value, __func__,
+                        [=](const auto& of) noexcept { return of.direct(mu); });
+}
+
+int stratus_slice_background(const stratus_slice* slice, float mu, float* value) {
+    return look_up_once(slice, value, __func__,
+                        [=](const auto& of) noexcept { return of.background(mu); });
+}
+
+int stratus_slice_source_behind(const stratus_slice* slice, float mu, float* value) {
+    return look_up_once(slice, value, __func__,
+                        [=](const auto& of) noexcept { return of.source_behind(mu); });
+}

@@ -1,0 +1,235 @@
+// Tables: opened, described, looked up.
+#include <stratus/io/phase_file.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/lookup.h>
+
+#include "errors.h"
+#include "handles.h"
+
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+namespace stratus::c {
+
+SharedTable::SharedTable(Table table) : own(std::move(table)) {
+    const Table& of = header();
+    phase_function = of.phase_function.text();
+    if (of.has_mixture()) second_phase_function = of.second_phase_function.text();
+    layer_texts.reserve(of.layers.size());  // which are pointed to
+    for (const StackLayer& layer : of.layers)
+        layers.push_back({layer_texts.emplace_back(layer.phase_function.text()).c_str(),
+                          layer.albedo, layer.optical_depth});
+}
+
+SharedTable::SharedTable(PackedTable table) : SharedTable(Table(table.header())) {
+    own.emplace<PackedTable>(std::move(table));
+}
+
+const Table& SharedTable::header() const {
+    return packed() != nullptr ? packed()->header() : std::get<Table>(own);
+}
+
+TableView SharedTable::view() const {
+    return packed() != nullptr ? packed()->view() : std::get<Table>(own).view();
+}
+
+std::unique_lock<std::mutex> hdf5_lock() {
+    static std::mutex hdf5;
+    return std::unique_lock(hdf5);
+}
+
+std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count,
+                                  const char* function) {
+    require(count > 0, function, "layer_count", "at least 1", count);
+    require_given(layers, function, "layers");
+    std::vector<StackLayer> all;
+    for (std::size_t i = 0; i < count; ++i) {
+        require_given(layers[i].phase_function, function, "phase_function of every layer");
+        all.push_back({read_phase_function(layers[i].phase_function), layers[i].albedo,
+                       layers[i].optical_depth});
+    }
+    return all;
+}
+
+void require_mixture(const stratus_table& table, const char* function) {
+    const bool chosen = !table.view.has_mixture() || !std::isnan(table.view.chosen_mixture);
+    if (chosen) return;
+    require(false, function, "table", "of one mixture, by stratus_table_at_mixture()",
+            "one of all mixtures");
+}
+
+stratus_table* handle_of(std::shared_ptr<const SharedTable> shared) {
+    const TableView view = shared->view();
+    return new stratus_table{std::move(shared), view};
+}
+
+namespace {
+
+std::shared_ptr<const SharedTable> opened(const std::string& path) {
+    if (std::filesystem::path(path).extension() == packed_ending)
+        return std::make_shared<const SharedTable>(PackedTable(path));
+    const std::unique_lock lock = hdf5_lock();
+    return std::make_shared<const SharedTable>(read_table(path));
+}
+
+stratus_range range_of(const Axis& axis) {
+    if (axis.values.empty()) return {0, 0, 0};
+    return {axis.values.front(), axis.values.back(), axis.values.size()};
+}
+
+constexpr std::size_t first_info_size = offsetof(stratus_table_info, mixture);
+
+/// R or T of a table at many points.
+template <class LookUp>
+int look_up_points(const stratus_table* table, std::size_t count, const stratus_point* points,
+                   stratus_scattered* values, const char* function,
+                   const LookUp& look_up) noexcept {
+    return status_of([&] {
+        require_given(table, function, "table");
+        require_mixture(*table, function);
+        if (count == 0) return;
+        require_given(points, function, "points");
+        require_given(values, function, "values");
+        for (std::size_t i = 0; i < count; ++i) {
+            const stratus_point& at = points[i];
+            const Scattered found = look_up(table->view, at.albedo, at.optical_depth,
+                                            {at.mu_in, at.mu_out, at.azimuth});
+            values[i] = {found.single, found.multiple};
+        }
+    });
+}
+
+/// Totals of a packed table: `look_up` takes it, the points and the mixture.
+template <class LookUp>
+int look_up_arrays(const stratus_table* table, const PackedPoints& points, const float* total,
+                   const char* function, const LookUp& look_up) noexcept {
+    return status_of([&] {
+        require_given(table, function, "table");
+        require_mixture(*table, function);
+        const PackedTable* const packed = table->shared->packed();
+        require(packed != nullptr, function, "table", "a packed one", "one with samples");
+        require_arrays(points.count,
+                       {points.optical_depth, points.albedo, points.mu_in, points.mu_out,
+                        points.azimuth, total},
+                       function);
+        if (points.count == 0) return;
+        look_up(*packed, points, table->view.has_mixture() ? table->view.chosen_mixture : 1);
+    });
+}
+
+}  // namespace
+}  // namespace stratus::c
+
+using namespace stratus::c;
+using stratus::require;
+
+int stratus_table_open(const char* path, stratus_table** table) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(table, function, "table");
+        *table = nullptr;
+        require_given(path, function, "path");
+        *table = handle_of(opened(path));
+    });
+}
+
+int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** table) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(table, function, "table");
+        *table = nullptr;
+        require_given(data, function, "data");
+        *table = handle_of(std::make_shared<const SharedTable>(stratus::PackedTable(data, bytes)));
+    });
+}
+
+int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
+                             stratus_table** mixed) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(mixed, function, "mixed");
+        *mixed = nullptr;
+        require_given(table, function, "table");
+        require(table->view.has_mixture(), function, "table", "one that mixes",
+                "one of a single phase function");
+        require(share_of_first >= 0 && share_of_first <= 1, function, "share_of_first", "in [0, 1]",
+                share_of_first);
+        *mixed = new stratus_table{table->shared, table->shared->view().at_mixture(share_of_first)};
+    });
+}
+
+void stratus_table_close(stratus_table* table) { delete table; }
+
+int stratus_table_describe(const stratus_table* table, stratus_table_info* info) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(table, function, "table");
+        require_given(info, function, "info");
+        require_size(*info, function, "info", first_info_size);
+        const stratus::Table& of = table->shared->header();
+        stratus_table_info found{};
+        found.optical_depth = range_of(of.optical_depth);
+        found.albedo = range_of(of.albedo);
+        found.mu_in = range_of(of.mu_in);
+        found.mu_out = range_of(of.mu_out);
+        found.azimuth = range_of(of.azimuth);
+        found.has_reflection = table->view.has_reflection();
+        found.has_transmission = table->view.has_transmission();
+        found.has_lower_boundary = table->view.has_lower_boundary();
+        found.highest_order = of.highest_order;
+        found.tolerance = of.tolerance;
+        found.measured_error = of.measured_error;
+        found.mixture = range_of(of.mixture);
+        found.is_packed = table->shared->packed() != nullptr;
+        found.is_stack = of.is_stack();
+        fill(*info, found);
+    });
+}
+
+const char* stratus_table_text(const stratus_table* table, const char* name) {
+    if (table == nullptr || name == nullptr) return nullptr;
+    const SharedTable& of = *table->shared;
+    if (std::strcmp(name, "phase_function") == 0) return of.phase_function.c_str();
+    if (std::strcmp(name, "second_phase_function") == 0)
+        return of.header().has_mixture() ? of.second_phase_function.c_str() : nullptr;
+    for (const auto& [known, text] : of.header().attributes)
+        if (known == name) return text.c_str();
+    return nullptr;
+}
+
+const stratus_layer* stratus_table_layers(const stratus_table* table, size_t* count) {
+    const bool is_stack = table != nullptr && !table->shared->layers.empty();
+    if (count != nullptr) *count = is_stack ? table->shared->layers.size() : 0;
+    return is_stack ? table->shared->layers.data() : nullptr;
+}
+
+int stratus_table_reflection(const stratus_table* table, size_t count, const stratus_point* points,
+                             stratus_scattered* values) {
+    return look_up_points(table, count, points, values, __func__, stratus::reflection);
+}
+
+int stratus_table_transmission(const stratus_table* table, size_t count,
+                               const stratus_point* points, stratus_scattered* values) {
+    return look_up_points(table, count, points, values, __func__, stratus::transmission);
+}
+
+int stratus_table_reflection_many(const stratus_table* table, size_t count,
+                                  const float* optical_depth, const float* albedo,
+                                  const float* mu_in, const float* mu_out, const float* azimuth,
+                                  float* total) {
+    return look_up_arrays(table, {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total,
+                          __func__,
+                          [=](const stratus::PackedTable& of, const stratus::PackedPoints& points,
+                              double mixture) { of.reflection(points, total, mixture); });
+}
+
+int stratus_table_transmission_many(const stratus_table* table, size_t count,
+                                    const float* optical_depth, const float* albedo,
+                                    const float* mu_in, const float* mu_out, const float* azimuth,
+                                    float* total) {
+    return look_up_arrays(table, {albedo, optical_depth, mu_in, mu_out, azimuth, count}, total,
+                          __func__,
+                          [=](const stratus::PackedTable& of, const stratus::PackedPoints& points,
+                              double mixture) { of.transmission(points, total, mixture); });
+}

@@ -1,0 +1,121 @@
+// Fits of layers to observations.
+#include <stratus/fit/fit.h>
+
+#include <memory>
+
+#include "module.h"
+#include "table.h"
+
+namespace stratus::python {
+namespace {
+
+/// A model, and the table that it may look up.
+struct Model {
+    std::unique_ptr<LayerModel> model;
+    std::shared_ptr<AnyTable> table;
+};
+
+constexpr int solver_nodes = 24;
+
+/// By a table; or by phase functions, by the solver or single scattering alone; or of beams alone.
+Model model_of(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
+               const std::optional<PhaseFunction>& second, bool single) {
+    if (table != nullptr) return {table_model(table->view()), table};
+    if (!first) return {beam_model(), nullptr};
+    if (single) return {single_scattering_model(*first, second), nullptr};
+    SolverOptions options;
+    options.nodes = solver_nodes;
+    return {solver_model(*first, second, options), nullptr};
+}
+
+std::vector<Observation> observations_of(const Doubles& mu_in, const Doubles& mu_out,
+                                         const Doubles& azimuth, const Doubles& brightness,
+                                         const Doubles& sigma, const std::vector<int>& light) {
+    constexpr Light lights[] = {Light::reflected, Light::transmitted, Light::beam};
+    std::vector<Observation> observations;
+    for (std::size_t i = 0; i < light.size(); ++i)
+        observations.push_back({{mu_in.data()[i], mu_out.data()[i], azimuth.data()[i]},
+                                lights[light[i]],
+                                brightness.data()[i],
+                                sigma.data()[i]});
+    return observations;
+}
+
+/// The parameter of a name, as the model calls it.
+std::size_t parameter_of(const LayerModel& model, const std::string& name, const char* argument) {
+    const auto names = fit_parameter_names(model);
+    std::vector<std::string> known{names[fit_optical_depth]};
+    for (const std::size_t p : {std::size_t{fit_w1}, std::size_t{fit_g1}})
+        for (int kind = 0; kind < model.kinds(); ++kind)
+            known.emplace_back(names[p + static_cast<std::size_t>(kind)]);
+    const bool is_known = std::find(known.begin(), known.end(), name) != known.end();
+    require(is_known, "fit", argument, "out of " + joined(known), name);
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+FitOptions options_of(const LayerModel& model, const std::map<std::string, double>& fixed,
+                      const std::vector<std::string>& free, double density,
+                      const Opposition& opposition) {
+    FitOptions options;
+    options.density = density;
+    options.opposition = opposition;
+    std::optional<double>* const held[] = {&options.optical_depth, &options.w1, &options.w2,
+                                           &options.g1, &options.g2};
+    for (const auto& [name, value] : fixed) *held[parameter_of(model, name, "fixed")] = value;
+    for (const std::string& name : free) {
+        const std::size_t p = parameter_of(model, name, "free");
+        require(!held[p]->has_value(), "fit", "free", "without what is fixed", name);
+        if (p == fit_g1) options.free_g1 = true;
+        if (p == fit_g2) options.free_g2 = true;
+    }
+    return options;
+}
+
+py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
+             const std::optional<PhaseFunction>& second, bool single, const Doubles& mu_in,
+             const Doubles& mu_out, const Doubles& azimuth, const Doubles& brightness,
+             const Doubles& sigma, const std::vector<int>& light,
+             const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
+             double density, const std::tuple<std::string, double, double>& opposition) {
+    const Model by = model_of(table, first, second, single);
+    const LayerModel& model = *by.model;
+    const auto& [law, width, amplitude] = opposition;
+    const FitOptions options =
+        options_of(model, fixed, free, density, opposition_of(law, width, amplitude));
+    const std::vector<Observation> observations =
+        observations_of(mu_in, mu_out, azimuth, brightness, sigma, light);
+    const Fit found = [&] {
+        const py::gil_scoped_release release;
+        return fit_layer(model, observations, options);
+    }();
+    const auto names = fit_parameter_names(model);
+    const auto is_free = free_parameters(model, options);
+    py::dict value, deviation;
+    std::vector<std::string> fitted;
+    std::vector<double> covariance;
+    for (std::size_t p = 0; p < fit_parameters; ++p) {
+        if (!is_free[p]) continue;
+        fitted.emplace_back(names[p]);
+        value[names[p]] = found.estimate[p].value;
+        deviation[names[p]] = found.estimate[p].sigma;
+        for (std::size_t q = 0; q < fit_parameters; ++q)
+            if (is_free[q]) covariance.push_back(found.covariance[p][q]);
+    }
+    for (const auto& [name, held] : fixed) value[name.c_str()] = held;
+    py::dict told;
+    told["names"] = fitted;
+    told["value"] = value;
+    told["sigma"] = deviation;
+    told["covariance"] = array_of(std::move(covariance));
+    told["chi_square"] = found.chi_square;
+    told["degrees_of_freedom"] = found.degrees_of_freedom;
+    told["probability"] = found.probability;
+    told["remarks"] = found.remarks;
+    return told;
+}
+
+}  // namespace
+
+void add_fit(py::module_& module) { module.def("fit", fit); }
+
+}  // namespace stratus::python

@@ -1,0 +1,82 @@
+// The extension _stratus: the libraries' own functions over flat NumPy arrays.
+//
+// What users see is the Python package over it, src/python/stratus, which broadcasts arrays, names
+// arguments and documents them. Functions here take arrays of equal lengths, contiguous, and let
+// other Python threads run while they compute.
+#pragma once
+
+#include <stratus/bake/bake.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/opposition.h>
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus::python {
+
+namespace py = pybind11;
+
+constexpr int contiguous = py::array::c_style | py::array::forcecast;
+using Doubles = py::array_t<double, contiguous>;
+using Floats = py::array_t<float, contiguous>;
+
+void add_phase(py::module_& module);
+void add_solve(py::module_& module);
+void add_bake(py::module_& module);
+void add_table(py::module_& module);
+void add_slice(py::module_& module);
+void add_scene(py::module_& module);
+void add_fit(py::module_& module);
+
+inline std::size_t count_of(const py::array& array) {
+    return static_cast<std::size_t>(array.size());
+}
+
+/// An array that takes over what a vector holds.
+template <class Number>
+py::array_t<Number> array_of(std::vector<Number> values) {
+    auto* const kept = new std::vector<Number>(std::move(values));
+    const py::capsule owner(kept, [](void* of) { delete static_cast<std::vector<Number>*>(of); });
+    return py::array_t<Number>(static_cast<py::ssize_t>(kept->size()), kept->data(), owner);
+}
+
+/// What a number must be.
+struct Allowed {
+    double lowest, highest;
+    const char* text;
+    bool above_lowest = false;  // which is not allowed itself
+
+    bool holds(double value) const {
+        return value <= highest && (above_lowest ? value > lowest : value >= lowest);
+    }
+};
+
+constexpr Allowed allowed_cosine{0, 1, "in (0, 1]", true};
+
+constexpr Allowed allowed_angle{std::numeric_limits<double>::lowest(),
+                                std::numeric_limits<double>::max(), "finite, in radians"};
+constexpr Allowed allowed_random{0, 1, "in [0, 1]"};
+
+/// Refuses the first of many numbers that is not allowed.
+template <class Number>
+void require_all(const Number* values, std::size_t count, const char* function,
+                 const char* argument, const Allowed& allowed) {
+    for (std::size_t i = 0; i < count; ++i)
+        if (!allowed.holds(static_cast<double>(values[i])))  // not-a-number never holds
+            require(false, function, argument, allowed.text, values[i]);
+}
+
+/// None, the albedo of a surface, or a phase function with an albedo.
+LowerBoundary boundary_of(const py::object& below);
+
+/// "", "blinn", "hapke"; width 0: of the density.
+Opposition opposition_of(const std::string& law, double width, double amplitude);
+
+}  // namespace stratus::python

@@ -1,0 +1,97 @@
+// Plans of scenes.
+#include <stratus/scene/layer_tables.h>
+#include <stratus/scene/plan.h>
+#include <stratus/scene/scene.h>
+
+#include "long_work.h"
+#include "module.h"
+
+namespace stratus::python {
+namespace {
+
+/// Recipes of the tables that the plan of a scene needs, as text.
+std::vector<std::string> recipes_of(Scene scene, const SceneEffects& effects) {
+    scene.effects = effects;
+    std::vector<std::string> recipes;
+    for (const Scene& channel : channel_scenes(scene))
+        if (const auto recipe = needed_recipe(channel)) recipes.push_back(resolved_text(*recipe));
+    return recipes;
+}
+
+py::dict dict_of(const Scene& scene, const Plan& plan) {
+    py::list left_out;
+    for (const LeftOut& effect : plan.left_out)
+        left_out.append(py::make_tuple(effect.name, effect.change.bound, effect.change.found,
+                                       effect.change.where));
+    py::dict told;
+    told["title"] = scene.title;
+    told["tolerance"] = plan.tolerance;
+    told["effects"] = [&] {
+        std::vector<std::string> names;
+        for (const auto& [name, effect] : scene_effects())
+            if (plan.effects.*effect) names.emplace_back(name);
+        return names;
+    }();
+    told["left_out"] = left_out;
+    told["recipes"] = recipes_of(scene, plan.effects);
+    return told;
+}
+
+/// What each effect changes and costs.
+void add_report(const PlanReport& report, py::dict& told) {
+    py::list shares;
+    for (std::size_t e = 0; e < report.shares.size(); ++e) {
+        const EffectShare& share = report.shares[e];
+        const SceneCost &all = report.costs.all, &without = report.costs.without[e];
+        shares.append(py::make_tuple(share.name, share.seen, share.mean, share.max, share.bounded,
+                                     share.where, share.fate,
+                                     all.table_seconds() - without.table_seconds(),
+                                     all.ray_ns.median - without.ray_ns.median));
+    }
+    told["shares"] = shares;
+    told["orders"] = report.orders ? py::cast(report.orders->share) : py::none();
+}
+
+py::tuple plan(const std::string& text_or_path, bool is_path, double tolerance,
+               const std::vector<std::string>& drop, bool measure, int threads,
+               const py::object& progress) {
+    std::vector<std::string> notes;
+    SceneFile file =
+        is_path ? read_scene(text_or_path, &notes) : parse_scene(text_or_path, "", &notes);
+    require(!file.figure, "plan", "scene", "a picture", "a figure");
+    if (tolerance != 0 && !(tolerance >= 1e-6 && tolerance <= 0.5))
+        require(false, "plan", "tolerance", "in [1e-6, 0.5]", tolerance);
+    for (Scene& scene : file.panels) {
+        if (tolerance != 0) scene.tolerance = tolerance;
+        for (const std::string& name : drop) scene.effects.*scene_effect(name) = false;
+    }
+    py::list plans;
+    double seconds = std::numeric_limits<double>::quiet_NaN();
+    if (measure) {
+        const FileReport report = run_long(
+            threads, py::none(), progress,
+            [&](const BakeOptions& options) { return report_plans(file.panels, options); });
+        for (std::size_t k = 0; k < file.panels.size(); ++k) {
+            py::dict told = dict_of(file.panels[k], report.scenes[k].plan);
+            add_report(report.scenes[k], told);
+            plans.append(told);
+        }
+        seconds = report.cost.seconds();
+    } else {
+        const auto planned = [&] {
+            const py::gil_scoped_release release;
+            std::vector<Plan> of;
+            for (const Scene& scene : file.panels) of.push_back(plan_scene(scene));
+            return of;
+        }();
+        for (std::size_t k = 0; k < file.panels.size(); ++k)
+            plans.append(dict_of(file.panels[k], planned[k]));
+    }
+    return py::make_tuple(plans, seconds, notes);
+}
+
+}  // namespace
+
+void add_scene(py::module_& module) { module.def("plan", plan); }
+
+}  // namespace stratus::python

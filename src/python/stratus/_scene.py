@@ -1,0 +1,93 @@
+"""Plans of scenes: which effects change less than a scene's tolerance, and what each costs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from . import _stratus
+from ._errors import errors_of, text_or_path, warn_of
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An effect that is left out, and the largest relative change that this makes."""
+
+    name: str
+    bound: float  # not exceeded anywhere in the scene
+    found: float  # at an exact geometry
+    where: str
+
+
+@dataclass(frozen=True)
+class EffectShare:
+    """What one effect does to a picture, and costs."""
+
+    name: str
+    seen: bool  # by the camera; not: nothing below counts
+    mean: float  # relative change of a sparse picture
+    max: float
+    bounded: bool  # max is a bound over all that the scene contains, not one pixel's
+    where: str  # of max
+    fate: str  # kept or left out, and why
+    table_seconds: float
+    ray_ns: float
+
+
+@dataclass(frozen=True)
+class ScenePlan:
+    """The plan of one picture of a scene file."""
+
+    title: str
+    tolerance: float
+    effects: list[str]  # that remain
+    left_out: list[LeftOut]
+    recipes: list[str]  # TOML of the tables that it needs; three where colours have their own
+    shares: list[EffectShare] = field(default_factory=list)  # where measured
+    orders: list[float] | None = None  # order n's share of the light, [n - 1], where measured
+
+
+@dataclass(frozen=True)
+class Plan:
+    scenes: list[ScenePlan]
+    seconds: float  # that rendering all of them takes, where measured; else not-a-number
+
+
+def plan(
+    scene: str | os.PathLike[str],
+    *,
+    tolerance: float | None = None,
+    drop: Sequence[str] = (),
+    measure: bool = False,
+    threads: int = 0,
+    progress: Callable[[float, str], object] | None = None,
+) -> Plan:
+    """Which effects a scene needs, and the recipes of its tables.
+
+    scene      TOML text, or the path of a scene file: an os.PathLike, or a str that ends in .toml
+    tolerance  relative change of a pixel, [1e-6, 0.5], in place of the scene's own
+    drop       effects to leave out whatever they change
+    measure    also what each effect changes and costs, on a sparse picture: seconds
+    progress   as of `bake`, of measuring
+
+    Errors   ValueError naming the key, the allowed range and the value met; OSError for a file that
+             cannot be opened.
+    """
+    text, is_path = text_or_path(scene)
+    with errors_of(text if is_path else None):
+        told, seconds, notes = _stratus.plan(text, is_path, tolerance or 0.0, list(drop), measure, threads, progress)
+    warn_of(notes)
+    scenes = [
+        ScenePlan(
+            title=one["title"],
+            tolerance=one["tolerance"],
+            effects=one["effects"],
+            left_out=[LeftOut(*effect) for effect in one["left_out"]],
+            recipes=one["recipes"],
+            shares=[EffectShare(*share) for share in one.get("shares", ())],
+            orders=one.get("orders"),
+        )
+        for one in told
+    ]
+    return Plan(scenes, seconds)

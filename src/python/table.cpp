@@ -1,0 +1,279 @@
+// Tables: reading, writing, what they hold, and lookups at any layer.
+#include "table.h"
+
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/lookup.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "module.h"
+
+namespace stratus::python {
+
+std::shared_ptr<AnyTable> AnyTable::read(const std::string& path, std::vector<std::string>& notes) {
+    if (std::filesystem::path(path).extension() == packed_ending)
+        return std::make_shared<AnyTable>(PackedTable(path));
+    const std::string ending = std::filesystem::path(path).extension().string();
+    require(ending == ".h5" || ending == ".exr", "load", "path",
+            "a name ending in .h5, .exr or .stratus", path);
+    ReadOptions options;
+    options.notes = &notes;
+    return std::make_shared<AnyTable>(read_table(path, options));
+}
+
+namespace {
+
+using Shared = std::shared_ptr<AnyTable>;
+
+constexpr std::pair<const char*, Axis Table::*> axes[] = {{"mixture", &Table::mixture},
+                                                          {"albedo", &Table::albedo},
+                                                          {"optical_depth", &Table::optical_depth},
+                                                          {"mu_in", &Table::mu_in},
+                                                          {"mu_out", &Table::mu_out},
+                                                          {"azimuth", &Table::azimuth}};
+
+// HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
+
+std::pair<Shared, std::vector<std::string>> read_file(const std::string& path) {
+    std::vector<std::string> notes;
+    Shared table = AnyTable::read(path, notes);
+    return {std::move(table), std::move(notes)};
+}
+
+std::vector<char> packed_bytes(const AnyTable& table) {
+    return table.packed() ? pack(table.packed()->unpacked()) : pack(table.table());
+}
+
+void write_file(const AnyTable& table, const std::string& path) {
+    if (std::filesystem::path(path).extension() != packed_ending) {
+        require(!table.packed(), "Table.save", "path",
+                "a name ending in .stratus for a packed table", path);
+        write_table(table.table(), path);
+        return;
+    }
+    require(!table.packed(), "Table.save", "the table",
+            "a dense one: a packed one is a file already", "packed");
+    const py::gil_scoped_release release;
+    const std::vector<char> bytes = packed_bytes(table);
+    write_atomically(path, [&](const std::filesystem::path& temporary) {
+        std::ofstream file(temporary, std::ios::binary);
+        file.exceptions(std::ios::failbit | std::ios::badbit);
+        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    });
+}
+
+Shared packed(const AnyTable& table) {
+    const py::gil_scoped_release release;
+    return std::make_shared<AnyTable>(PackedTable(packed_bytes(table)));
+}
+
+Shared unpacked(const Shared& table) {
+    if (!table->packed()) return table;
+    const py::gil_scoped_release release;
+    return std::make_shared<AnyTable>(table->packed()->unpacked());
+}
+
+/// What a table's attributes leave out, by the names that files give it.
+py::dict facts(const AnyTable& any) {
+    const Table& table = any.table();
+    py::dict facts;
+    facts["phase_function"] = table.phase_function;
+    if (table.has_mixture()) facts["second_phase_function"] = table.second_phase_function;
+    facts["tolerance"] = table.tolerance;
+    facts["measured_error"] = table.measured_error;
+    facts["highest_order"] = table.highest_order;
+    facts["extrapolation_length"] = table.extrapolation_length;
+    if (table.lower_boundary.is_present()) {
+        facts["below"] = table.lower_boundary.kind == LowerBoundary::Kind::surface
+                             ? "lambert surface"
+                             : "semi-infinite layer";
+        facts["below_albedo"] = table.lower_boundary.albedo;
+    }
+    return facts;
+}
+
+py::dict axes_of(const AnyTable& any) {
+    py::dict found;
+    for (const auto& [name, axis] : axes)
+        if (!(any.table().*axis).values.empty()) found[name] = array_of((any.table().*axis).values);
+    return found;
+}
+
+py::dict scales_of(const AnyTable& any) {
+    py::dict found;
+    for (const auto& [name, axis] : axes)
+        if (!(any.table().*axis).values.empty())
+            found[name] = std::string(name) == "mixture"
+                              ? mixture_scale_name
+                              : axis_scale_name((any.table().*axis).scale);
+    return found;
+}
+
+/// Numbers of a table without copying them; the array keeps the table.
+template <class Number>
+void add_dataset(py::dict& found, const char* name, const std::vector<Number>& values,
+                 const Shared& table, const std::vector<const char*>& over) {
+    if (values.empty()) return;
+    std::vector<py::ssize_t> shape;
+    std::vector<std::string> dimensions;
+    for (const auto& [axis_name, axis] : axes) {
+        const bool is_over =
+            std::string(axis_name) == "mixture" ||
+            std::find(over.begin(), over.end(), std::string(axis_name)) != over.end();
+        const std::size_t count = (table->table().*axis).values.size();
+        if (!is_over || count == 0) continue;
+        shape.push_back(static_cast<py::ssize_t>(count));
+        dimensions.emplace_back(axis_name);
+    }
+    py::array_t<Number> array(shape, values.data(), py::cast(table));
+    array.attr("flags").attr("writeable") = false;
+    found[name] = py::make_tuple(dimensions, array);
+}
+
+/// name -> (dimensions, numbers); of a packed table the fluxes alone.
+py::dict datasets(const Shared& table) {
+    const Table& of = table->table();
+    py::dict found;
+    const std::vector<const char*> all{"albedo", "optical_depth", "mu_in", "mu_out", "azimuth"};
+    const std::vector<const char*> flux{"albedo", "optical_depth", "mu_in"};
+    add_dataset(found, "reflection_multiple", of.reflection_multiple, table, all);
+    add_dataset(found, "transmission_multiple", of.transmission_multiple, table, all);
+    add_dataset(found, "plane_albedo", of.plane_albedo, table, flux);
+    add_dataset(found, "diffuse_transmittance", of.diffuse_transmittance, table, flux);
+    add_dataset(found, "spherical_albedo", of.spherical_albedo, table, {"albedo", "optical_depth"});
+    add_dataset(found, "diffusion_exponent", of.diffusion_exponent, table, {"albedo"});
+    return found;
+}
+
+// ---- lookups ------------------------------------------------------------------------------------
+
+struct Points {
+    const double *albedo, *optical_depth, *mu_in, *mu_out, *azimuth;
+    std::size_t count;
+};
+
+std::string range_text(double lowest, double highest) {
+    std::ostringstream text;
+    text << "in [" << lowest << ", " << highest << "], which the table holds";
+    return text.str();
+}
+
+void require_within(const double* values, std::size_t count, const char* function,
+                    const char* argument, double lowest, double highest) {
+    constexpr double rounding = 1e-9;  // of angles in degrees, of sums of depths
+    const std::string text = range_text(lowest, highest);
+    const double margin = std::isinf(highest) ? 0 : rounding * highest;
+    require_all(values, count, function, argument,
+                {lowest - margin, highest + margin, text.c_str()});
+}
+
+/// Refuses what a lookup would clamp.
+void require_known(const TableView& view, const Points& at, const char* function) {
+    require_all(at.mu_in, at.count, function, "mu_in", allowed_cosine);
+    require_all(at.mu_out, at.count, function, "mu_out", allowed_cosine);
+    require_all(at.azimuth, at.count, function, "azimuth", allowed_angle);
+    const AxisView &albedo = view.albedo, &depth = view.optical_depth;
+    require_within(at.albedo, at.count, function, "albedo", albedo.lowest, albedo.highest);
+    // Thinner layers than the first follow its law, but over a layer without end or as a stack.
+    const bool extends =
+        !view.is_stack() &&
+        !(view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer);
+    require_within(at.optical_depth, at.count, function, "optical_depth",
+                   depth.count == 0 ? infinity
+                   : extends        ? 0
+                                    : depth.lowest,
+                   depth.count == 0 || depth.ends_at_infinity ? infinity : depth.highest);
+    if (view.has_all_directions()) return;
+    require_within(at.mu_in, at.count, function, "mu_in", view.mu_in.lowest, view.mu_in.highest);
+    require_within(at.mu_out, at.count, function, "mu_out", view.mu_out.lowest,
+                   view.mu_out.highest);
+    if (view.azimuth.count == 1 && view.azimuth.lowest == 0) return;
+    std::vector<double> azimuth(at.azimuth, at.azimuth + at.count);
+    for (double& angle : azimuth) angle = std::abs(std::remainder(angle, 2 * pi));
+    require_within(azimuth.data(), at.count, function, "azimuth", view.azimuth.lowest,
+                   view.azimuth.highest);
+}
+
+/// Sixteen at a time where the table is packed.
+void look_up_packed(const PackedTable& table, Side side, const Points& at, double mixture,
+                    std::vector<double>& found) {
+    constexpr std::size_t piece = 1024;
+    std::vector<float> numbers(6 * piece);
+    for (std::size_t first = 0; first < at.count; first += piece) {
+        const std::size_t count = std::min(piece, at.count - first);
+        const double* const from[] = {at.albedo, at.optical_depth, at.mu_in, at.mu_out, at.azimuth};
+        for (std::size_t k = 0; k < 5; ++k)
+            for (std::size_t i = 0; i < count; ++i)
+                numbers[k * piece + i] = static_cast<float>(from[k][first + i]);
+        const float* const n = numbers.data();
+        const PackedPoints points{n, n + piece, n + 2 * piece, n + 3 * piece, n + 4 * piece, count};
+        float* const total = numbers.data() + 5 * piece;
+        if (side == Side::reflection)
+            table.reflection(points, total, mixture);
+        else
+            table.transmission(points, total, mixture);
+        for (std::size_t i = 0; i < count; ++i) found[first + i] = double{total[i]};
+    }
+}
+
+Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
+                const Doubles& optical_depth, const Doubles& mu_in, const Doubles& mu_out,
+                const Doubles& azimuth, double mixture, bool single, bool multiple) {
+    const Points at{albedo.data(), optical_depth.data(), mu_in.data(),
+                    mu_out.data(), azimuth.data(),       count_of(albedo)};
+    const char* const function = transmitted ? "Table.transmission" : "Table.reflection";
+    std::vector<double> found(at.count);
+    {
+        const py::gil_scoped_release release;
+        const TableView all = table.view();
+        require(transmitted ? all.has_transmission() : all.has_reflection(), function, "the table",
+                transmitted ? "one that holds transmission" : "one that holds reflection",
+                transmitted ? "reflection alone" : "transmission alone");
+        if (all.has_mixture())
+            require_within(&mixture, 1, function, "mixture", all.mixture.lowest,
+                           all.mixture.highest);
+        const TableView view = all.at_mixture(mixture);
+        require_known(view, at, function);
+        if (single && multiple && table.packed()) {
+            look_up_packed(*table.packed(), transmitted ? Side::transmission : Side::reflection, at,
+                           mixture, found);
+        } else {
+            for (std::size_t i = 0; i < at.count; ++i) {
+                const Geometry geometry{at.mu_in[i], at.mu_out[i], at.azimuth[i]};
+                const Scattered light =
+                    transmitted ? transmission(view, at.albedo[i], at.optical_depth[i], geometry)
+                                : reflection(view, at.albedo[i], at.optical_depth[i], geometry);
+                found[i] = (single ? light.single : 0) + (multiple ? light.multiple : 0);
+            }
+        }
+    }
+    return array_of(std::move(found));
+}
+
+}  // namespace
+
+void add_table(py::module_& module) {
+    py::class_<AnyTable, Shared>(module, "Table")
+        .def("is_packed", [](const AnyTable& table) { return table.packed() != nullptr; })
+        .def("has_reflection", [](const AnyTable& table) { return table.view().has_reflection(); })
+        .def("has_transmission",
+             [](const AnyTable& table) { return table.view().has_transmission(); })
+        .def("attributes", [](const AnyTable& table) { return table.table().attributes; })
+        .def("facts", facts)
+        .def("axes", axes_of)
+        .def("scales", scales_of)
+        .def("look_up", look_up)
+        .def("write", write_file);
+    module.def("read_table", read_file);
+    module.def("datasets", datasets);
+    module.def("packed", packed);
+    module.def("unpacked", unpacked);
+}
+
+}  // namespace stratus::python

@@ -1,0 +1,77 @@
+// src/shader/*.shader compiled as C++, on textures in memory.
+#pragma once
+
+#include <stratus/runtime/half.h>
+#include <stratus/shader/shader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <vector>
+
+namespace stratus::shader {
+
+struct vec3 {
+    float x, y, z;
+
+    vec3() : vec3(0, 0, 0) {}
+    vec3(float x_, float y_, float z_) : x(x_), y(y_), z(z_) {}
+};
+inline vec3 operator+(vec3 a, vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline vec3 operator*(vec3 a, float b) { return {a.x * b, a.y * b, a.z * b}; }
+
+struct vec4 {
+    float x, y, z, w;
+
+    vec4() : vec4(0, 0, 0, 0) {}
+    vec4(float x_, float y_, float z_, float w_) : x(x_), y(y_), z(z_), w(w_) {}
+};
+inline vec4 operator+(vec4 a, vec4 b) { return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w}; }
+inline vec4 operator*(vec4 a, float b) { return {a.x * b, a.y * b, a.z * b, a.w * b}; }
+inline float dot(vec4 a, vec4 b) { return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w; }
+
+using std::abs, std::floor, std::max, std::min, std::sqrt;
+
+inline std::vector<vec4> texels_of(const ShaderTexture& texture) {
+    const std::size_t bytes = texture.halves ? sizeof(Half) : sizeof(float);
+    const auto number = [&](std::size_t n) {
+        float value = 0;
+        Half half{};
+        if (texture.halves)
+            std::memcpy(&half, texture.bytes.data() + n * bytes, bytes);
+        else
+            std::memcpy(&value, texture.bytes.data() + n * bytes, bytes);
+        return texture.halves ? to_float(half) : value;
+    };
+    std::vector<vec4> texels;
+    for (std::size_t n = 0; n < texture.bytes.size() / bytes; n += 4)
+        texels.emplace_back(number(n), number(n + 1), number(n + 2), number(n + 3));
+    return texels;
+}
+
+#define STRATUS_LAYER
+
+/// The functions, with the textures that they read.
+struct AsCxx {
+    std::vector<vec4> numbers, functions, layer;
+
+    explicit AsCxx(const std::vector<ShaderTexture>& textures)
+        : numbers(texels_of(textures[0])), functions(texels_of(textures[1])) {
+        if (textures.size() > 2) layer = texels_of(textures[2]);
+    }
+
+    vec4 stratus_number(int texel) { return numbers.at(static_cast<std::size_t>(texel)); }
+    vec4 stratus_function(int texel) { return functions.at(static_cast<std::size_t>(texel)); }
+    vec4 stratus_layer_texel(int texel) { return layer.at(static_cast<std::size_t>(texel)); }
+    float stratus_power_of_two(int n) { return std::ldexp(1.0f, n); }
+    int stratus_exponent(float x) { return std::ilogb(x); }
+
+    // clang-format off
+#include "single.shader"
+#include "multiple.shader"
+#include "layer.shader"
+    // clang-format on
+};
+
+}  // namespace stratus::shader

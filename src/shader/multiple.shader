@@ -1,0 +1,339 @@
+// ---- the path law of narrow peaks: H and dH/ds over slant depth s and angle
+
+// Texel of a light path's angle in the first row, the share of the way to the next, and a scale.
+vec4 stratus_path_angle(int side, StratusPath path) {
+    vec4 sheet = stratus_field(side, 12);
+    float x = stratus_clamp(min(path.forward, path.backward), 0.0f, 1.0f) + sheet.x;
+    int exponent = stratus_exponent(x);
+    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 32.0f;
+    float angle = (float(exponent) + 127.0f) * 32.0f + floor(place) - sheet.y;
+    return vec4(path.backward < path.forward ? angle + sheet.z : angle, place - floor(place),
+                1.0f / x, 0.0f);
+}
+
+// H in .x, dH/ds in .y, of the rows from texel first on.
+vec4 stratus_path_value(int side, int first, vec4 angle, float depth) {
+    vec4 sheet = stratus_field(side, 12);
+    float x = min(depth + 1.0f, stratus_field(side, 11).w);
+    int exponent = stratus_exponent(x);
+    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 4.0f;
+    int row = 2 * int(sheet.z);
+    int at = first + (exponent * 4 + int(floor(place))) * row + int(angle.x);
+    vec4 low = stratus_number(at);
+    vec4 high = stratus_number(at + row);
+    float width = stratus_power_of_two(exponent - 2);
+    float t = place - floor(place);
+    float from = low.x + angle.y * (low.z - low.x);
+    float rise = high.x + angle.y * (high.z - high.x) - from;
+    float start = (low.y + angle.y * (low.w - low.y)) * width;
+    float end = (high.y + angle.y * (high.w - high.y)) * width;
+    float b = rise * 3.0f - start * 2.0f - end;
+    float c = start + end - rise * 2.0f;
+    return vec4(from + t * (start + t * (b + t * c)),
+                (start + t * (b * 2.0f + t * c * 3.0f)) / width, 0.0f, 0.0f);
+}
+
+float stratus_path_reflection(int first, float depth, vec4 angle, StratusPath path) {
+    float both = depth / path.mu_in + depth / path.mu_out;
+    return stratus_path_value(STRATUS_REFLECTION, first, angle, both).x * angle.z * 0.25f /
+           (path.mu_in + path.mu_out);
+}
+
+float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath path) {
+    float steep = 1.0f / max(path.mu_in, path.mu_out);
+    float shallow = 1.0f / min(path.mu_in, path.mu_out);
+    float least = steep * depth;
+    float excess = max((shallow - steep) * depth, 1e-18f);
+    if (least + 1.0f >= stratus_field(STRATUS_TRANSMISSION, 11).w) return 0.0f;
+    float slope;
+    if (excess < (least + 1.0f) * 0.05f) {
+        slope = stratus_path_value(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f).y;
+    } else {
+        slope = (stratus_path_value(STRATUS_TRANSMISSION, first, angle, least + excess).x -
+                 stratus_path_value(STRATUS_TRANSMISSION, first, angle, least).x) /
+                excess;
+    }
+    return slope * angle.z * least * shallow * 0.25f;
+}
+
+// Orders n >= 2 of the path law: cubic in the square of the albedo.
+float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
+    float steps = stratus_field(side, 11).z;
+    if (steps == 0.0f) return 0.0f;
+    StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), albedo * albedo);
+    vec4 angle = stratus_path_angle(side, path);
+    int channel = int(stratus_field(side, 12).w);
+    int first = int(stratus_field(side, 13).w) + int(at.first) * channel;
+    float sum = 0.0f;
+    for (int k = 0; k < 4; ++k) {
+        float value = side == STRATUS_REFLECTION
+                          ? stratus_path_reflection(first + k * channel, depth, angle, path)
+                          : stratus_path_transmission(first + k * channel, depth, angle, path);
+        sum = sum + stratus_component(at.weight, k) * value;
+    }
+    return sum * albedo * albedo;
+}
+
+// ---- orders n >= 2 that a table holds
+
+// What functions and coefficients were divided by.
+float stratus_reflection_factor(float albedo, float depth, float exponent, StratusPath path) {
+    vec4 range = stratus_field(STRATUS_REFLECTION, 9);
+    vec4 kind = stratus_field(STRATUS_REFLECTION, 10);
+    float into = stratus_attenuation(depth / path.mu_in).extinguished;
+    float back = stratus_attenuation(depth / path.mu_out).extinguished;
+    if (kind.y > 0.0f) {
+        float within = stratus_clamp(depth, 1e-30f, kind.x);
+        StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
+        StratusAttenuation deep = stratus_attenuation(exponent * within * 2.0f);
+        float d = deep.transmitted * edge.extinguished /
+                  (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
+        float scale = depth > range.w && stratus_field(STRATUS_REFLECTION, 4).w > 0.0f
+                          ? 1.0f
+                          : 1.0f / (d * (d + 1.0f) + 1.0f);
+        float clamped = min(depth, kind.x);
+        if (depth > kind.x) {
+            into = stratus_attenuation(clamped / path.mu_in).extinguished;
+            back = stratus_attenuation(clamped / path.mu_out).extinguished;
+        }
+        return into * back * scale * stratus_clamp(albedo, range.x, range.y);
+    }
+    if (kind.z == 0.0f) return 1.0f;
+    float thinnest = stratus_attenuation(range.z / path.mu_in).extinguished +
+                     stratus_attenuation(range.z / path.mu_out).extinguished;
+    return min((into + back) / thinnest, 1.0f);
+}
+
+float stratus_transmission_factor(float albedo, float depth, float exponent, StratusPath path) {
+    vec4 range = stratus_field(STRATUS_TRANSMISSION, 9);
+    vec4 kind = stratus_field(STRATUS_TRANSMISSION, 10);
+    float within = stratus_clamp(depth, 1e-30f, kind.x);
+    float into = stratus_attenuation(min(depth, kind.x) / path.mu_in).extinguished;
+    float out_of = stratus_attenuation(min(depth, kind.x) / path.mu_out).extinguished;
+    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
+    StratusAttenuation deep = stratus_attenuation(exponent * within);
+    float twice = deep.extinguished * (deep.transmitted + 1.0f);
+    return into * out_of * deep.transmitted * edge.extinguished /
+           (edge.extinguished + twice - edge.extinguished * twice) *
+           stratus_clamp(albedo, range.x, range.y);
+}
+
+// Reflection between the deepest finite sample and infinity, as diffusion has it: the share of the
+// finite one at sample l of the cubic in albedo, and that of infinity.
+vec4 stratus_deep_weight(StratusPlace albedo, int l, float exponent, float depth) {
+    float length = stratus_field(STRATUS_REFLECTION, 10).w;
+    StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));
+    StratusAttenuation deep = stratus_attenuation(exponent * depth * 2.0f);
+    float deficit =
+        deep.transmitted * edge.extinguished /
+        (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
+    float handed_on = 0.0f;  // by samples whose own deficit has fallen out of reach
+    for (int k = 0; k < l; ++k) {
+        float inverse_before = stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + k).y;
+        handed_on = inverse_before == 0.0f ? stratus_component(albedo.weight, k) + handed_on : 0.0f;
+    }
+    vec4 of = stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + l);
+    float own = stratus_component(albedo.weight, l);
+    float share = (own + handed_on) * deficit * of.y;
+    return vec4(0.0f, 0.0f, share * of.z, own - share);
+}
+
+// Where a lookup reads functions, and their weights.
+struct StratusDirections {
+    StratusPlace mu;
+    StratusPlace other;
+    vec4 azimuth_weight;
+    int first_azimuth;
+};
+
+StratusDirections stratus_directions(int side, StratusPath path) {
+    vec4 axis_in = stratus_field(side, 5);
+    vec4 axis_out = stratus_field(side, 6);
+    vec4 around = stratus_field(side, 7);
+    vec4 window = stratus_field(side, 8);
+    float root_in = sqrt(path.mu_in);
+    float root_out = sqrt(path.mu_out);
+    float into = -stratus_twice_arcsine(max(1.0f - path.mu_in, 0.0f) * 0.5f /
+                                        ((sqrt(root_in) + 1.0f) * (root_in + 1.0f)));
+    float back = -stratus_twice_arcsine(max(1.0f - path.mu_out, 0.0f) * 0.5f /
+                                        ((sqrt(root_out) + 1.0f) * (root_out + 1.0f)));
+    StratusDirections at;
+    at.mu = stratus_place(axis_in, axis_in.w > 0.0f ? max(into, back) : into);
+    at.other = stratus_place(axis_out, axis_in.w > 0.0f ? min(into, back) : back);
+    at.azimuth_weight = vec4(1.0f, 0.0f, 0.0f, 0.0f);
+    at.first_azimuth = 0;
+    if (around.z > 1.0f) {
+        float along = around.w > 0.0f ? sqrt(path.half_turn) : path.half_turn;
+        float place = stratus_clamp((along - around.x) * around.y, 0.0f,
+                                    (around.z - 1.0f) * 0.999999f);
+        float cell = floor(place);
+        float first = stratus_clamp(cell - 1.0f, window.x, window.y);
+        at.first_azimuth = int(first) + 1;  // a mirrored sample lies before the first
+        at.azimuth_weight = stratus_cubic((place - cell) + (cell - first));
+    }
+    return at;
+}
+
+// A texel of the functions or of a bound layer.
+vec4 stratus_row(int of_layer, int texel) {
+#ifdef STRATUS_LAYER
+    if (of_layer == 1) return stratus_layer_texel(texel);
+#endif
+    return stratus_function(texel);
+}
+
+// Sum over the directions of texels from the first of a block on, every stride-th: four of the
+// sixteen functions, or the colours of a bound layer.
+vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirections at) {
+    vec4 window = stratus_field(side, 8);
+    int azimuths = int(stratus_field(side, 7).z);
+    int rows = azimuths > 1 ? azimuths + 2 : 1;  // of one pair of cosines
+    int around = azimuths > 1 ? 4 : 1;
+    bool symmetric = stratus_field(side, 5).w > 0.0f;
+    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int r = 0; r < 4; ++r) {
+        int i = int(at.mu.first) + r;
+        int row = symmetric ? i * (i + 7) / 2 * rows : i * int(window.z);
+        vec4 of_other = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+        for (int c = 0; c < 4; ++c) {
+            int first = row + (int(at.other.first) + c) * int(window.w) + at.first_azimuth;
+            vec4 of_azimuth = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+            for (int a = 0; a < around; ++a)
+                of_azimuth = of_azimuth + stratus_row(of_layer, block + stride * (first + a)) *
+                                              stratus_component(at.azimuth_weight, a);
+            of_other = of_other + of_azimuth * stratus_component(at.other.weight, c);
+        }
+        sum = sum + of_other * stratus_component(at.mu.weight, r);
+    }
+    return sum;
+}
+
+// Coefficients of the functions at an albedo and optical depth.
+struct StratusCoefficients {
+    vec4 word[4];
+    int functions;   // first texel
+    float exponent;  // of diffusion
+};
+
+StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
+    vec4 albedo_axis = stratus_field(side, 3);
+    vec4 depth_axis = stratus_field(side, 4);
+    float root = sqrt(max(1.0f - albedo, 0.0f));
+    StratusPlace in_albedo =
+        stratus_place(albedo_axis, -(albedo_axis.w > 0.0f ? sqrt(root) : root));
+    float within = stratus_clamp(depth, 1e-30f, stratus_field(side, 10).x);
+    StratusPlace in_depth = stratus_place(depth_axis, stratus_log2(within));
+    StratusCoefficients found;
+    float exponent = 0.0f;
+    for (int k = 0; k < 4; ++k)
+        exponent = exponent + stratus_component(in_albedo.weight, k) *
+                                  stratus_of_albedo(side, int(in_albedo.first) + k).x;
+    found.exponent = max(exponent, 1e-20f);
+    // first texels of functions and coefficients, depths of a row of these, its first depth
+    vec4 cell = stratus_number(int(stratus_field(side, 13).y) +
+                               int(in_albedo.cell) * int(depth_axis.z + 1.0f) + int(in_depth.cell));
+    found.functions = int(cell.x);
+    bool beyond = depth > stratus_field(side, 9).w && depth_axis.w > 0.0f;
+    int first_depth = beyond ? int(cell.w + cell.z) - 4 : int(in_depth.first);
+    for (int word = 0; word < 4; ++word) found.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+    for (int l = 0; l < 4; ++l) {
+        vec4 weight = in_depth.weight * stratus_component(in_albedo.weight, l);
+        if (beyond) weight = stratus_deep_weight(in_albedo, l, found.exponent, within);
+        int row = int(cell.y) + 4 * ((int(in_albedo.first) + l) * int(cell.z) + first_depth);
+        for (int k = 0; k < 4; ++k)
+            for (int word = 0; word < 4; ++word)
+                found.word[word] = found.word[word] + stratus_number(row + 4 * k + word) *
+                                                          stratus_component(weight, k);
+    }
+    return found;
+}
+
+float stratus_factor(int side, float albedo, float depth, float exponent, StratusPath path) {
+    return side == STRATUS_REFLECTION
+               ? stratus_reflection_factor(albedo, depth, exponent, path)
+               : stratus_transmission_factor(albedo, depth, exponent, path);
+}
+
+float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
+    float along_path = stratus_along_path(side, albedo, depth, path);
+    if (stratus_field(side, 14).x == 0.0f) return along_path;  // the table does not have this side
+    StratusCoefficients of = stratus_coefficients(side, albedo, depth);
+    StratusDirections directions = stratus_directions(side, path);
+    float sum = 0.0f;
+    for (int word = 0; word < 4; ++word)
+        sum = sum + dot(of.word[word],
+                        stratus_sum_at(side, 0, of.functions + word, 4, directions));
+    return sum * stratus_factor(side, albedo, depth, of.exponent, path) + along_path;
+}
+
+// ---- what is called
+
+StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
+    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    StratusScattered light;
+    light.single = 0.0f;
+    light.multiple = 0.0f;
+    if (side == STRATUS_REFLECTION) {
+        light.single = stratus_single_reflection(albedo, depth, path);
+        light.multiple = stratus_multiple(side, albedo, depth, path);
+    } else if (stratus_field(side, 14).y == 0.0f) {  // nothing passes a lower boundary
+        light.single = stratus_single_transmission(albedo, depth, path);
+        light.multiple = stratus_multiple(side, albedo, depth, path);
+    }
+    return light;
+}
+
+StratusScattered stratus_reflection(float albedo, float optical_depth, float mu_in, float mu_out,
+                                    float azimuth) {
+    return stratus_scattered(STRATUS_REFLECTION, albedo, optical_depth,
+                             stratus_path(STRATUS_REFLECTION, mu_in, mu_out, azimuth));
+}
+
+StratusScattered stratus_transmission(float albedo, float optical_depth, float mu_in, float mu_out,
+                                      float azimuth) {
+    return stratus_scattered(STRATUS_TRANSMISSION, albedo, optical_depth,
+                             stratus_path(STRATUS_TRANSMISSION, mu_in, mu_out, azimuth));
+}
+
+float stratus_single(int side, float albedo, float optical_depth, float mu_in, float mu_out,
+                     float azimuth) {
+    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
+    if (side == STRATUS_REFLECTION) return stratus_single_reflection(albedo, depth, path);
+    if (stratus_field(side, 14).y > 0.0f) return 0.0f;
+    return stratus_single_transmission(albedo, depth, path);
+}
+
+float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
+    int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
+    StratusScattered light =
+        stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));
+    return (light.single + light.multiple) * 0.318309886f;
+}
+
+float stratus_direct(float optical_depth, float mu) {
+    return stratus_attenuation(optical_depth / max(mu, 1e-6f)).transmitted;
+}
+
+float stratus_phase(float cos_theta) {
+    StratusPath path;
+    path.mu_in = 1.0f;
+    path.mu_out = 1.0f;
+    path.forward = 1.0f - cos_theta;
+    path.backward = 1.0f + cos_theta;
+    path.half_turn = 0.0f;
+    return stratus_phases(STRATUS_TRANSMISSION, path).x;
+}
+
+// Optical depth of particles that fill the share density of the volume, [0, 1). [Blinn82] 5.1
+float stratus_effective_depth(float optical_depth, float density) {
+    return optical_depth / (1.0f - density);
+}
+
+// Hapke's opposition, by which single scattering on the lit side is to be multiplied:
+// 1 + amplitude / (1 + tan(a/2) / width), a the phase angle.
+float stratus_hapke(float amplitude, float width, float cos_theta) {
+    float cosine = sqrt(max(1.0f - cos_theta, 0.0f));
+    float sine = sqrt(max(1.0f + cos_theta, 0.0f));
+    return 1.0f + amplitude * width * cosine / max(width * cosine + sine, 1e-30f);
+}

@@ -1,0 +1,196 @@
+#include <stratus/shader/shader.h>
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/half.h>
+
+#include "kernels/packed.h"
+#include "packed_block.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+using Texel = std::array<float, 4>;
+
+constexpr std::size_t record_texels = 16, texels_per_row = functions / 4;
+
+std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+float as_float(bool yes) { return yes ? 1.0f : 0.0f; }
+
+/// Numbers below 2^24 are exact.
+template <class Integer>
+float exactly(Integer n) {
+    return static_cast<float>(n);
+}
+
+Texel of_axis(const PackedAxis& axis, float more) {
+    return {axis.first, axis.inverse_step, axis.last, more};
+}
+
+/// Each sample beside the next: one or two functions.
+void append_phase(const PhaseCurveView& curve, std::size_t width, std::vector<Texel>& numbers) {
+    for (std::size_t n = 0; n < size(curve.last); ++n) {
+        const float* const at = curve.sample + n * width;
+        numbers.push_back({at[0], width > 1 ? at[1] : 0, at[width], width > 1 ? at[width + 1] : 0});
+    }
+}
+
+/// H and dH/ds at each angle beside the next.
+void append_path(const PathSheetView& sheet, int steps, std::vector<Texel>& numbers) {
+    const std::size_t angles = 2 * size(sheet.angles),
+                      rows = size(sheet.channel) / (2 * angles) * size(steps + 1);
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t a = 0; a < angles; ++a) {
+            const float* const at = sheet.sample + 2 * (row * angles + a);
+            const float* const next = a + 1 < angles ? at + 2 : at;
+            numbers.push_back({at[0], at[1], next[0], next[1]});
+        }
+}
+
+/// Functions of a side as floats, or as they are.
+void append_functions(const PackedSide& side, std::size_t rows, const LayerBlock& block,
+                      bool as_halves, std::vector<char>& bytes) {
+    const std::size_t count = rows * functions, first = bytes.size();
+    if (as_halves || !side.halves) {
+        const std::size_t more = count * (side.halves ? sizeof(Half) : sizeof(float));
+        bytes.resize(first + more);
+        std::memcpy(bytes.data() + first, block.function, more);
+        return;
+    }
+    bytes.resize(first + count * sizeof(float));
+    const auto* const half = static_cast<const Half*>(block.function);
+    for (std::size_t n = 0; n < count; ++n) {
+        const float value = to_float(half[n]);
+        std::memcpy(bytes.data() + first + n * sizeof value, &value, sizeof value);
+    }
+}
+
+/// All that lookups in a table read, as texels.
+struct Texels {
+    std::vector<Texel> numbers = std::vector<Texel>(2 * record_texels);
+    std::vector<char> functions;
+    bool halves = true;
+
+    std::size_t function_texels() const {
+        return functions.size() / (4 * (halves ? sizeof(Half) : sizeof(float)));
+    }
+};
+
+/// A cell's texel: first texels of its functions and coefficients, depths of a row of these and the
+/// first of them. Coefficients are counted from sample (0, 0) of the table.
+void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
+    const auto albedos = size(static_cast<int>(side.albedo.last) + 1),
+               depths = size(static_cast<int>(side.optical_depth.last) + 1),
+               first_cell = to.numbers.size();
+    std::size_t blocks = 0;
+    for (std::size_t cell = 0; cell < albedos * depths; ++cell)
+        blocks = std::max(blocks, size(static_cast<int>(side.block_of_cell[cell])) + 1);
+    to.numbers.resize(first_cell + albedos * depths);
+    for (std::size_t b = 0; b < blocks; ++b) {
+        const LayerBlock& block = side.block[b];
+        const auto function = exactly(to.function_texels());
+        append_functions(side, rows, block, to.halves, to.functions);
+        const auto coefficient =
+            exactly(static_cast<std::ptrdiff_t>(to.numbers.size()) -
+                    4 * (std::ptrdiff_t{block.first_albedo} * block.depths + block.first_depth));
+        for (std::size_t row = 0; row < size(block.albedos) * size(block.depths); ++row)
+            for (std::size_t word = 0; word < texels_per_row; ++word) {
+                Texel texel;
+                std::copy_n(block.coefficient[row].value + 4 * word, 4, texel.begin());
+                to.numbers.push_back(texel);
+            }
+        for (std::size_t cell = 0; cell < albedos * depths; ++cell)
+            if (side.block_of_cell[cell] == exactly(b))
+                to.numbers[first_cell + cell] = {function, coefficient, exactly(block.depths),
+                                                 exactly(block.first_depth)};
+    }
+}
+
+void append_side(const PackedTable& table, Side which, Texels& to) {
+    const PackedSide& side = table.side(which);
+    const TableView view = table.view();
+    const bool lit = which == Side::reflection;
+    const bool held = lit ? view.has_reflection() : view.has_transmission();
+    const bool over_layer =
+        lit && view.has_lower_boundary() && view.lower_boundary->kind == LowerBoundary::Kind::layer;
+    const std::size_t of_albedo = to.numbers.size();
+    for (std::size_t a = 0; a <= size(static_cast<int>(side.albedo.last)); ++a)
+        to.numbers.push_back(
+            {side.diffusion_exponent[a], side.inverse_deficit[a], side.deepest_scale[a], 0});
+    const std::size_t phase = to.numbers.size();
+    append_phase(side.phase, over_layer ? 2 : 1, to.numbers);
+    const std::size_t path = to.numbers.size();
+    if (side.path.sample != nullptr)
+        append_path(side.path, static_cast<int>(side.path_steps), to.numbers);
+    const std::size_t cells = to.numbers.size();
+    if (held) append_cells(side, FunctionLayout(view).rows(), to);
+
+    const PhaseCurveView& curve = side.phase;
+    const auto lobe = [&](int k) {
+        const PhaseLobe& of = curve.lobe[k];
+        return Texel{of.scale, of.offset, of.forward, of.backward};
+    };
+    const Texel record[record_texels] = {
+        {curve.polynomial[0], curve.polynomial[1], curve.polynomial[2], exactly(curve.last)},
+        lobe(0),
+        lobe(1),
+        of_axis(side.albedo, as_float(side.fourth_root_of_albedo)),
+        of_axis(side.optical_depth, as_float(side.ends_at_infinity)),
+        of_axis(side.mu_in, as_float(side.symmetric)),
+        of_axis(side.mu_out, 0),
+        {side.azimuth_first, side.azimuth_step_inverse, exactly(side.azimuths),
+         as_float(side.square_root_of_azimuth)},
+        {side.azimuth_window, side.last_azimuth_window, exactly(side.row_step),
+         exactly(side.column_step)},
+        {side.min_albedo, side.max_albedo, side.min_depth, side.max_finite_depth},
+        {side.max_depth, as_float(side.divided), as_float(side.over_surface),
+         side.extrapolation_length},
+        {side.surface_albedo, side.boundary_quarter_albedo,
+         side.path.sample != nullptr ? side.path_steps : 0, side.path.last_depth},
+        {side.path.offset, exactly(side.path.first_angle), exactly(side.path.angles),
+         exactly(side.path.channel / 2)},
+        {exactly(of_albedo), exactly(cells), exactly(phase), exactly(path)},
+        {as_float(held), as_float(view.has_lower_boundary()), 0, 0},
+        {0, 0, 0, 0}};
+    std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
+}
+
+ShaderTexture texture(std::string name, bool halves, const void* data, std::size_t bytes) {
+    const std::size_t texel = halves ? 4 * sizeof(Half) : 4 * sizeof(float),
+                      row = texel * size(shader_texture_width),
+                      height = std::max<std::size_t>(1, (bytes + row - 1) / row);
+    ShaderTexture made{std::move(name), static_cast<int>(height), halves,
+                       std::vector<char>(height * row)};
+    if (bytes > 0) std::memcpy(made.bytes.data(), data, bytes);
+    return made;
+}
+
+}  // namespace
+
+std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
+    constexpr const char* caller = "shader";
+    const TableView view = table.view();
+    require(!view.has_mixture(), caller, "TABLE", "one that mixes nothing",
+            "one with a mixture axis");
+    require(!view.is_stack(), caller, "TABLE", "of one layer", "of a stack");
+    Texels texels;
+    for (const Side side : {Side::reflection, Side::transmission})
+        if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
+            texels.halves = texels.halves && table.side(side).halves;
+    for (const Side side : {Side::reflection, Side::transmission}) append_side(table, side, texels);
+    constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
+    const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());
+    require(count <= most, caller, "texels of TABLE", "at most 16777216", count);
+    return {texture("stratus_numbers", false, texels.numbers.data(),
+                    texels.numbers.size() * sizeof(Texel)),
+            texture("stratus_functions", texels.halves, texels.functions.data(),
+                    texels.functions.size())};
+}
+
+}  // namespace stratus

@@ -1,0 +1,326 @@
+// The C interface of the solver and the bake beside the C++ functions.
+#include <stratus/bake/bake.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/lookup.h>
+#include <stratus/runtime/packed_table.h>
+#include <stratus/stratus_baker.h>
+#include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
+
+#include "../io/temporary_folder.h"
+#include "expect_refused.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace {
+
+using stratus::infinity;
+
+const stratus_layer haze_over_cloud[2] = {{"rayleigh", 1, 0.1},
+                                          {"henyey_greenstein:g=0.7", 0.9, 4}};
+
+std::vector<stratus::StackLayer> in_cpp(const stratus_layer* layers, std::size_t count) {
+    std::vector<stratus::StackLayer> all;
+    for (std::size_t i = 0; i < count; ++i)
+        all.push_back({stratus::parse_phase_function(layers[i].phase_function), layers[i].albedo,
+                       layers[i].optical_depth});
+    return all;
+}
+
+stratus_problem problem_of(const stratus_layer* layers, std::size_t count, int nodes = 12) {
+    stratus_problem problem{};
+    problem.size = sizeof problem;
+    problem.layers = layers;
+    problem.layer_count = count;
+    problem.nodes = nodes;
+    return problem;
+}
+
+/// R and T of a solution whose cosines are those of the geometries, two each.
+template <class Solution>
+void expect_same(const Solution& solution, const std::vector<stratus_geometry>& geometries,
+                 const std::vector<stratus_scattered>& r, const std::vector<stratus_scattered>& t) {
+    for (std::size_t i = 0; i < geometries.size(); ++i) {
+        const int in = static_cast<int>(2 * i);
+        const auto R = solution.reflection(in, in + 1, geometries[i].azimuth);
+        const auto T = solution.transmission(in, in + 1, geometries[i].azimuth);
+        EXPECT_DOUBLE_EQ(r[i].single, R.single);
+        EXPECT_NEAR(r[i].single + r[i].multiple, R.total, 1e-12 * R.total) << i;
+        EXPECT_DOUBLE_EQ(t[i].single, T.single);
+        EXPECT_NEAR(t[i].single + t[i].multiple, T.total, 1e-12 * T.total) << i;
+    }
+}
+
+TEST(SolverInC, SolvesLayersAndStacks) {
+    // More cosines than are solved at once.
+    std::vector<stratus_geometry> geometries;
+    std::vector<double> mu;
+    for (int i = 0; i < 40; ++i) {
+        geometries.push_back({0.01 + 0.02 * i, 0.995 - 0.021 * i, 0.07 * i});
+        mu.insert(mu.end(), {geometries.back().mu_in, geometries.back().mu_out});
+    }
+    std::vector<stratus_scattered> r(geometries.size()), t(geometries.size());
+    stratus::SolverOptions options;
+    options.nodes = 12;
+    const auto solve = [&](const stratus_problem& problem) {
+        ASSERT_EQ(stratus_solve(&problem, geometries.size(), geometries.data(), r.data(), t.data()),
+                  STRATUS_OK)
+            << stratus_last_error();
+    };
+    stratus_problem problem = problem_of(haze_over_cloud, 2);
+    solve(problem);
+    expect_same(stratus::solve_stack(in_cpp(haze_over_cloud, 2), {}, mu, options), geometries, r,
+                t);
+    problem = problem_of(haze_over_cloud + 1, 1);
+    problem.orders = 3;
+    options.orders = 3;
+    solve(problem);
+    const stratus::StackLayer cloud = in_cpp(haze_over_cloud, 2)[1];
+    expect_same(
+        stratus::solve_layer(cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options),
+        geometries, r, t);
+    problem.orders = options.orders = 0;
+    problem.below = STRATUS_LAYER_BELOW;
+    problem.below_albedo = 0.8;
+    problem.below_phase_function = "isotropic";
+    solve(problem);
+    expect_same(stratus::solve_layer(
+                    cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options,
+                    stratus::LowerBoundary::layer(stratus::PhaseFunction::isotropic(), 0.8)),
+                geometries, r, t);
+    EXPECT_EQ(t[3].single, 0);
+    const std::vector<stratus_scattered> before = r;
+    ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), nullptr, t.data()), STRATUS_OK);
+    ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), nullptr), STRATUS_OK);
+    EXPECT_NEAR(r[1].multiple, before[1].multiple, 1e-12);
+}
+
+TEST(SolverInC, GivesFluxesThatConserveEnergy) {
+    const stratus_layer white[2] = {{"rayleigh", 1, 0.5}, {"henyey_greenstein:g=0.5", 1, 1}};
+    stratus_problem problem = problem_of(white, 2);
+    const double mu[3] = {0.1, 0.5, 1};
+    double albedo[3], diffuse[3];
+    stratus_fluxes uniform{};
+    uniform.size = sizeof uniform;
+    ASSERT_EQ(stratus_solve_fluxes(&problem, 3, mu, albedo, diffuse, &uniform), STRATUS_OK)
+        << stratus_last_error();
+    for (int i = 0; i < 3; ++i)
+        EXPECT_NEAR(albedo[i] + diffuse[i] + std::exp(-1.5 / mu[i]), 1, 1e-12) << i;
+    EXPECT_NEAR(uniform.spherical_albedo + uniform.total_transmittance, 1, 1e-12);
+    EXPECT_EQ(uniform.ground_absorptance, 0);
+    problem.below = STRATUS_SURFACE_BELOW;
+    problem.below_albedo = 0.25;
+    ASSERT_EQ(stratus_solve_fluxes(&problem, 0, nullptr, nullptr, nullptr, &uniform), STRATUS_OK);
+    EXPECT_NEAR(uniform.spherical_albedo + uniform.ground_absorptance, 1, 1e-12);
+    EXPECT_NEAR(uniform.total_transmittance * 0.75, uniform.ground_absorptance, 1e-12);
+    ASSERT_EQ(stratus_solve_fluxes(&problem, 1, mu, nullptr, diffuse, nullptr), STRATUS_OK);
+}
+
+TEST(SolverInC, RefusesInWords) {
+    stratus_problem problem = problem_of(haze_over_cloud, 2);
+    const stratus_geometry good{0.5, 0.5, 0}, flat{0, 0.5, 0}, nowhere{0.5, 0.5, infinity};
+    stratus_scattered r{7, 7};
+    const auto refused = [&](const stratus_problem* of, const stratus_geometry* at,
+                             const char* part) {
+        expect_refused(stratus_solve(of, 1, at, &r, nullptr), STRATUS_INVALID_ARGUMENT, part);
+        EXPECT_EQ(r.single, 7);
+    };
+    refused(nullptr, &good, "stratus_solve: problem must be given");
+    refused(&problem, nullptr, "geometries must be given");
+    refused(&problem, &flat, "mu_in must be in (0, 1], got 0");
+    refused(&problem, &nowhere, "azimuth must be finite, got inf");
+    const auto refused_with = [&](auto change, const char* part) {
+        stratus_problem bad = problem;
+        change(bad);
+        refused(&bad, &good, part);
+    };
+    refused_with([](stratus_problem& of) { of.size -= 8; }, "problem.size");
+    refused_with([](stratus_problem& of) { of.layer_count = 0; }, "layer_count");
+    refused_with([](stratus_problem& of) { of.layers = nullptr; }, "layers must be given");
+    refused_with([](stratus_problem& of) { of.below = 3; }, "problem.below must be nothing");
+    refused_with([](stratus_problem& of) { of.below = 1, of.below_albedo = 2; },
+                 "problem.below_albedo must be in [0, 1], got 2");
+    refused_with([](stratus_problem& of) { of.below = 2; }, "below_phase_function must be given");
+    refused_with([](stratus_problem& of) { of.nodes = 513; }, "nodes must be in [1, 512], got 513");
+    refused_with([](stratus_problem& of) { of.orders = 201; }, "orders must be in [0, 200]");
+    stratus_layer endless[2] = {{"rayleigh", 1, infinity}, {"isotropic", 1, 1}};
+    refused_with([&](stratus_problem& of) { of.layers = endless; }, "got inf");
+    endless[0] = {"rayleig", 1, 1};
+    refused_with([&](stratus_problem& of) { of.layers = endless; }, "rayleig");
+    stratus_fluxes uniform{};
+    expect_refused(stratus_solve_fluxes(&problem, 0, nullptr, nullptr, nullptr, &uniform),
+                   STRATUS_INVALID_ARGUMENT, "uniform.size");
+    expect_refused(stratus_solve_fluxes(&problem, 1, nullptr, nullptr, nullptr, nullptr),
+                   STRATUS_INVALID_ARGUMENT, "every array must be given");
+}
+
+const char* const small_recipe =
+    "title = 'From C'\n"
+    "phase_function = 'henyey_greenstein:g=0.4'\n"
+    "tolerance = 1e-2\n"
+    "optical_depth = { min = 0.5, max = 2.0 }\n"
+    "albedo = { min = 0.75, max = 1.0 }\n"
+    "[discretisation]\n"
+    "nodes = 9\n"
+    "modes = 7\n"
+    "mu_samples = 11\n"
+    "azimuth_samples = 6\n"
+    "optical_depth_samples_per_octave = 5\n"
+    "albedo_samples = 4\n";
+
+/// What callbacks were told.
+struct Told {
+    int calls = 0, notes = 0;
+    double most = 0;
+    int stop_at = 0;  // 0: never
+
+    stratus_bake_options options() {
+        stratus_bake_options options{};
+        options.size = sizeof options;
+        options.user = this;
+        options.progress = [](void* user, double done, const char* stage) {
+            Told& told = *static_cast<Told*>(user);
+            EXPECT_GE(done, 0);
+            EXPECT_LE(done, 1);
+            EXPECT_STRNE(stage, "");
+            told.most = std::max(told.most, done);
+            return ++told.calls == told.stop_at ? 1 : 0;
+        };
+        options.note = [](void* user, const char* line) {
+            EXPECT_STRNE(line, "");
+            ++static_cast<Told*>(user)->notes;
+        };
+        return options;
+    }
+};
+
+TEST(BakerInC, BakesPacksAndWritesTheTablesOfCpp) {
+    Told told;
+    const stratus_bake_options options = told.options();
+    stratus_table* table = nullptr;
+    ASSERT_EQ(stratus_bake(small_recipe, &options, &table), STRATUS_OK) << stratus_last_error();
+    EXPECT_GT(told.calls, 1);
+    EXPECT_GT(told.notes, 0);
+    EXPECT_EQ(told.most, 1);
+    EXPECT_STREQ(stratus_table_text(table, "title"), "From C");
+    const stratus::Table same = stratus::bake(stratus::parse_recipe(small_recipe));
+    const stratus_point point{1.2, 0.9, 0.5, 0.7, 1};
+    stratus_scattered r{};
+    ASSERT_EQ(stratus_table_reflection(table, 1, &point, &r), STRATUS_OK);
+    EXPECT_EQ(r.multiple, stratus::reflection(same.view(), 0.9, 1.2, {0.5, 0.7, 1}).multiple);
+
+    stratus_table *packed = nullptr, *read = nullptr;
+    ASSERT_EQ(stratus_table_pack(table, &packed), STRATUS_OK) << stratus_last_error();
+    const stratus::PackedTable same_packed(stratus::pack(same));
+    const float depth = 1.2f, albedo = 0.9f, mu_in = 0.5f, mu_out = 0.7f, azimuth = 1;
+    float total = 0, expected = 0;
+    ASSERT_EQ(stratus_table_reflection_many(packed, 1, &depth, &albedo, &mu_in, &mu_out, &azimuth,
+                                            &total),
+              STRATUS_OK);
+    same_packed.reflection({&albedo, &depth, &mu_in, &mu_out, &azimuth, 1}, &expected);
+    EXPECT_EQ(total, expected);
+
+    const stratus::test::TemporaryFolder folder;
+    for (const char* name : {"t.h5", "t.exr", "t.stratus"}) {
+        ASSERT_EQ(stratus_table_write(table, (folder / name).c_str()), STRATUS_OK)
+            << stratus_last_error();
+        ASSERT_EQ(stratus_table_open((folder / name).c_str(), &read), STRATUS_OK);
+        stratus_scattered again{};
+        ASSERT_EQ(stratus_table_reflection(read, 1, &point, &again), STRATUS_OK);
+        // Of a packed one four tenths of the tolerance.
+        const double allowed = name[2] == 's' ? 4e-3 : 0;
+        EXPECT_NEAR(again.multiple / r.multiple, 1, allowed) << name;
+        stratus_table_close(read);
+    }
+    EXPECT_EQ(folder.size(), 3u);
+    expect_refused(stratus_table_write(table, (folder / "t.txt").c_str()), STRATUS_INVALID_ARGUMENT,
+                   ".exr");
+    expect_refused(stratus_table_write(table, (folder / "absent" / "t.stratus").c_str()),
+                   STRATUS_FAILED, "absent");
+    expect_refused(stratus_table_write(packed, (folder / "p.stratus").c_str()),
+                   STRATUS_INVALID_ARGUMENT, "table must be one with samples, got a packed one");
+    expect_refused(stratus_table_pack(packed, &read), STRATUS_INVALID_ARGUMENT, "a packed one");
+    EXPECT_EQ(read, nullptr);
+    stratus_table_close(packed);
+    stratus_table_close(table);
+}
+
+TEST(BakerInC, BakesStacks) {
+    const std::string recipe =
+        "tolerance = 2e-2\n"
+        "[[layers]]\nphase_function = 'rayleigh'\nalbedo = 1.0\noptical_depth = 0.1\n"
+        "[[layers]]\nphase_function = 'henyey_greenstein:g=0.7'\nalbedo = 0.9\noptical_depth = "
+        "4.0\n"
+        "[discretisation]\nnodes = 12\nmodes = 10\nmu_samples = 20\nazimuth_samples = 12\n";
+    stratus_table* table = nullptr;
+    ASSERT_EQ(stratus_bake(recipe.c_str(), nullptr, &table), STRATUS_OK) << stratus_last_error();
+    std::size_t count = 0;
+    const stratus_layer* const layers = stratus_table_layers(table, &count);
+    ASSERT_EQ(count, 2u);
+    EXPECT_STREQ(layers[0].phase_function, "rayleigh");
+    EXPECT_EQ(layers[1].optical_depth, 4);
+    stratus_table_info info{};
+    info.size = sizeof info;
+    ASSERT_EQ(stratus_table_describe(table, &info), STRATUS_OK);
+    EXPECT_EQ(info.is_stack, 1);
+    // The table against the solver, through the layers that it tells of.
+    const stratus_problem problem = problem_of(layers, count, 24);
+    const stratus_geometry geometry{0.8, 0.4, 1};
+    const stratus_point point{info.optical_depth.lowest, info.albedo.lowest, 0.8, 0.4, 1};
+    stratus_scattered met{}, solved{};
+    ASSERT_EQ(stratus_table_transmission(table, 1, &point, &met), STRATUS_OK);
+    ASSERT_EQ(stratus_solve(&problem, 1, &geometry, nullptr, &solved), STRATUS_OK);
+    EXPECT_NEAR(met.single + met.multiple, solved.single + solved.multiple,
+                2e-2 * (solved.single + solved.multiple));
+    stratus_slice* slice = nullptr;
+    ASSERT_EQ(stratus_slice_bind(table, 1, &info.optical_depth.lowest, &info.albedo.lowest, nullptr,
+                                 &slice),
+              STRATUS_OK)
+        << stratus_last_error();
+    stratus_slice_free(slice);
+    stratus_table_close(table);
+}
+
+TEST(BakerInC, StopsWhenToldTo) {
+    Told told;
+    told.stop_at = 2;
+    const stratus_bake_options options = told.options();
+    int unused = 0;
+    auto* table = reinterpret_cast<stratus_table*>(&unused);
+    expect_refused(stratus_bake(small_recipe, &options, &table), STRATUS_STOPPED,
+                   "stratus_bake: stopped by the program");
+    EXPECT_EQ(table, nullptr);
+    EXPECT_LT(told.most, 1);
+}
+
+TEST(BakerInC, RefusesInWords) {
+    stratus_table* table = nullptr;
+    const auto refused = [&](const char* recipe, const stratus_bake_options* options,
+                             const char* part) {
+        expect_refused(stratus_bake(recipe, options, &table), STRATUS_INVALID_ARGUMENT, part);
+        EXPECT_EQ(table, nullptr);
+    };
+    refused(nullptr, nullptr, "stratus_bake: recipe must be given");
+    refused("tolerance = 2", nullptr, "recipe: phase_function must be present");
+    stratus_bake_options options{};
+    refused(small_recipe, &options, "options.size");
+    options.size = sizeof options;
+    options.threads = -1;
+    refused(small_recipe, &options, "options.threads must be at least 0, got -1");
+    options.threads = 0;
+    options.folder = "nowhere";
+    expect_refused(stratus_bake("phase_function = 'tabulated:file=moon.csv'", &options, &table),
+                   STRATUS_FAILED, "nowhere/moon.csv");
+    expect_refused(stratus_table_write(nullptr, "t.h5"), STRATUS_INVALID_ARGUMENT,
+                   "table must be given");
+    expect_refused(stratus_bake(small_recipe, nullptr, nullptr), STRATUS_INVALID_ARGUMENT,
+                   "table must be given");
+}
+
+}  // namespace

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# stratus shader: what it writes, compiled by glslang; its refusals.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+"$make_fixture" full full.h5
+"$make_fixture" mixed mixed.h5
+expect_ok pack full.h5 -o full.stratus --quiet
+
+expect_ok shader full.stratus --language glsl -o glsl
+expect_silent "$out"
+expect_says "$err" "glsl" "4 files" "MB"
+expect_says glsl/stratus_textures.json '"stratus_numbers"' '"type": "float32"' '"reflection": true'
+for name in numbers functions; do
+    texel=$(sed -n "s/.*stratus_$name.*float\([0-9]*\).*/\1/p" glsl/stratus_textures.json)
+    height=$(sed -n "s/.*stratus_$name.*\"height\": \([0-9]*\).*/\1/p" glsl/stratus_textures.json)
+    expect_near "$(stat -c %s "glsl/stratus_$name.bin")" $((2048 * height * texel / 2)) 0
+done
+expect_ok shader full.h5 --language hlsl -o hlsl --quiet
+expect_silent "$err"
+expect_ok shader full.stratus --language osl -o osl
+expect_says "$err" "note: no OSL compiler"
+expect_says osl/stratus_textures.h 'STRATUS_NUMBERS "stratus_numbers.exr"' 'STRATUS_FUNCTIONS_HEIGHT'
+expect_same glsl/stratus_numbers.bin hlsl/stratus_numbers.bin
+grep -q '[0-9]f\b' osl/stratus.osl.h && fail "OSL knows no suffix f"
+
+expect_refused 2 --language glsl hlsl osl -- shader full.stratus --language wgsl -o new
+expect_refused 2 mixture -- shader mixed.h5 --language glsl -o new
+expect_refused 1 absent.stratus -- shader absent.stratus --language glsl -o new
+
+# compiled: expect_compiled ARGS..., of glslangValidator
+command -v glslangValidator >/dev/null || fail "glslangValidator is needed: Debian's package glslang-tools"
+expect_compiled() {
+    glslangValidator "$@" >"$out" 2>"$err" || fail "glslangValidator $*"
+}
+all='StratusScattered r = stratus_reflection(0.9, 1.0, 0.5, 0.6, 1.0);
+    StratusScattered t = stratus_transmission(0.9, 1.0, 0.5, 0.6, 1.0);
+    float f = stratus_bsdf(vec3(0.0, 0.6, 0.8), vec3(0.0, 0.6, -0.8), 0.9, stratus_effective_depth(1.0, 0.1));
+    float s = stratus_single(STRATUS_REFLECTION, 0.9, 1.0, 0.5, 0.6, 1.0) * stratus_hapke(0.5, 0.1, 0.2);
+    float d = stratus_direct(1.0, 0.5) * stratus_phase(0.5);'
+{ echo '#version 300 es'; cat glsl/stratus.glsl; echo "out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >es.frag
+{ echo '#version 450'; cat glsl/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $all light = vec4(r.single, t.multiple, f, s * d); }"; } >core.frag
+{ cat hlsl/stratus.hlsl; echo "float4 main() : SV_Target0 { $all return vec4(r.single, t.multiple, f, s * d); }"; } >main.hlsl
+expect_compiled es.frag
+expect_compiled -V core.frag -o core.spv
+expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+
+# one layer, bound
+expect_ok shader full.stratus --language glsl --optical-depth 0.5,1,2 --albedo 0.9 -o glsl
+expect_says "$err" "5 files"
+expect_says glsl/stratus_textures.json '"stratus_layer"'
+expect_refused 2 --optical-depth --albedo -- shader full.stratus --language glsl --albedo 0.9 -o new
+expect_refused 2 --albedo three -- shader full.stratus --language glsl --optical-depth 1 --albedo 0.9,0.8 -o new
+layer='vec3 wi = vec3(0.0, 0.6, 0.8); StratusSample d = stratus_layer_sample(wi, 0.3, 0.6, 0.9);
+    vec3 f = stratus_layer_bsdf(wi, d.wo) / stratus_layer_pdf(wi, d.wo) + stratus_layer_direct(0.5);
+    StratusColours c = stratus_layer_reflection(0.5, 0.6, 1.0);'
+{ echo '#version 300 es'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >es.frag
+{ echo '#version 450'; echo '#define STRATUS_LAYER'; cat glsl/stratus.glsl; echo "layout(location = 0) out vec4 light; void main() { $layer light = vec4(f + c.single, 1.0); }"; } >core.frag
+{ echo '#define STRATUS_LAYER'; cat hlsl/stratus.hlsl; echo "float4 main() : SV_Target0 { $layer return vec4(f + c.single, 1.0); }"; } >main.hlsl
+expect_compiled es.frag
+expect_compiled -V core.frag -o core.spv
+expect_compiled -V -D -S frag -e main main.hlsl -o hlsl.spv
+finish

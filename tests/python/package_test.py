@@ -1,0 +1,410 @@
+"""The Python package: values against closed forms, printed numbers and the program; shapes; refusals; threads; Ctrl-C.
+
+Usage: package_test.py STRATUS REFERENCE_FOLDER
+"""
+
+import csv
+import inspect
+import io
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import warnings
+
+import numpy as np
+import stratus
+from small_table import RECIPE, small_table
+
+PROGRAM, REFERENCE = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+HG = "henyey_greenstein:g=0.4"
+
+
+def run(*arguments, stdin=""):
+    return subprocess.run([PROGRAM, *arguments], input=stdin, capture_output=True, text=True)
+
+
+def random_directions(count, seed):
+    vectors = np.random.default_rng(seed).normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+class Package(unittest.TestCase):
+    def test_documents_and_types_all_that_it_offers(self):
+        functions = []
+        for name in stratus.__all__:
+            thing = getattr(stratus, name)
+            if name != "EffectOptions":
+                self.assertTrue(thing.__doc__ and thing.__doc__[0].isupper(), name)
+            members = vars(thing).items() if inspect.isclass(thing) else [(name, thing)]
+            functions += [(name, member, f) for member, f in members if inspect.isfunction(f) and member[0] != "_"]
+        self.assertGreater(len(functions), 20)
+        for name, member, function in functions:
+            signature = inspect.signature(function)
+            self.assertTrue(function.__doc__, (name, member))
+            self.assertIsNot(signature.return_annotation, signature.empty, (name, member))
+            for parameter in signature.parameters.values():
+                self.assertTrue(parameter.name == "self" or parameter.annotation is not parameter.empty, (name, member, parameter))
+        self.assertTrue((pathlib.Path(stratus.__file__).parent / "py.typed").exists())
+
+
+class PhaseFunctions(unittest.TestCase):
+    def test_have_their_closed_form(self):
+        phi = stratus.PhaseFunction(HG)
+        cosines = np.linspace(-1, 1, 12).reshape(3, 4)
+        expected = (1 - 0.16) / (1.16 - 0.8 * cosines) ** 1.5
+        np.testing.assert_allclose(phi(cosines), expected, rtol=1e-14)
+        np.testing.assert_allclose(phi.moments(5), 0.4 ** np.arange(5), rtol=1e-14)
+        self.assertAlmostEqual(phi.g, 0.4)
+        self.assertIsNone(phi.albedo)
+        self.assertEqual(stratus.PhaseFunction(phi.text), phi)
+
+    def test_warn_of_what_was_changed(self):
+        with self.assertWarnsRegex(UserWarning, "sum"):
+            stratus.PhaseFunction("2*isotropic + 2*rayleigh")
+
+
+class Solver(unittest.TestCase):
+    def test_gives_printed_numbers(self):
+        with open(REFERENCE / "published.csv", newline="") as file:
+            rows = [row for row in csv.DictReader(line for line in file if not line.startswith("#"))
+                    if row["phase"] == "isotropic" and row["quantity"] in ("R", "T") and row["source"] == "vdH80"]
+        self.assertGreater(len(rows), 5)
+        for row in rows:
+            light = stratus.solve("isotropic", float(row["w"]), float(row["tau"]), float(row["mu0"]), float(row["mu"]), 0)
+            found = light.reflection if row["quantity"] == "R" else light.transmission
+            self.assertAlmostEqual(found, float(row["value"]), delta=0.6 * 10.0 ** -(len(row["value"]) - 2))
+
+    def test_meets_the_h_function(self):  # conservative: 4 R (mu + mu0) = H(mu) H(mu0), H(0.5) = 2.01278, H(1) = 2.90781 [C60]
+        light = stratus.solve("isotropic", 1, np.inf, [0.5, 1], [1, 1], 0)
+        np.testing.assert_allclose(light.reflection, [2.01278 * 2.90781 / 6, 2.90781**2 / 8], rtol=3e-6)
+
+    def test_solves_many_cosines_in_pieces(self):
+        mu = np.linspace(0.01, 1, 150)
+        light = stratus.solve(HG, 0.9, 1.5, mu, mu[::-1], 0.3)
+        self.assertEqual(light.reflection.shape, (150,))
+        np.testing.assert_allclose(light.reflection, light.reflection[::-1], rtol=1e-11)  # reciprocity
+        np.testing.assert_allclose(light.transmission, light.transmission[::-1], rtol=1e-9, atol=1e-14)
+        single = 0.225 * (1 - np.exp(-1.5 / mu - 1.5 / mu[::-1])) / (mu + mu[::-1])
+        cosine = np.sqrt((1 - mu**2) * (1 - mu[::-1] ** 2)) * np.cos(0.3) - mu * mu[::-1]
+        np.testing.assert_allclose(light.reflection_single, single * stratus.PhaseFunction(HG)(cosine), rtol=1e-12)
+
+    def test_conserves_energy(self):
+        fluxes = stratus.fluxes("rayleigh", 1, 3, [0.2, 0.9])
+        np.testing.assert_allclose(
+            fluxes.plane_albedo + fluxes.diffuse_transmittance + fluxes.direct_transmittance, 1, rtol=1e-12)
+        self.assertEqual(fluxes.absorptance, 0)
+        over = stratus.fluxes("rayleigh", 1, 3, 0.5, below=0.25)
+        self.assertAlmostEqual(over.spherical_albedo + over.ground_absorptance, 1, places=12)
+        self.assertAlmostEqual(over.absorptance, over.ground_absorptance, places=12)
+
+    def test_takes_a_stack(self):
+        halves = '[[layers]]\nphase_function = "rayleigh"\nalbedo = 0.9\noptical_depth = 0.5\n' * 2
+        stack = stratus.Stack(halves)
+        at = (0.4, [0.3, 0.8], [[0.0], [2.0]])
+        np.testing.assert_allclose(stratus.solve_stack(stack, *at).reflection,
+                                   stratus.solve("rayleigh", 0.9, 1, *at).reflection, rtol=1e-12)
+        self.assertAlmostEqual(stratus.stack_fluxes(stack, 0.4).plane_albedo[0],
+                               stratus.fluxes("rayleigh", 0.9, 1, 0.4).plane_albedo[0], places=12)
+
+
+    def test_has_the_fluxes_of_the_program(self):
+        haze = REFERENCE.parent.parent / "tables" / "stacks" / "haze_over_ground.toml"
+        of_layer = "--phase", HG, "--albedo", "0.9", "--optical-depth", "1.5"
+        for arguments, found in ((("--layers", haze), stratus.stack_fluxes(stratus.Stack(haze), [0.5, 1])),
+                                 (of_layer, stratus.fluxes(HG, 0.9, 1.5, [0.5, 1]))):
+            told = json.loads(run("solve", *arguments, "--mu-in", "0.5,1").stdout)
+            for name in ("spherical_albedo", "total_transmittance", "absorptance", "plane_albedo", "diffuse_transmittance",
+                         "direct_transmittance", "ground_absorptance"):
+                np.testing.assert_allclose(getattr(found, name), told.get(name, 0), rtol=1e-14, err_msg=name)
+
+
+class Tables(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_answer_as_the_program(self):
+        table, path = small_table(), self.folder / "table.h5"
+        table.save(path)
+        random = np.random.default_rng(1982)
+        at = (random.uniform(0.75, 1, 40), random.uniform(0.5, 2, 40), random.uniform(0.01, 1, 40),
+              random.uniform(0.01, 1, 40), random.uniform(0, 180, 40))
+        query = io.StringIO()
+        np.savetxt(query, np.transpose(at), delimiter=",", comments="", fmt="%.17g",
+                   header="albedo,optical_depth,mu_in,mu_out,azimuth_deg")
+        answer = np.genfromtxt(io.StringIO(run("eval", path, stdin=query.getvalue()).stdout), delimiter=",", names=True)
+        radians = (*at[:4], np.radians(at[4]))
+        for table in (table, stratus.load(path)):
+            for side in ("reflection", "transmission"):
+                look_up = getattr(table, side)
+                np.testing.assert_allclose(look_up(*radians), answer[side], rtol=1e-13)
+                np.testing.assert_allclose(look_up(*radians, multiple=False), answer[side + "_single"], rtol=1e-13)
+                np.testing.assert_allclose(look_up(*radians, single=False), answer[side + "_multiple"], rtol=1e-12)
+
+    def test_are_the_same_in_all_files(self):
+        table, at = small_table(), (0.9, [0.6, 1.5], 0.5, [[0.2], [0.9], [1]], 0.7)
+        expected = table.reflection(*at)
+        self.assertEqual(expected.shape, (3, 2))
+        for name, tolerance in (("table.exr", 1e-14), ("table.stratus", 1e-2)):
+            table.save(self.folder / name)
+            loaded = stratus.load(self.folder / name)
+            self.assertEqual(loaded.is_packed, name == "table.stratus")
+            np.testing.assert_allclose(loaded.reflection(*at), expected, rtol=tolerance)
+            self.assertEqual(loaded.attributes["title"], "Looked up from Python")
+            self.assertEqual(loaded.phase_function.text, HG)
+        np.testing.assert_array_equal(loaded.reflection(*at), table.pack().reflection(*at))
+
+    def test_are_xarrays(self):
+        try:
+            import xarray  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(str(missing))
+        samples = small_table().to_xarray()
+        self.assertEqual(samples.reflection_multiple.dims, ("albedo", "optical_depth", "mu_in", "mu_out", "azimuth"))
+        self.assertEqual(samples.albedo.attrs["scale"], "square_root_of_complement")
+        self.assertEqual(samples.attrs["phase_function"], HG)
+        at = samples.isel(albedo=2, optical_depth=3, mu_in=9, mu_out=12, azimuth=4)
+        expected = small_table().reflection(at.albedo, at.optical_depth, at.mu_in, at.mu_out, at.azimuth, single=False)
+        np.testing.assert_allclose(at.reflection_multiple, expected, rtol=1e-6)
+        with self.assertRaises(ValueError):
+            samples.reflection_multiple.values[:] = 0  # it is the table's own memory
+        packed = small_table().pack().to_xarray()
+        np.testing.assert_allclose(packed.reflection_multiple.isel(mu_in=9, mu_out=12),
+                                   samples.reflection_multiple.isel(mu_in=9, mu_out=12), rtol=1e-2)
+        del samples
+        self.assertEqual(float(at.albedo), small_table().axes["albedo"][2])
+
+
+class Slices(unittest.TestCase):
+    def test_are_the_table_at_one_layer(self):
+        mu, azimuth = np.linspace(0.05, 1, 9), np.linspace(0, 3, 5)
+        expected = small_table().reflection(0.9, 1.5, 0.6, mu[:, None], azimuth)
+        found = small_table().bind(1.5, 0.9).reflection(0.6, mu[:, None], azimuth)
+        self.assertEqual((found.shape, found.dtype), ((9, 5), np.float32))
+        np.testing.assert_allclose(found, expected, rtol=1e-2)  # the table's tolerance
+        three = small_table().bind(1.5, [0.8, 0.9, 1.0]).reflection(0.6, mu[:, None], azimuth)
+        self.assertEqual(three.shape, (9, 5, 3))
+        np.testing.assert_allclose(three[..., 1], found, rtol=1e-5)
+        self.assertEqual(np.shape(small_table().bind(1.5, 0.9).reflection(1, 1, 0)), ())
+
+    def test_evaluate_vectors_as_angles(self):
+        layer = small_table().bind(1.5, 0.9)
+        mu_in, mu_out, azimuth = 0.6, 0.3, 0.7
+        wi = [-np.sqrt(1 - mu_in**2), 0, mu_in]
+        s = np.sqrt(1 - mu_out**2)
+        wo = np.array([[s * np.cos(azimuth), s * np.sin(azimuth), side * mu_out] for side in (1, -1)])
+        np.testing.assert_allclose(
+            np.pi * layer.eval(wi, wo),
+            [layer.reflection(mu_in, mu_out, azimuth), layer.transmission(mu_in, mu_out, azimuth)], rtol=1e-5)
+        np.testing.assert_allclose(layer.direct([0.5, 1]), np.exp([-3, -1.5]), rtol=1e-6)
+        self.assertGreater(layer.background(0.5), layer.direct(0.5))
+
+    def test_of_single_scattering_have_a_closed_form(self):
+        layer = stratus.bind_single("isotropic", 2, 0.8)
+        np.testing.assert_allclose(layer.reflection(0.5, [0.25, 1], 0), 0.2 * -np.expm1([-12, -6]) / [0.75, 1.5], rtol=1e-6)
+        wider = stratus.bind_single("isotropic", 1, 0.8, density=0.5)  # the same depth
+        np.testing.assert_allclose(wider.reflection(0.5, 1, 0), layer.reflection(0.5, 1, 0), rtol=1e-6)
+        brighter = stratus.bind_single("isotropic", 2, 0.8, opposition=("hapke", 0.05, 0.8))
+        back = [0, 0.6, 0.8]
+        found = float(brighter.eval(back, back) / layer.eval(back, back))
+        self.assertAlmostEqual(found, 1.8, delta=2e-4)  # single precision tells angles to 1e-5 of the law's width
+
+    def test_sample_their_density(self):
+        bsdf, count = small_table().bsdf(1.5, 0.9), 200_000
+        wi = np.array([0.6, 0, 0.8])
+        drawn = bsdf.sample(wi, np.random.default_rng(1982).random((count, 3)))
+        np.testing.assert_allclose(drawn.pdf, bsdf.pdf(wi, drawn.wo), rtol=1e-3)
+        np.testing.assert_allclose(drawn.value, bsdf.eval(wi, drawn.wo), rtol=1e-4)
+        # The same mean cosine, over directions spread evenly and weighted by the density. 5 sigma.
+        even = random_directions(count, 7)
+        density = 4 * np.pi * bsdf.pdf(wi, even)
+        for axis in range(3):
+            terms = density * even[:, axis]
+            sigma = np.hypot(terms.std(), drawn.wo[:, axis].std()) / np.sqrt(count)
+            self.assertLess(abs(terms.mean() - drawn.wo[:, axis].mean()), 5 * sigma)
+        self.assertLess(abs(density.mean() - 1), 5 * density.std() / np.sqrt(count))
+        weight = drawn.value * np.abs(drawn.wo[:, 2]) / drawn.pdf
+        reflected, transmitted = bsdf.albedo(0.8)
+        self.assertLess(abs(weight.mean() - (reflected + transmitted)), 0.005 * weight.mean())
+        exact = stratus.fluxes(HG, 0.9, 1.5, 0.8)
+        self.assertAlmostEqual(float(reflected), exact.plane_albedo[0], delta=0.01 * exact.plane_albedo[0])
+
+
+class Plans(unittest.TestCase):
+    SCENE = """
+[camera]
+distance = 10.0
+orthographic_width = 2.2
+[sun]
+phase_angle_deg = 30.0
+[layer]
+phase_function = "isotropic"
+albedo = {albedo}
+optical_depth = 8.0
+[planet]
+surface = {surface}
+"""
+
+    def test_leave_out_what_changes_nothing(self):
+        bright = stratus.plan(self.SCENE.format(albedo=0.99, surface=0.3)).scenes[0]
+        self.assertIn("multiple", bright.effects)
+        self.assertIn('phase_function = \'isotropic\'', bright.recipes[0])
+        dark = stratus.plan(self.SCENE.format(albedo=0.0005, surface=0.0)).scenes[0]
+        self.assertNotIn("multiple", dark.effects)
+        self.assertEqual(dark.recipes, [])
+        self.assertIn("multiple", [effect.name for effect in dark.left_out])
+        self.assertLessEqual(dark.left_out[0].bound, dark.tolerance / 2)
+
+
+class Fits(unittest.TestCase):
+    def test_find_a_layer_again(self):
+        mu = np.linspace(0.15, 1, 8)
+        seen = stratus.solve(HG, 0.7, 1.2, 0.8, mu, 1.0)
+        fit = stratus.fit(0.8 * np.stack([seen.reflection, seen.transmission]), 1e-3, mu, mu_in=0.8, azimuth=1.0,
+                          side=[["lit"] * 8, ["unlit"] * 8], phase_function=HG)
+        self.assertEqual(fit.covariance.shape, (2, 2))
+        self.assertAlmostEqual(fit.value["w"], 0.7, places=5)
+        self.assertAlmostEqual(fit.value["optical_depth"], 1.2, places=4)
+        self.assertEqual(fit.degrees_of_freedom, 14)
+        held = stratus.fit(0.8 * seen.reflection, 1e-3, mu, mu_in=0.8, azimuth=1.0, phase_function=HG, fixed={"w": 0.7})
+        self.assertEqual(held.names, ["optical_depth"])
+        by_table = stratus.fit(0.8 * seen.reflection, 1e-3, mu, mu_in=0.8, azimuth=1.0, table=small_table(),
+                               fixed={"optical_depth": 1.2})
+        self.assertTrue(0.74 < by_table.value["w"] < 0.76)  # the table's edge
+
+    def test_of_occultations_have_a_closed_form(self):
+        fit = stratus.fit(np.exp(-0.8 / 0.5), 0.01, 0.5, side="beam")
+        self.assertAlmostEqual(fit.value["optical_depth"], 0.8, places=6)
+
+
+class Refusals(unittest.TestCase):
+    def refused(self, kind, sentence, call, *arguments, **named):
+        with self.assertRaises(kind) as met:
+            call(*arguments, **named)
+        self.assertIn(sentence, str(met.exception))
+        self.assertNotIn("\n", str(met.exception))
+
+    def test_are_the_sentences_of_the_program(self):
+        for command, call in (
+            (("phase", "rayliegh"), lambda: stratus.PhaseFunction("rayliegh")),
+            (("phase", "tabulated:file=absent.csv"), lambda: stratus.PhaseFunction("tabulated:file=absent.csv")),
+            (("info", "absent.h5"), lambda: stratus.load("absent.h5")),
+            (("info", PROGRAM + ".stratus"), lambda: stratus.load(PROGRAM + ".stratus")),
+            (("bake", "absent.toml", "-o", "a.h5"), lambda: stratus.bake("absent.toml")),
+        ):
+            with self.assertRaises((ValueError, OSError)) as met:
+                call()
+            self.assertEqual(run(*command).stderr.splitlines()[-1], "stratus: " + str(met.exception))
+
+    def test_tell_files_from_values(self):
+        self.refused(FileNotFoundError, "absent.h5", stratus.load, "absent.h5")
+        self.refused(FileNotFoundError, "absent.stratus", stratus.load, "absent.stratus")
+        self.refused(FileNotFoundError, "absent.toml", stratus.bake, "absent.toml")
+        self.refused(FileNotFoundError, "absent.csv", stratus.PhaseFunction, "moments:file=absent.csv")
+        self.refused(ValueError, ".h5, .exr or .stratus, got table.txt", stratus.load, "table.txt")
+        self.refused(OSError, "no/such", small_table().save, "no/such/folder.h5")
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("a.h5", "a.exr", "a.stratus"):
+                damaged = pathlib.Path(folder) / name
+                damaged.write_bytes(b"neither one nor the other")
+                self.refused(ValueError, name, stratus.load, damaged)
+        self.refused(ValueError, "unknown key 'tolerence'", stratus.bake, RECIPE.replace("tolerance", "tolerence"))
+
+    def test_name_argument_range_and_value(self):
+        table, layer, bsdf = small_table(), small_table().bind(1, 0.9), small_table().bsdf(1, 0.9)
+        up = [0, 0, 1]
+        self.refused(ValueError, "mu_in must be in (0, 1], got 0", layer.reflection, 0, 1, 0)
+        self.refused(ValueError, "mu_out must be in (0, 1], got nan", layer.transmission, 1, [1, np.nan], 0)
+        self.refused(ValueError, "azimuth must be finite", layer.reflection, 1, 1, np.inf)
+        self.refused(ValueError, "wo must be of length 1, got 2", layer.eval, up, [0, 0, 2])
+        self.refused(ValueError, "3 components", layer.eval, up, [0, 1])
+        self.refused(ValueError, "u must be in [0, 1], got 1.5", bsdf.sample, up, [0, 1.5, 0])
+        self.refused(ValueError, "albedo must be in [0.75, 1]", table.reflection, 0.7, 1, 1, 1, 0)
+        self.refused(ValueError, "optical_depth must be in [0, 2]", table.reflection, 0.9, 2.1, 1, 1, 0)
+        self.refused(ValueError, "optical_depth must be in [0, 2]", table.bind, 2.1, 0.9)
+        self.assertTrue(table.bind(2.1, 0.9, clamp=True).clamped)
+        self.refused(ValueError, "one number or three, got 2", table.bind, [1, 1.5], 0.9)
+        self.refused(ValueError, "law must be blinn or hapke, got wide", table.bind, 1, 0.9, opposition="wide")
+        self.refused(ValueError, "albedo must be in [0, 1], got 1.5", stratus.solve, HG, 1.5, 1, 1, 1, 0)
+        self.refused(ValueError, "cos_scattering_angle must be in [-1, 1], got 2", stratus.PhaseFunction(HG), 2)
+        self.refused(ValueError, "packed", table.pack().save, "table.h5")
+        self.refused(ValueError, "side must be lit, unlit or beam, got dark", stratus.fit, 1, 1, 1, side="dark")
+        self.refused(ValueError, "fixed must be out of optical_depth, w, g, got w1", stratus.fit, 1, 1, 1,
+                     phase_function=HG, fixed={"w1": 0.5})
+        self.refused(ValueError, "threads must be in [0, 1024], got -1", stratus.bake, RECIPE, threads=-1)
+
+
+class LongWork(unittest.TestCase):
+    FINE = RECIPE.replace("nodes = 12", "nodes = 48").replace("modes = 9", "modes = 40")
+
+    def test_lets_other_threads_run(self):
+        layer = small_table().bind(1, 0.9)
+        mu = np.random.default_rng(1).uniform(0.1, 1, 10_000_000).astype(np.float32)
+        span = []
+
+        def look_up():
+            begun = time.perf_counter()
+            layer._own.scattered(False, mu, mu, mu)  # nothing of Python's on the way
+            span.extend((begun, time.perf_counter()))
+
+        def runs_beside():
+            """True where this thread ran in the second half of the call: with Python's lock held it waits for the end."""
+            span.clear()
+            thread, ran = threading.Thread(target=look_up), []
+            thread.start()
+            while not span:
+                ran.append(time.perf_counter())
+            thread.join()
+            return any((span[0] + span[1]) / 2 < when < span[1] for when in ran)
+
+        self.assertTrue(any(runs_beside() for _ in range(5)))  # a busy machine may not let it once
+
+    def test_tells_progress(self):
+        stages, notes = [], []
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            stratus.bake(RECIPE, progress=lambda done, stage: stages.append((stage, done)), note=notes.append)
+        self.assertIn(("checking", 1.0), stages)
+        self.assertTrue(all(0 <= done <= 1 for _, done in stages))
+        self.assertTrue(any("random points" in note for note in notes))
+
+    def test_ends_where_a_callback_raises(self):
+        class Enough(Exception):
+            pass
+
+        def stop(done, stage):
+            raise Enough
+
+        before = threading.active_count(), len(os.listdir(f"/proc/{os.getpid()}/task"))
+        with self.assertRaises(Enough):
+            stratus.bake(self.FINE, progress=stop)
+        self.assertEqual((threading.active_count(), len(os.listdir(f"/proc/{os.getpid()}/task"))), before)
+
+    def test_ends_on_ctrl_c_and_leaves_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = f"import stratus\nprint('begun', flush=True)\ntable = stratus.bake('''{self.FINE}''')\ntable.save('table.h5')\n"
+            path = os.fspath(pathlib.Path(stratus.__file__).resolve().parent.parent)
+            with subprocess.Popen([sys.executable, "-c", script], cwd=folder, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": path}) as bake:
+                self.assertEqual(bake.stdout.readline(), "begun\n")
+                time.sleep(0.1)
+                bake.send_signal(signal.SIGINT)
+                _, errors = bake.communicate()
+            self.assertEqual(errors.splitlines()[-1], "KeyboardInterrupt")
+            self.assertEqual(os.listdir(folder), [])
+
+    def test_warns_of_a_missed_tolerance(self):
+        with self.assertWarnsRegex(RuntimeWarning, "misses its tolerance"):
+            stratus.bake(RECIPE.replace("mu_samples = 16", "mu_samples = 5"))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

@@ -1,0 +1,189 @@
+// The GLSL text run by headless Chromium, by WebGL2 in software: points in, light out, by way of a
+// page of its own.
+#pragma once
+
+#include <stratus/shader/shader.h>
+
+#include "lookups.h"
+#include "temporary_folder.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace stratus::test {
+
+constexpr const char* base64_letters =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+inline std::string base64(const void* data, std::size_t bytes) {
+    const auto* const from = static_cast<const unsigned char*>(data);
+    std::string text;
+    for (std::size_t n = 0; n < bytes; n += 3) {
+        std::uint32_t word = 0;
+        for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (n + k < bytes ? from[n + k] : 0u);
+        for (std::size_t k = 0; k < 4; ++k)
+            text += n + k <= bytes ? base64_letters[word >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+inline std::vector<float> floats_of_base64(const std::string& text) {
+    std::vector<unsigned char> bytes;
+    std::uint32_t word = 0;
+    int bits = 0;
+    for (const char letter : text) {
+        const char* const at = std::strchr(base64_letters, letter);
+        if (at == nullptr || letter == '\0') break;
+        word = word << 6 | static_cast<std::uint32_t>(at - base64_letters);
+        if ((bits += 6) < 8) continue;
+        bits -= 8;
+        bytes.push_back(static_cast<unsigned char>(word >> bits & 255));
+    }
+    std::vector<float> numbers(bytes.size() / sizeof(float));
+    std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(float));
+    return numbers;
+}
+
+/// A row of the picture is `points_in_row` lookups; two float textures hold their arguments.
+constexpr std::size_t points_in_row = 100;
+
+constexpr const char* page_end = R"page(
+window.onerror = (said) => { document.getElementById("light").textContent = said; };
+const out = document.getElementById("light");
+function tell(text) { out.textContent = text; throw new Error(text); }
+const gl = document.createElement("canvas").getContext("webgl2");
+if (!gl) tell("no WebGL2");
+if (!gl.getExtension("EXT_color_buffer_float")) tell("no EXT_color_buffer_float");
+const program = gl.createProgram();
+for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+  const shader = gl.createShader(type);
+  gl.shaderSource(shader, text);
+  gl.compileShader(shader);
+  if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) tell(gl.getShaderInfoLog(shader));
+  gl.attachShader(program, shader);
+}
+gl.linkProgram(program);
+if (!gl.getProgramParameter(program, gl.LINK_STATUS)) tell(gl.getProgramInfoLog(program));
+gl.useProgram(program);
+textures.forEach(({name, width, height, halves, texels}, unit) => {
+  const bytes = Uint8Array.from(atob(texels), (letter) => letter.charCodeAt(0)).buffer;
+  gl.activeTexture(gl.TEXTURE0 + unit);
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  gl.texImage2D(gl.TEXTURE_2D, 0, halves ? gl.RGBA16F : gl.RGBA32F, width, height, 0, gl.RGBA,
+                halves ? gl.HALF_FLOAT : gl.FLOAT, halves ? new Uint16Array(bytes) : new Float32Array(bytes));
+  gl.uniform1i(gl.getUniformLocation(program, name), unit);
+});
+const {width, height} = textures[textures.length - 1];
+gl.activeTexture(gl.TEXTURE0 + textures.length);
+const target = gl.createTexture();
+gl.bindTexture(gl.TEXTURE_2D, target);
+gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, width, height);
+gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
+gl.viewport(0, 0, width, height);
+gl.drawArrays(gl.TRIANGLES, 0, 3);
+const light = new Float32Array(4 * width * height);
+gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, light);
+if (gl.getError()) tell("WebGL error");
+let letters = "";
+for (const byte of new Uint8Array(light.buffer)) letters += String.fromCharCode(byte);
+out.textContent = "light:" + btoa(letters);
+</script>
+)page";
+
+/// What is drawn: `light`, a vec4, of `layer` (albedo, optical depth) and `along` (mu_in, mu_out,
+/// azimuth).
+constexpr const char* both_sides = R"glsl(
+    StratusScattered r = stratus_reflection(layer.x, layer.y, along.x, along.y, along.z);
+    StratusScattered t = stratus_transmission(layer.x, layer.y, along.x, along.y, along.z);
+    light = vec4(r.single, r.multiple, t.single, t.multiple);
+)glsl";
+
+inline void write_page(const std::vector<ShaderTexture>& textures,
+                       const std::vector<Lookup>& lookups, const std::string& drawn,
+                       const std::filesystem::path& path) {
+    std::vector<float> layers, directions;
+    for (const Lookup& at : lookups) {
+        layers.insert(layers.end(), {at.albedo, at.optical_depth, 0, 0});
+        directions.insert(directions.end(), {at.mu_in, at.mu_out, at.azimuth, 0});
+    }
+    const int rows = static_cast<int>(lookups.size() / points_in_row);
+    std::ofstream page(path);
+    page.exceptions(std::ios::failbit | std::ios::badbit);
+    page << "<!doctype html><meta charset=utf-8><pre id=light></pre><script>\n"
+         << "const vertex = `#version 300 es\nvoid main() { gl_Position = vec4(gl_VertexID == 1 ? "
+            "3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }`;\n"
+         << "const fragment = `#version 300 es\n"
+         << (textures.size() > 2 ? "#define STRATUS_LAYER\n" : "")
+         << shader_text(ShaderLanguage::glsl)
+         << "uniform sampler2D layers, directions;\nout vec4 light;\nvoid main() {\n"
+            "    vec4 layer = texelFetch(layers, ivec2(gl_FragCoord.xy), 0);\n"
+            "    vec4 along = texelFetch(directions, ivec2(gl_FragCoord.xy), 0);\n"
+         << drawn << "}`;\nconst textures = [\n";
+    const auto put = [&](const std::string& name, int width, int height, bool halves,
+                         const void* data, std::size_t bytes) {
+        page << "{name: '" << name << "', width: " << width << ", height: " << height
+             << ", halves: " << (halves ? "true" : "false") << ", texels: '" << base64(data, bytes)
+             << "'},\n";
+    };
+    for (const ShaderTexture& of : textures)
+        put(of.name, shader_texture_width, of.height, of.halves, of.bytes.data(), of.bytes.size());
+    for (const auto& [name, numbers] : {std::pair{"layers", &layers}, {"directions", &directions}})
+        put(name, points_in_row, rows, false, numbers->data(), numbers->size() * sizeof(float));
+    page << "];" << page_end;
+}
+
+/// What a page says once it has run.
+inline std::string run_in_chromium(const std::filesystem::path& page,
+                                   const std::filesystem::path& profile) {
+    const std::string command =
+        "chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
+        "--enable-unsafe-swiftshader --user-data-dir='" +
+        profile.string() + "' --dump-dom 'file://" + page.string() + "' 2>'" + profile.string() +
+        ".log'";
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(::popen(command.c_str(), "r"),
+                                                               ::pclose);
+    std::string text;
+    std::array<char, 65536> some;
+    while (const std::size_t count = std::fread(some.data(), 1, some.size(), pipe.get()))
+        text.append(some.data(), count);
+    return text;
+}
+
+/// What the shader draws for lookups, as many as fill rows.
+///
+/// Errors   std::runtime_error with what Chromium, or the page, said.
+inline std::vector<Light> by_browser(const std::vector<ShaderTexture>& textures,
+                                     const std::vector<Lookup>& lookups,
+                                     const std::string& drawn = both_sides) {
+    const TemporaryFolder folder;
+    write_page(textures, lookups, drawn, folder / "page.html");
+    const std::string said = run_in_chromium(folder / "page.html", folder / "profile");
+    const std::string begin = "light:";
+    const std::size_t at = said.find(">" + begin) + 1;
+    if (at == 0) {
+        std::ostringstream log;
+        log << std::ifstream(folder / "profile.log").rdbuf();
+        throw std::runtime_error(
+            "the shader did not run in headless Chromium (Debian's package chromium): " +
+            (said + log.str()).substr(0, 2000));
+    }
+    const std::vector<float> numbers = floats_of_base64(said.substr(at + begin.size()));
+    if (numbers.size() != 4 * lookups.size()) throw std::runtime_error("light is missing");
+    std::vector<Light> light(lookups.size());
+    std::memcpy(light.data(), numbers.data(), numbers.size() * sizeof(float));
+    return light;
+}
+
+}  // namespace stratus::test

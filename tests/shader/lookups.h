@@ -1,0 +1,85 @@
+// Random lookups of a packed table, by the C++ runtime and by others, and how far these are off.
+#pragma once
+
+#include <stratus/runtime/constants.h>
+#include <stratus/runtime/packed_table.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <ostream>
+#include <random>
+#include <vector>
+
+namespace stratus::test {
+
+struct Lookup {
+    float albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+/// R and T, each of light scattered once and more often.
+using Light = std::array<float, 4>;
+
+/// Albedos and depths over all of the table's range and some beyond, depths evenly in their
+/// logarithm.
+inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
+    const TableView view = table.view();
+    const AxisView &albedo = view.albedo, &depth = view.optical_depth;
+    const double shallowest = depth.lowest / 2,
+                 deepest = depth.highest * (depth.ends_at_infinity ? 4 : 1);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    std::vector<Lookup> all;
+    for (int n = 0; n < count; ++n) {
+        const auto between = [&](double low, double high) {
+            return static_cast<float>(low + (high - low) * uniform(random));
+        };
+        all.push_back({between(albedo.lowest, albedo.highest),
+                       std::exp(between(std::log(shallowest), std::log(deepest))), between(0.02, 1),
+                       between(0.02, 1), between(0, 2 * pi)});
+    }
+    return all;
+}
+
+inline std::vector<Light> by_runtime(const PackedTable& table, const std::vector<Lookup>& lookups) {
+    std::vector<Light> all;
+    for (const Lookup& at : lookups) {
+        const double w = double{at.albedo}, tau = double{at.optical_depth};
+        const Geometry geometry{double{at.mu_in}, double{at.mu_out}, double{at.azimuth}};
+        const Scattered r = table.reflection(w, tau, geometry),
+                        t = table.transmission(w, tau, geometry);
+        all.push_back({static_cast<float>(r.single), static_cast<float>(r.multiple),
+                       static_cast<float>(t.single), static_cast<float>(t.multiple)});
+    }
+    return all;
+}
+
+struct Differences {
+    double median, worst;
+};
+inline std::ostream& operator<<(std::ostream& out, const Differences& of) {
+    return out << "median " << of.median << ", worst " << of.worst;
+}
+
+/// Of R and T, all orders, relative to the runtime's but not to less than 1e-6, a millionth of a
+/// white surface. Numbers that are none are infinitely wrong.
+inline Differences differences(const std::vector<Light>& found,
+                               const std::vector<Light>& expected) {
+    constexpr double floor = 1e-6;
+    std::vector<double> all;
+    for (std::size_t n = 0; n < expected.size(); ++n)
+        for (const std::size_t side : {std::size_t{0}, std::size_t{2}}) {
+            const auto total = [&](const std::vector<Light>& light) {
+                return double{light[n][side]} + double{light[n][side + 1]};
+            };
+            if (total(expected) == 0 && total(found) == 0) continue;  // a side that nothing leaves
+            const double off = std::abs(total(found) - total(expected)) /
+                               std::max(floor, std::abs(total(expected)));
+            all.push_back(off >= 0 ? off : infinity);
+        }
+    std::sort(all.begin(), all.end());
+    return {all[all.size() / 2], all.back()};
+}
+
+}  // namespace stratus::test

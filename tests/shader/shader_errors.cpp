@@ -1,0 +1,41 @@
+// Prints how far shaders are from the C++ runtime for a table, the figures of docs/shaders.md:
+//
+//     shader_errors TABLE.stratus
+//
+// 10,000 random lookups on both sides, by the text as C++ and by headless Chromium.
+#include "as_cxx.h"
+#include "browser.h"
+#include "lookups.h"
+
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+int main(int argc, char** argv) {
+    using namespace stratus;
+    try {
+        if (argc != 2) throw std::invalid_argument("one argument is needed: TABLE.stratus");
+        const PackedTable table{std::string(argv[1])};
+        const std::vector<ShaderTexture> textures = shader_textures(table);
+        for (const ShaderTexture& of : textures)
+            std::cout << of.name << ": " << shader_texture_width << " x " << of.height
+                      << (of.halves ? " halves\n" : " floats\n");
+        const std::vector<test::Lookup> lookups = test::random_lookups(table, 10000);
+        const std::vector<test::Light> expected = test::by_runtime(table, lookups);
+        shader::AsCxx shader(textures);
+        std::vector<test::Light> found;
+        for (const auto& [w, tau, mu_in, mu_out, azimuth] : lookups) {
+            const auto r = shader.stratus_reflection(w, tau, mu_in, mu_out, azimuth),
+                       t = shader.stratus_transmission(w, tau, mu_in, mu_out, azimuth);
+            found.push_back({r.single, r.multiple, t.single, t.multiple});
+        }
+        std::cout << "C++: " << test::differences(found, expected) << '\n'
+                  << "GLSL: " << test::differences(test::by_browser(textures, lookups), expected)
+                  << '\n';
+        return 0;
+    } catch (const std::exception& error) {
+        std::cerr << "shader_errors: " << error.what() << '\n';
+        return 1;
+    }
+}

@@ -9,6 +9,7 @@
 #include "tensor_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -198,6 +199,15 @@ void add_layers(TensorWriter& file, const Table& table) {
     file.set(layer_phase_functions_name, phase_functions);
     file.set(spherical_albedo_below_name, shortest_text(table.spherical_albedo_below));
     file.add(layers_name, {table.layers.size(), 2}, numbers);
+}
+
+/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
+    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
+    double albedo[path_sheet_steps + 1];
+    for (int i = 0; i <= path_sheet_steps; ++i)
+        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / path_sheet_steps));
+    return PathSheet(law, albedo, path_sheet_steps + 1, highest_order, 2);
 }
 
 void add_path_law(TensorWriter& file, const Table& table) {

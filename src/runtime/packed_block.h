@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -26,6 +27,14 @@ struct Resampling {
         Resampling sampling(count);
         if (count == 1) sampling.to = 1;
         return sampling;
+    }
+
+    bool is_same() const { return from == to; }
+    /// Back to the samples that there were.
+    Resampling inverse() const {
+        Resampling back(*this);
+        std::swap(back.from, back.to);
+        return back;
     }
 
     double weight(int old_sample, int new_sample) const;

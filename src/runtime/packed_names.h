@@ -99,8 +99,6 @@ inline const std::array<PackedFluxField, 3>& packed_flux_fields() {
 /// Names of strings that a table's own attributes must not have.
 bool is_reserved(const std::string& name);
 
-// The path law divided by w^2, tabulated over w^2 from 0 to 1.
-constexpr int path_sheet_steps = 11;
-PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+constexpr int path_sheet_steps = 11;  // over w^2 from 0 to 1
 
 }  // namespace stratus

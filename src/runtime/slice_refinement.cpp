@@ -1,6 +1,7 @@
 #include "slice_refinement.h"
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/single_scattering.h>
 
 #include "kept_tolerance.h"
 #include "mu_places.h"
@@ -43,13 +44,16 @@ using Stencils = std::vector<Stencil>;
 struct MuPlaces {
     double first, step;
     int intervals;
+    std::vector<double> cosine;
 
     MuPlaces(const AxisView& axis, int intervals_)
         : first(v_at(axis.highest)),
           step((v_at(axis.lowest) - first) / intervals_),
-          intervals(intervals_) {}
+          intervals(intervals_) {
+        for (int i = 0; i <= intervals; ++i) cosine.push_back(mu_at(first + step * i));
+    }
 
-    double mu(int i) const { return mu_at(first + step * i); }
+    double mu(int i) const { return cosine[size(i)]; }
 
     Stencils stencils(const AxisView& axis) const {
         Stencils all;
@@ -62,15 +66,17 @@ struct MuPlaces {
 struct AzimuthPlaces {
     double first, last;
     int intervals;
+    std::vector<double> angle;
 
     AzimuthPlaces(const AxisView& axis, int intervals_)
         : first(std::sin(axis.lowest / 2)),
           last(std::sin(axis.highest / 2)),
-          intervals(intervals_) {}
-
-    double azimuth(int k) const {
-        return 2 * std::asin(std::min(1.0, first + (last - first) * k / intervals));
+          intervals(intervals_) {
+        for (int k = 0; k <= intervals; ++k)
+            angle.push_back(2 * std::asin(std::min(1.0, first + (last - first) * k / intervals)));
     }
+
+    double azimuth(int k) const { return angle[size(k)]; }
 
     Stencils stencils(const AxisView& axis) const {
         Stencils all;
@@ -273,20 +279,27 @@ class Refinement {
         const int columns = sheet.count[2];
         const Sheet finer = refined_in(sheet, places.stencils(along));
         const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few are enough
+        std::vector<double> others, shares, azimuths;
+        for (int j = 0; j < sheet.count[1]; ++j) {
+            others.push_back(across.value(j));
+            shares.push_back(divided_by(others.back()));
+        }
+        for (int k = 0; k < columns; ++k) azimuths.push_back(table_.azimuth.value(k));
         double largest = 0;
-        for (int i = 1; i < probed; ++i)
+        for (int i = 1; i < probed; ++i) {
+            const double mu = places.mu(i), share = divided_by(mu);
             for (int j = 0; j < sheet.count[1]; ++j) {
-                const double mu = places.mu(i), other = across.value(j);
+                const double other = others[size(j)], factor = share * shares[size(j)];
                 if (std::min(mu, other) < least_cosine()) continue;
-                const double factor = divided_by(mu, other);
                 for (int k = 0; k < columns; k += azimuth_step) {
                     const auto at = [&](int row) { return double{finer.row(row, j)[k]}; };
                     const double total =
-                        at(i) * factor + single_(channel_, mu, other, table_.azimuth.value(k));
+                        at(i) * factor + single_(channel_, mu, other, azimuths[size(k)]);
                     errors.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
                     if (mu >= 0.1 && other >= 0.1) largest = std::max(largest, total);
                 }
             }
+        }
         return largest;
     }
 
@@ -299,7 +312,7 @@ class Refinement {
             for (int j = 0; j <= last; j += cosine_step) {
                 const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
                 if (std::min(in, out) < least_cosine()) continue;
-                const double factor = divided_by(in, out);
+                const double factor = divided_by(in) * divided_by(out);
                 const float* const row = finer.row(i, j);
                 for (int k = 1; k < probed; ++k) {
                     const double bend =
@@ -314,8 +327,9 @@ class Refinement {
 
     double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
 
-    double divided_by(double mu_in, double mu_out) const {
-        return table_.has_lower_boundary() ? 1 : directional_factor(table_, blend_, mu_in, mu_out);
+    /// What samples are multiplied by along one of the directions.
+    double divided_by(double mu) const {
+        return table_.has_lower_boundary() ? 1 : intercepted_share(blend_.optical_depth, mu);
     }
 
     const TableView& table_;

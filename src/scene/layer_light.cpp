@@ -171,6 +171,15 @@ Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
                          opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
                    : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
     };
+    double multiple[3] = {};
+    if (tables_) {
+        PackedLayers layers;
+        for (std::size_t c = 0; c < 3; ++c) {
+            layers.albedo[c] = matter.albedo[c];
+            layers.optical_depth[c] = seen_depth_of(matter, c);
+        }
+        tables_->packed->multiple(side, layers, geometry, matter.mixture, multiple);
+    }
     double single_depth = 0, single = 0;  // of the last channel
     return each_channel(matter, [&](const Channel& channel) {
         const double albedo = channel.albedo, depth = channel.optical_depth;
@@ -179,12 +188,7 @@ Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
             single_depth = depth;
             single = single_of(depth);
         }
-        const double once = albedo * single;
-        if (!tables_) return once;
-        const PackedTable& table = *tables_->packed;
-        return once + (reflected ? table.reflection(albedo, depth, geometry, matter.mixture)
-                                 : table.transmission(albedo, depth, geometry, matter.mixture))
-                          .multiple;
+        return albedo * single + multiple[channel.index];
     });
 }
 

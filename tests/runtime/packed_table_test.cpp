@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/instruction_set.h>
+#include <stratus/runtime/single_scattering.h>
 
 #include "refusal.h"
 #include "small_table.h"
@@ -189,6 +190,52 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
         EXPECT_NEAR(R[n], of_one[0], 1e-6 * std::max(1.0, of_one[0]));
         EXPECT_NEAR(T[n], of_one[1], 1e-6 * std::max(1.0, of_one[1]));
     }
+}
+
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndThree) {
+    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const PackedTable packed(pack(table));
+    for (const Point& p : points(table, 200, 0.01, 40)) {
+        // The second as the first, the third mostly in another block.
+        const PackedLayers layers{{p.albedo, p.albedo, 1 - p.albedo},
+                                  {p.optical_depth, p.optical_depth, 9 * p.optical_depth}};
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            double value[3];
+            packed.multiple(side, layers, geometry(p), 1, value);
+            for (int k = 0; k < 3; ++k) {
+                const double w = layers.albedo[k], depth = layers.optical_depth[k];
+                const double one =
+                    (side == Side::reflection ? packed.reflection(w, depth, geometry(p))
+                                              : packed.transmission(w, depth, geometry(p)))
+                        .multiple;
+                EXPECT_NEAR(value[k], one, 1e-6 * std::max(1.0, one));
+            }
+        }
+    }
+}
+
+/// What slices are bound from, times the shares intercepted.
+void expect_layer(const Table& table, double albedo, double optical_depth) {
+    const PackedTable packed(pack(table));
+    const std::vector<float> layer = packed.layer(Side::reflection, albedo, optical_depth, 1);
+    std::size_t n = 0;
+    for (const double in : table.mu_in.values)
+        for (const double out : table.mu_out.values)
+            for (const double azimuth : table.azimuth.values) {
+                const double shares =
+                    intercepted_share(optical_depth, in) * intercepted_share(optical_depth, out);
+                const double expected =
+                    packed.reflection(albedo, optical_depth, {in, out, azimuth}).multiple;
+                EXPECT_NEAR(double{layer[n++]} * shares, expected, 3e-6 * expected);
+            }
+    EXPECT_EQ(n, layer.size());
+}
+
+TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
+    const Table table = filled(usual, to_infinity);
+    for (const double depth : {0.03, 1.7, 20.0, infinity}) expect_layer(table, 0.8, depth);
+    expect_layer(filled({9, 12, 3, 3, 3}, to_eight), 0.8, 1.7);  // axes that are sampled again
+    expect_layer(filled({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,

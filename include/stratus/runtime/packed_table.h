@@ -43,6 +43,11 @@ struct PackedPoints {
     std::size_t count;
 };
 
+/// Three layers, as three colours see one.
+struct PackedLayers {
+    double albedo[3], optical_depth[3];
+};
+
 /// The file of a table.
 ///
 /// Accuracy lookups in 99.9 % of cases add at most 0.4 of the table's tolerance to its errors,
@@ -82,6 +87,11 @@ class PackedTable {
                          double mixture = 1) const noexcept;
     Scattered transmission(double albedo, double optical_depth, const Geometry& geometry,
                            double mixture = 1) const noexcept;
+
+    /// Orders n >= 2 of three layers along the same directions: the same numbers, faster than one
+    /// by one.
+    void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double mixture,
+                  double (&value)[3]) const noexcept;
 
     /// Totals of many at once, all of one mixture; the same numbers to 1e-6.
     void reflection(const PackedPoints& points, float* total, double mixture = 1) const noexcept;

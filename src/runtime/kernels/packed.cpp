@@ -278,11 +278,11 @@ STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, 
 
 /// Lookups n .. n + lanes of F of a plan.
 template <Side which, PhaseForm form, bool azimuthal, class F, int width>
-STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point, int n,
+STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point,
+                            const LightPathOf<F>& path, const DirectionWindow<F>& directions, int n,
                             Plan<width>& plan) {
     constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(point.optical_depth, 0, 1e30f);
-    const LightPathOf<F> path = light_path<which>(point.mu_in, point.mu_out, point.azimuth);
     const LayerWindow<F> layers = layer_window(side, point.co_albedo, depth);
     store_weights(layers.of_albedo, plan.albedo_weight, n);
     store_weights(layers.of_depth, plan.depth_weight, n);
@@ -298,7 +298,6 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     store(closed.factor, plan.factor + n);
 
     const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
-    const DirectionWindow<F> directions = direction_window<azimuthal>(side, path, point.azimuth);
     store_weights(directions.of_mu, plan.mu_weight, n);
     store_weights(directions.of_other, plan.other_weight, n);
     if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
@@ -322,7 +321,17 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
             {number[0][k], number[1][k], number[2][k], number[3][k], number[4][k], 0}, n + k, plan);
 }
 
+template <Side which, PhaseForm form, bool azimuthal, class F, int width>
+STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point, int n,
+                            Plan<width>& plan) {
+    const LightPathOf<F> path = light_path<which>(point.mu_in, point.mu_out, point.azimuth);
+    prepare<which, form, azimuthal>(
+        side, point, path, direction_window<azimuthal>(side, path, point.azimuth), n, plan);
+}
+
 // ---- sums of functions
+
+constexpr int words_of_row = functions / lane_width;
 
 STRATUS_INLINE LookupLanes::Floats words(const CoefficientRow& row, int word) {
     LookupLanes::Floats values;
@@ -367,40 +376,53 @@ STRATUS_INLINE float sum_of(typename SimdRegister<width>::Floats lanes) {
     }
 }
 
+/// The coefficients of lookup n of a plan.
+template <int width>
+STRATUS_INLINE LookupLanes::Floats coefficients_of(const Plan<width>& plan, int n, int word) {
+    LookupLanes::Floats of_layers{};
+    for (int l = 0; l < stencil_size; ++l) {
+        const CoefficientRow* const row = plan.coefficient[n] + l * plan.coefficient_stride[n];
+        LookupLanes::Floats of_albedo{};
+        for (int t = 0; t < stencil_size; ++t)
+            of_albedo += plan.depth_weight[t][n] * words(row[t], word);
+        of_layers += plan.albedo_weight[l][n] * of_albedo;
+    }
+    return of_layers;
+}
+
+/// The functions at the directions of lookup n of a plan.
+template <class Number, bool azimuthal, int width>
+STRATUS_INLINE LookupLanes::Floats functions_of(const PackedSide& side, const Plan<width>& plan,
+                                                int n, int word) {
+    const int rows = rows_of<azimuthal>(side);
+    const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
+    LookupLanes::Floats of_directions{};
+    for (int r = 0; r < stencil_size; ++r) {
+        const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
+        LookupLanes::Floats of_other{};
+        for (int c = 0; c < stencil_size; ++c) {
+            const auto* const at = row + c * side.column_step;
+            if constexpr (azimuthal) {
+                LookupLanes::Floats around{};
+                for (int a = 0; a < stencil_size; ++a)
+                    around += plan.azimuth_weight[a][n] * words(at[a], word);
+                of_other += plan.other_weight[c][n] * around;
+            } else {
+                of_other += plan.other_weight[c][n] * words(*at, word);
+            }
+        }
+        of_directions += plan.mu_weight[r][n] * of_other;
+    }
+    return of_directions;
+}
+
 /// Orders n >= 2 of lookup n of a plan, but for the factor.
 template <class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
-    const int rows = rows_of<azimuthal>(side), stride = plan.coefficient_stride[n];
-    const CoefficientRow* const coefficient = plan.coefficient[n];
-    const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
     LookupLanes::Floats sum{};
-    for (int word = 0; word < functions / lane_width; ++word) {
-        LookupLanes::Floats of_layers{};
-        for (int l = 0; l < stencil_size; ++l) {
-            LookupLanes::Floats of_albedo{};
-            for (int t = 0; t < stencil_size; ++t)
-                of_albedo += plan.depth_weight[t][n] * words(coefficient[l * stride + t], word);
-            of_layers += plan.albedo_weight[l][n] * of_albedo;
-        }
-        LookupLanes::Floats of_directions{};
-        for (int r = 0; r < stencil_size; ++r) {
-            const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
-            LookupLanes::Floats of_other{};
-            for (int c = 0; c < stencil_size; ++c) {
-                const auto* const at = row + c * side.column_step;
-                if constexpr (azimuthal) {
-                    LookupLanes::Floats around{};
-                    for (int a = 0; a < stencil_size; ++a)
-                        around += plan.azimuth_weight[a][n] * words(at[a], word);
-                    of_other += plan.other_weight[c][n] * around;
-                } else {
-                    of_other += plan.other_weight[c][n] * words(*at, word);
-                }
-            }
-            of_directions += plan.mu_weight[r][n] * of_other;
-        }
-        sum += of_layers * of_directions;
-    }
+    for (int word = 0; word < words_of_row; ++word)
+        sum +=
+            coefficients_of(plan, n, word) * functions_of<Number, azimuthal>(side, plan, n, word);
     return sum_of<lane_width>(sum);
 }
 
@@ -448,13 +470,78 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
+void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (&multiple)[3]) {
+    const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
+    const DirectionWindow<float> directions =
+        direction_window<azimuthal>(side, path, at[0].azimuth);
+    LookupLanes::Floats function[words_of_row];
+    const char* summed = nullptr;
+    for (int k = 0; k < 3; ++k) {
+        if (k > 0 && at[k].albedo == at[k - 1].albedo &&
+            at[k].optical_depth == at[k - 1].optical_depth) {
+            multiple[k] = multiple[k - 1];
+            continue;
+        }
+        Plan<1> plan;
+        prepare<which, form, azimuthal>(side, at[k], path, directions, 0, plan);
+        if (plan.function[0] != summed)  // else of the same block
+            for (int word = 0; word < words_of_row; ++word)
+                function[word] =
+                    side.halves ? half_scale * functions_of<Half, azimuthal>(side, plan, 0, word)
+                                : functions_of<float, azimuthal>(side, plan, 0, word);
+        summed = plan.function[0];
+        LookupLanes::Floats sum{};
+        for (int word = 0; word < words_of_row; ++word)
+            sum += coefficients_of(plan, 0, word) * function[word];
+        multiple[k] = plan.factor[0] * sum_of<lane_width>(sum) + plan.along_path[0];
+    }
+}
+
+template <class Number>
+STRATUS_INLINE void sum_rows(const LookupLanes::Floats* coefficient,
+                             const FunctionRowOf<Number>* function, std::size_t rows,
+                             float* value) {
+    for (std::size_t row = 0; row < rows; ++row) {
+        LookupLanes::Floats sum{};
+        for (int word = 0; word < words_of_row; ++word)
+            sum += coefficient[word] * words(function[row], word);
+        value[row] = sum_of<lane_width>(sum);
+    }
+}
+
+template <Side which, PhaseForm form, bool azimuthal>
+void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t rows,
+                   float* multiple) {
+    Plan<1> plan;
+    prepare<which, form, azimuthal>(side, at, 0, plan);
+    float factor = plan.factor[0];
+    if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
+    if (side.halves) factor = factor * half_scale;
+    LookupLanes::Floats coefficient[words_of_row];
+    for (int word = 0; word < words_of_row; ++word)
+        coefficient[word] = factor * coefficients_of(plan, 0, word);
+    const auto cell = truncated(layer_window(side, at.co_albedo, at.optical_depth).cell);
+    const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
+    if (side.halves)
+        sum_rows(coefficient, static_cast<const FunctionRowOf<Half>*>(block.function), rows,
+                 multiple);
+    else
+        sum_rows(coefficient, static_cast<const FunctionRowOf<float>*>(block.function), rows,
+                 multiple);
+}
+
+template <Side which, PhaseForm form, bool azimuthal>
 constexpr PackedKernel kernel() {
     if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack ||
                   form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
-        return {nullptr, nullptr};
+        return {};
+    else if constexpr (form == PhaseForm::constant)  // which phase function does not matter
+        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>,
+                evaluate_layers<which, form, azimuthal>, evaluate_rows<which, form, azimuthal>};
     else
-        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>};
+        return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>,
+                nullptr, nullptr};
 }
 
 template <Side which, int... place>

@@ -93,10 +93,14 @@ using PackedPoint = PackedPointOf<float>;
 constexpr int points_at_once = 16;
 
 /// A side of a layer: single and multiple at one point, or totals at `count` of them, a multiple of
-/// `points_at_once`.
+/// `points_at_once`; orders n >= 2 at three points that differ in albedo and optical depth alone; or,
+/// at the point's albedo and optical depth, orders n >= 2 without what depends
+/// on the cosines, at each of a block's `rows`.
 struct PackedKernel {
     void (*one)(const PackedSide&, const PackedPoint&, float* single_multiple);
     void (*many)(const PackedSide&, const PackedPoints&, std::size_t count, float* total);
+    void (*layers)(const PackedSide&, const PackedPoint (&)[3], float (&multiple)[3]);
+    void (*rows)(const PackedSide&, const PackedPoint&, std::size_t rows, float* multiple);
 };
 
 struct PackedSideKernels {

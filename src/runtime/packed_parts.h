@@ -1,0 +1,62 @@
+// What a packed table's file is read into (packed_names.h says what it holds): the table without its
+// samples, and both sides for each sample of the mixture.
+#pragma once
+
+#include <stratus/runtime/argument.h>
+
+#include "kernels/packed.h"
+#include "packed_names.h"
+#include "tensor_file.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+constexpr const char* packed_caller = "packed table";
+constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
+
+/// One side, with the memory that its view points to.
+struct SideMemory {
+    PackedSide view{};
+    const PackedKernel* kernel = nullptr;
+    const PackedKernel* of_multiple = nullptr;  // where no phase function is asked for
+    PhaseCurve phase;
+    std::vector<LayerBlock> blocks;
+    std::vector<float> block_of_cell;
+    std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
+    std::vector<CoefficientRow> no_coefficients;  // of a side that is not held
+    std::vector<FunctionRowOf<float>> no_functions;
+};
+
+/// The sides at one sample of the mixture.
+struct MixtureSample {
+    double extrapolation_length;
+    SideMemory side[2];
+};
+
+/// All that is not a side.
+///
+/// Errors   std::invalid_argument: one sentence on what is wrong with the file.
+Table packed_header(const TensorFile& file);
+
+/// Sample m of the mixture, or the only one, whose numbers stay in the file. Errors as above.
+MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m);
+
+/// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
+PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
+                    const PhaseFunction& phase_function);
+
+void require_aligned(const void* data, const std::string& name);
+
+std::string shape_text(const std::vector<std::size_t>& shape);
+
+template <class Number>
+void require_shape(const TensorOf<Number>& numbers, const std::string& name,
+                   const std::vector<std::size_t>& shape) {
+    require(numbers.shape == shape, packed_caller, "shape of " + name, shape_text(shape),
+            shape_text(numbers.shape));
+}
+
+}  // namespace stratus

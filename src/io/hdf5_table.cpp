@@ -4,6 +4,7 @@
 // rewrites the file in its own way, copying datasets and attributes, keeps them valid. The structures
 // are those of HDF5 1.10, whose own checksums the library compares.
 #include "hdf5_attributes.h"
+#include "hdf5_chunks.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"
 #include "table_content.h"
@@ -16,6 +17,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace stratus::io {
@@ -42,32 +44,6 @@ struct Element<double> {
     static hid_t memory() { return H5T_NATIVE_DOUBLE; }
 };
 
-constexpr unsigned deflate_level = 4;
-constexpr std::size_t target_chunk_bytes = std::size_t{1} << 19;
-
-/// Extents of a chunk: the whole of as many of the last dimensions as fit the target size, the next
-/// one divided evenly, and 1 in the others.
-std::vector<hsize_t> chunk_extents(std::span<const std::size_t> extents) {
-    std::vector<hsize_t> chunk(extents.size());
-    std::size_t bytes = sizeof(float);
-    for (std::size_t d = extents.size(); d-- > 0;) {
-        const std::size_t fitting =
-            std::clamp(target_chunk_bytes / bytes, std::size_t{1}, extents[d]);
-        const std::size_t parts = (extents[d] + fitting - 1) / fitting;
-        chunk[d] = (extents[d] + parts - 1) / parts;
-        bytes *= chunk[d];
-    }
-    return chunk;
-}
-
-/// Makes a dataset chunked, shuffled and deflated.
-void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
-    const std::vector<hsize_t> chunk = chunk_extents(extents);
-    checked(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()), "set chunks");
-    checked(H5Pset_shuffle(creation), "set a filter");
-    checked(H5Pset_deflate(creation, deflate_level), "set a filter");
-}
-
 /// Only datasets over all axes are large enough to be worth chunks.
 bool is_chunked(std::span<const std::size_t> extents) {
     return extents.size() >= axis_fields.size();
@@ -93,9 +69,12 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
     Handle dataset(H5Dcreate2(file, name.c_str(), Element<Number>::stored(), space, H5P_DEFAULT,
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
-    checked(
-        H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        task);
+    if constexpr (std::is_same_v<Number, float>)
+        if (is_chunked(extents)) write_chunks(dataset, name, extents, values);
+    if (!is_chunked(extents))
+        checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                         values.data()),
+                task);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
     write_text(dataset, checksum_name, checksum(std::span(values)));

@@ -70,7 +70,7 @@ std::string summary(const PhaseFunction& phi) {
     const auto& terms = phi.terms();
     if (const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
         droplets != nullptr && terms.size() == 1)
-        line += ", extinction efficiency " + short_number(droplets->extinction_efficiency, 6) +
+        line += ", extinction efficiency " + short_number(droplets->extinction_efficiency(), 6) +
                 ", effective radius " + short_number(droplets->droplets.effective_radius, 6) +
                 " um";
     return line;

@@ -132,7 +132,7 @@ std::optional<double> PhaseFunction::albedo() const {
     double extinction = 0;  // for a scattering cross-section of 1, which the weights share
     for (const auto& [weight, term] : terms_) {
         std::optional<double> albedo;
-        if (const Mie* const droplets = std::get_if<Mie>(&term)) albedo = droplets->albedo;
+        if (const Mie* const droplets = std::get_if<Mie>(&term)) albedo = droplets->albedo();
         if (const Tabulated* const table = std::get_if<Tabulated>(&term)) albedo = table->albedo;
         if (!albedo) return {};
         extinction += weight / *albedo;

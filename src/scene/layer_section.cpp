@@ -108,7 +108,7 @@ std::array<double, 3> own_albedos(const Section& section, const SceneLayer& laye
         if (each || droplets == nullptr || own.terms().size() != 1) continue;
         Droplets coloured = droplets->droplets;
         coloured.wavelength = wavelengths[c];
-        albedo[c] = Mie(coloured).albedo;
+        albedo[c] = Mie(coloured).albedo();
     }
     return albedo;
 }
@@ -127,7 +127,7 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
                     own.droplets.distribution == green.droplets.distribution,
                 caller, name, "absent unless all channels have droplets of the same sizes",
                 layer.channels[c].text());
-        extinction[c] = own.extinction_efficiency / green.extinction_efficiency;
+        extinction[c] = own.extinction_efficiency() / green.extinction_efficiency();
     }
     return extinction;
 }

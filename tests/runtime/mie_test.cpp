@@ -256,9 +256,9 @@ TEST(WaterCloud, HasTheKnownFeatures) {
     const PhaseFunction phi = parse_phase_function(cloud_text);
     const Mie& cloud = std::get<Mie>(phi.terms()[0].second);
     EXPECT_NEAR(phi.asymmetry(), 0.86, 0.005);
-    EXPECT_NEAR(cloud.extinction_efficiency, 2.09, 0.01);  // 2 and a little: x = 114
-    EXPECT_GT(cloud.albedo, 0.999995);
-    EXPECT_LT(cloud.albedo, 1);
+    EXPECT_NEAR(cloud.extinction_efficiency(), 2.09, 0.01);  // 2 and a little: x = 114
+    EXPECT_GT(cloud.albedo(), 0.999995);
+    EXPECT_LT(cloud.albedo(), 1);
     const auto at = [&](double degrees) { return phi(std::cos(radians(degrees))); };
     double bow = 125;  // the fogbow: the largest between 125 and 155 degrees
     for (double angle = 125; angle <= 155; angle += 0.25)

@@ -245,7 +245,7 @@ TEST(SceneFile, TakesAPhaseFunctionForEachChannel) {
         const PhaseFunction own = parse_phase_function(std::string("mie:radius=8um,wavelength=") +
                                                        std::array{"2um", "1um", "0.5um"}[c]);
         EXPECT_EQ(layer.channels[c].text(), own.text());
-        EXPECT_DOUBLE_EQ(layer.albedo[c], std::get<Mie>(own.terms()[0].second).albedo);
+        EXPECT_DOUBLE_EQ(layer.albedo[c], std::get<Mie>(own.terms()[0].second).albedo());
     }
     EXPECT_LT(layer.albedo[0], 0.999);
     EXPECT_EQ(layer.extinction, (std::array<double, 3>{1, 1, 1}));

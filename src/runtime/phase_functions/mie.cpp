@@ -107,27 +107,6 @@ Mie::Scattering compute_scattering(const Droplets& droplets) {
     return all;
 }
 
-using SharedScattering = std::shared_ptr<const Mie::Scattering>;
-
-/// What droplets of this text scatter: from those that live, or computed. A scene reads the same
-/// text once a panel, and once more with its table.
-SharedScattering shared_scattering(const Droplets& droplets, const std::string& text) {
-    static std::mutex mutex;
-    static std::map<std::string, std::weak_ptr<const Mie::Scattering>> living;
-    {
-        const std::lock_guard<std::mutex> lock(mutex);
-        const auto found = living.find(text);
-        if (found != living.end())
-            if (SharedScattering shared = found->second.lock()) return shared;
-    }
-    const auto computed = std::make_shared<const Mie::Scattering>(compute_scattering(droplets));
-    const std::lock_guard<std::mutex> lock(mutex);
-    for (auto each = living.begin(); each != living.end();)
-        each = each->second.expired() ? living.erase(each) : std::next(each);
-    living[text] = computed;
-    return computed;
-}
-
 // ---- Text
 
 double read_length(PhaseText& text, const std::string& parameter) {
@@ -190,12 +169,48 @@ std::string index_text(std::complex<double> index) {
 
 }  // namespace
 
+/// What droplets scatter, computed when it is first asked for: a table that is only looked up has
+/// the values that it needs.
+class Mie::SharedScattering {
+  public:
+    explicit SharedScattering(const Droplets& droplets) : droplets_(droplets) {}
+
+    const Scattering& get() const {
+        std::call_once(computed_, [this] { scattering_ = compute_scattering(droplets_); });
+        return scattering_;
+    }
+
+    /// That of the droplets of this text which live, or a new one. A scene reads the same text once
+    /// a panel, and once more with its table.
+    static std::shared_ptr<const SharedScattering> of(const Droplets& droplets,
+                                                      const std::string& text) {
+        static std::mutex mutex;
+        static std::map<std::string, std::weak_ptr<const SharedScattering>> living;
+        const std::lock_guard<std::mutex> lock(mutex);
+        const auto found = living.find(text);
+        if (found != living.end())
+            if (auto shared = found->second.lock()) return shared;
+        for (auto each = living.begin(); each != living.end();)
+            each = each->second.expired() ? living.erase(each) : std::next(each);
+        const auto fresh = std::make_shared<const SharedScattering>(droplets);
+        living[text] = fresh;
+        return fresh;
+    }
+
+  private:
+    Droplets droplets_;
+    mutable std::once_flag computed_;
+    mutable Scattering scattering_{};
+};
+
 Mie::Mie(const Droplets& droplets_) : droplets(droplets_) {
     check(droplets);
-    scattering_ = shared_scattering(droplets, parameter_text());
-    albedo = scattering_->albedo;
-    extinction_efficiency = scattering_->extinction_efficiency;
+    scattering_ = SharedScattering::of(droplets, parameter_text());
 }
+
+double Mie::albedo() const { return scattering_->get().albedo; }
+
+double Mie::extinction_efficiency() const { return scattering_->get().extinction_efficiency; }
 
 Mie Mie::read(PhaseText& text, const std::string& first) {
     Droplets droplets;
@@ -232,14 +247,15 @@ std::string Mie::parameter_text() const {
 
 double Mie::operator()(double c) const noexcept {
     const double sine = std::sqrt(std::max(0.0, (1 - c) * (1 + c)));
-    const double place = std::atan2(sine, c) / pi * scattering_->intervals;
-    const double cell = std::min(std::floor(place), scattering_->intervals - 1);
+    const Scattering& scattering = scattering_->get();
+    const double place = std::atan2(sine, c) / pi * scattering.intervals;
+    const double cell = std::min(std::floor(place), scattering.intervals - 1);
     const std::size_t first = static_cast<std::size_t>(cell) + beyond_end + 1 - points / 2;
-    return lagrange(&scattering_->value[first], place - cell + points / 2 - 1);
+    return lagrange(&scattering.value[first], place - cell + points / 2 - 1);
 }
 
 std::vector<double> Mie::moments(std::size_t count) const {
-    std::vector<double> first = scattering_->chi;
+    std::vector<double> first = scattering_->get().chi;
     first.resize(count, 0.0);
     return first;
 }

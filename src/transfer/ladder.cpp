@@ -37,8 +37,7 @@ class LadderRun {
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
         const auto path = path_of(problem);
-        const double first =
-            problem.ladder.octaves ? problem.ladder.first : directions_.mu.minCoeff();
+        const double first = problem.ladder.octaves ? problem.ladder.first : 1;
         for (std::size_t a = 0; a < problem.albedos.size(); ++a) {
             const double albedo = problem.albedos[a];
             task_.albedos.push_back(

@@ -42,6 +42,9 @@ double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& t
 /// smallest on.
 int count_doublings(double smallest_cosine, double optical_depth);
 
+/// Where doubling to infinity alone begins, a depth like any other.
+constexpr double first_depth_to_infinity = 1;
+
 /// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
 /// more until the change is below rounding, and a reserve for g near 1.
 int max_doublings_to_infinity(double optical_depth);

@@ -181,7 +181,8 @@ DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<d
     for (SimdLayer* layer : doubled_) {
         const int doublings =
             count_doublings(*std::min_element(layer->mu, layer->mu + layer->directions), deepest);
-        layer->half_depth = first_depth * std::ldexp(0.5, -doublings);
+        for (int lane = 0; lane < lane_count; ++lane)
+            layer->half_depth[lane] = std::ldexp(first_depth[lane], -doublings - 1);
         steps_.thin_layer(*layer);
         for (int k = 0; k < doublings; ++k) double_depth(*layer);
     }

@@ -103,7 +103,7 @@ double mu_error(const Probes& probes, int samples, double most) {
     const auto errors_of = [&](const std::vector<double>& albedos) {
         const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, all);
         return errors_of_layers(
-            probes, layers.size(), layers[0].size(),
+            probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
             [&](std::size_t a, std::size_t d, Errors& errors) {
                 const ProbedLayer& layer = layers[a][d];
                 const auto divisor = [&](double cosine) {
@@ -134,8 +134,7 @@ double mu_error(const Probes& probes, int samples, double most) {
     const auto half =
         probes.albedos.begin() + static_cast<std::ptrdiff_t>((probes.albedos.size() + 1) / 2);
     Errors errors = errors_of({probes.albedos.begin(), half});
-    if (half == probes.albedos.end()) return error_quantile(errors, probed_share);
-    // If the other half had no errors: as many of them would be left out.
+    // Were there no errors in the other half, which is no larger.
     const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
     if (least > most) return least;
     const Errors others = errors_of({half, probes.albedos.end()});

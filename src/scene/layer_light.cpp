@@ -86,7 +86,7 @@ void LayerLight::shine(int threads) {
     }
     if (scene_.effects.planetshine && !rings->surface.is_black())
         planet_shine_ =
-            std::make_shared<const PlanetShine>(scene_, *rings, *this, tables_, threads);
+            std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
@@ -153,49 +153,67 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
     return own;
 }
 
-Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
-                              Side side) const noexcept {
-    const bool reflected = side == Side::reflection;
-    const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
-                                    : cos_scattering_angle_transmitted(geometry);
+Scattering LayerLight::scattering(Side side, const Geometry& geometry) const noexcept {
+    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                                   : cos_scattering_angle_transmitted(geometry);
+    Scattering made{side, geometry, cosine, {}};
     const auto& components = scene_.layer.components;
-    double phase = 0;
-    if (scene_.effects.single) {
-        phase = components[0](cosine);
-        if (components.size() > 1)
-            phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
+    if (scene_.effects.single && is_wanted(side))
+        for (std::size_t k = 0; k < components.size(); ++k) made.phase[k] = components[k](cosine);
+    return made;
+}
+
+double LayerLight::single(double mixture, double optical_depth,
+                          const Scattering& scattering) const noexcept {
+    const auto& [side, geometry, cosine, phases] = scattering;
+    double phase = phases[0];
+    if (scene_.layer.components.size() > 1) phase = mixture * phase + (1 - mixture) * phases[1];
+    if (phase == 0) return 0;
+    if (side == Side::transmission)
+        return single_transmission(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
+    const double light =
+        single_reflection(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
+    if (opposition_.law == Opposition::Law::none) return light;
+    return light *
+           opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
+}
+
+Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!tables_ || !is_wanted(scattering.side) || matter.optical_depth == 0) return {};
+    PackedLayers layers;
+    for (std::size_t c = 0; c < 3; ++c) {
+        layers.albedo[c] = matter.albedo[c];
+        layers.optical_depth[c] = seen_depth_of(matter, c);
     }
-    const auto single_of = [&](double depth) {  // of albedo 1
-        return reflected
-                   ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                         opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
-                   : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
-    };
-    double multiple[3] = {};
-    if (tables_) {
-        PackedLayers layers;
-        for (std::size_t c = 0; c < 3; ++c) {
-            layers.albedo[c] = matter.albedo[c];
-            layers.optical_depth[c] = seen_depth_of(matter, c);
-        }
-        tables_->packed->multiple(side, layers, geometry, matter.mixture, multiple);
-    }
-    double single_depth = 0, single = 0;  // of the last channel
+    double value[3] = {};
+    tables_->packed->multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
+    return {value[0], value[1], value[2]};
+}
+
+Rgb3 LayerLight::packed_light(const Matter& matter, const Scattering& scattering) const noexcept {
+    const Rgb3 more = multiple(matter, scattering);
+    if (!scene_.effects.single) return more;
+    double once_depth = 0, once = 0;  // of the last channel
     return each_channel(matter, [&](const Channel& channel) {
-        const double albedo = channel.albedo, depth = channel.optical_depth;
+        const double depth = channel.optical_depth;
         if (depth == 0) return 0.0;
-        if (scene_.effects.single && depth != single_depth) {
-            single_depth = depth;
-            single = single_of(depth);
+        if (depth != once_depth) {
+            once_depth = depth;
+            once = single(matter.mixture, depth, scattering);
         }
-        return albedo * single + multiple[channel.index];
+        return channel.albedo * once + more[channel.index];
     });
+}
+
+Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!is_wanted(scattering.side) || matter.optical_depth == 0) return {};
+    if (recorded_) recorded_->add(matter, scattering.geometry, scattering.side);
+    return packed_light(matter, scattering);
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const noexcept {
     const bool reflected = side == Side::reflection;
-    const bool wanted = reflected ? scene_.effects.reflection : scene_.effects.transmission;
-    if (!wanted || matter.optical_depth == 0) return {};
+    if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
     if (!channels_.empty())
         return of_channels([&](const LayerLight& light, std::size_t c) {
@@ -214,7 +232,7 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     }
     if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
         return widened(value(*coloured));
-    return packed_light(matter, geometry, side);
+    return packed_light(matter, scattering(side, geometry));
 }
 
 bool LayerLight::has_sums() const noexcept {

@@ -114,15 +114,6 @@ Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     return few;
 }
 
-Sources<small_cells> between(const Sources<small_cells>& near, const Sources<small_cells>& far,
-                             double share_of_far) noexcept {
-    Sources<small_cells> both;
-    for (std::size_t s = 0; s < both.size(); ++s)
-        both[s] = {(1 - share_of_far) * near[s].direction + share_of_far * far[s].direction,
-                   (1 - share_of_far) * near[s].irradiance + share_of_far * far[s].irradiance};
-    return both;
-}
-
 /// What the rings scatter of it towards the eye.
 template <class SomeSources>
 Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
@@ -139,21 +130,50 @@ Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter
     return sum;
 }
 
-Scene with(Scene scene, bool SceneEffects::*effect, bool on) {
-    scene.effects.*effect = on;
-    return scene;
+/// A source, and its light's way to the eye.
+struct Lamp {
+    Rgb3 irradiance;
+    Scattering scattering;
+};
+
+template <class SomeSources>
+std::vector<Lamp> lamps_of(const SomeSources& sources, const LayerLight& light,
+                           const Vector3& to_eye) {
+    std::vector<Lamp> lamps;
+    for (const Source& source : sources) {
+        if (source.irradiance == Rgb3{}) continue;
+        const Vector3 direction = normalised(source.direction);
+        const Side side =
+            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
+        lamps.push_back(
+            {source.irradiance,
+             light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye))});
+    }
+    return lamps;
+}
+
+/// The globe as one point of the rings sees it: for single scattering, and for orders n >= 2.
+struct GlobeLamps {
+    std::vector<Lamp> small, large;
+};
+
+/// What some of the rings' matter there scatters towards the eye.
+Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& light,
+               const Matter& matter) noexcept {
+    const double depth = seen_depth(scene, matter.optical_depth);
+    Rgb3 once{}, more{};
+    for (const Lamp& lamp : lamps.small)
+        once = once + light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
+    for (const Lamp& lamp : lamps.large)
+        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering);
+    return matter.albedo * once + more;
 }
 
 }  // namespace
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                         const LayerTables* tables, int threads)
+                         int threads)
     : radius_(radii_of(rings.profile)), grid_(radius_.size() * azimuth_count) {
-    Scene alone = scene;
-    alone.effects.ringshine = alone.effects.planetshine = false;
-    const Scene once = with(alone, &SceneEffects::multiple, false),
-                more = with(alone, &SceneEffects::single, false);
-    const LayerLight of_once(once, nullptr), of_more(more, tables);
     const auto globe_radius = [&](std::size_t r) {
         const double share = static_cast<double>(r) / (globe_radii - 1);
         return rings.profile.inner() +
@@ -161,11 +181,14 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
     };
     const auto azimuth_of = [](int k) { return direction_at(0, 2 * pi * k / azimuth_count); };
     parallel_for(azimuth_count, threads, [&](int k) {
-        std::vector<Sources<small_cells>> globe;
+        std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
-            const Vector3 point = globe_radius(r) * azimuth_of(k);
-            const Ray ray{point, -to_camera(scene.camera, point)};
-            globe.push_back(sources_at(rings, {scene, light, ray, scene.to_sun}, point));
+            const Vector3 point = globe_radius(r) * azimuth_of(k),
+                          to_eye = to_camera(scene.camera, point);
+            const Ray ray{point, -to_eye};
+            const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
+            globe.push_back(
+                {lamps_of(sources, light, to_eye), lamps_of(merged(sources), light, to_eye)});
         }
         std::size_t above = 1;
         for (std::size_t row = 0; row < radius_.size(); ++row) {
@@ -173,14 +196,11 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             const Matter matter = rings.profile.at(radius, scene.layer.albedo);
             if (matter.optical_depth == 0) continue;
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
-            const double below = globe_radius(above - 1);
-            const Sources<small_cells> sources = between(
-                globe[above - 1], globe[above], (radius - below) / (globe_radius(above) - below));
-            const Vector3 to_eye = to_camera(scene.camera, radius * azimuth_of(k));
-            Rgb3& value = grid_[row * azimuth_count + static_cast<std::size_t>(k)];
-            value = scattered(sources, of_once, matter, to_eye);
-            if (scene.effects.multiple)
-                value = value + scattered(merged(sources), of_more, matter, to_eye);
+            const double below = globe_radius(above - 1),
+                         share = (radius - below) / (globe_radius(above) - below);
+            grid_[row * azimuth_count + static_cast<std::size_t>(k)] =
+                (1 - share) * scattered(globe[above - 1], scene, light, matter) +
+                share * scattered(globe[above], scene, light, matter);
         }
     });
 }

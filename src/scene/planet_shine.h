@@ -27,8 +27,7 @@ class PlanetShine {
     /// `light` without planetshine.
     ///
     /// Accuracy 2e-3 of the rings' radiance, or of 5e-3 where they are darker.
-    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                const LayerTables* tables, int threads);
+    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
 
     /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
     /// view's ray meets them. Interpolated for rays to the camera, integrated for others.

@@ -37,6 +37,14 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+/// Directions of one scattering in a layer that varies, with all that does not depend on its matter.
+struct Scattering {
+    Side side = Side::reflection;
+    Geometry geometry{};
+    double cosine = 0;              // of the scattering angle
+    std::array<double, 2> phase{};  // of each component; 0 where single scattering is left out
+};
+
 class LayerFluxes;
 class RingShine;
 class PlanetShine;
@@ -61,6 +69,16 @@ class LayerLight {
     Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept {
         return light(matter, geometry, Side::transmission);
     }
+
+    // The same of a layer that varies, whose colours share their phase functions.
+
+    Scattering scattering(Side side, const Geometry& geometry) const noexcept;
+    Rgb3 light(const Matter& matter, const Scattering& scattering) const noexcept;
+    /// Scattered once by matter of albedo 1 and a depth as seen.
+    double single(double mixture, double optical_depth,
+                  const Scattering& scattering) const noexcept;
+    /// Orders n >= 2.
+    Rgb3 multiple(const Matter& matter, const Scattering& scattering) const noexcept;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
     bool has_sums() const noexcept;
@@ -119,7 +137,10 @@ class LayerLight {
     void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    Rgb3 packed_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
+    bool is_wanted(Side side) const noexcept {
+        return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
+    }
+    Rgb3 packed_light(const Matter& matter, const Scattering& scattering) const noexcept;
     class FluxLookup;
     double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
     double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;

@@ -85,8 +85,7 @@ void LayerLight::shine(int threads) {
         ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, light, threads);
     }
     if (scene_.effects.planetshine && !rings->surface.is_black())
-        planet_shine_ =
-            std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
+        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
@@ -174,8 +173,7 @@ double LayerLight::single(double mixture, double optical_depth,
     const double light =
         single_reflection(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
     if (opposition_.law == Opposition::Law::none) return light;
-    return light *
-           opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
+    return light * opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
 }
 
 Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering) const noexcept {
@@ -290,9 +288,13 @@ void LightSum::finish() noexcept {
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const Channel& channel) {
-        return direct_transmittance(channel.optical_depth, mu);
-    });
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 value;
+    for (std::size_t c = 0; c < value.size(); ++c)
+        value[c] = c > 0 && extinction[c] == extinction[c - 1]
+                       ? value[c - 1]
+                       : direct_transmittance(seen_depth_of(matter, c), mu);
+    return value;
 }
 
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.

@@ -15,6 +15,7 @@
 #include <stratus/runtime/axis.h>
 #include <stratus/scene/layer_light.h>
 
+#include <array>
 #include <vector>
 
 namespace stratus {
@@ -33,7 +34,8 @@ class RingShine {
 
   private:
     struct Light;
-    Rgb3 integral(const Light& light, double latitude, double solar_time, bool lit) const;
+    /// At the places of both hemispheres: in darkness above its rings, and not.
+    std::array<Rgb3, 2> integrals(const Light& light, double latitude, double solar_time) const;
 
     Vector3 to_sun_;
     double flattening_;

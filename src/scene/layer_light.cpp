@@ -7,6 +7,7 @@
 
 #include "layer_fluxes.h"
 #include "planet_shine.h"
+#include "ring_orders.h"
 #include "ring_shine.h"
 
 #include <algorithm>
@@ -22,6 +23,14 @@ Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
+}
+
+/// Whether a picture has so many samples, all of one sun, that RingOrders saves more than it costs.
+bool tabulates_orders(const Scene& scene, const Rings& rings) noexcept {
+    constexpr double lookups = 200;  // for each row of the profile
+    const double samples = 1.0 * scene.width * scene.height * scene.samples * scene.samples;
+    const bool one_sun = scene.sun_diameter == 0 || !scene.effects.sun_size;
+    return one_sun && samples > lookups * static_cast<double>(rings.profile.radius.size());
 }
 
 }  // namespace
@@ -78,12 +87,12 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
 void LayerLight::shine(int threads) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
-    if (scene_.effects.ringshine) {
-        Scene more = scene_;
-        more.effects.single = more.effects.ringshine = more.effects.planetshine = false;
-        const LayerLight light(more, tables_);
-        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, light, threads);
+    if (tables_ && tabulates_orders(scene_, *rings)) {
+        const auto orders = std::make_shared<const RingOrders>(scene_, *rings, *this, threads);
+        if (!orders->empty()) ring_orders_ = orders;
     }
+    if (scene_.effects.ringshine)
+        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads);
     if (scene_.effects.planetshine && !rings->surface.is_black())
         planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
 }
@@ -188,25 +197,25 @@ Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering) co
     return {value[0], value[1], value[2]};
 }
 
-Rgb3 LayerLight::packed_light(const Matter& matter, const Scattering& scattering) const noexcept {
-    const Rgb3 more = multiple(matter, scattering);
-    if (!scene_.effects.single) return more;
-    double once_depth = 0, once = 0;  // of the last channel
-    return each_channel(matter, [&](const Channel& channel) {
-        const double depth = channel.optical_depth;
-        if (depth == 0) return 0.0;
-        if (depth != once_depth) {
-            once_depth = depth;
-            once = single(matter.mixture, depth, scattering);
+Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!scene_.effects.single || !is_wanted(scattering.side)) return {};
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 value{};
+    double light = 0;
+    for (std::size_t c = 0; c < value.size(); ++c) {
+        if (c == 0 || extinction[c] != extinction[c - 1]) {
+            const double depth = seen_depth_of(matter, c);
+            light = depth == 0 ? 0 : single(matter.mixture, depth, scattering);
         }
-        return channel.albedo * once + more[channel.index];
-    });
+        value[c] = matter.albedo[c] * light;
+    }
+    return value;
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
     if (!is_wanted(scattering.side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, scattering.geometry, scattering.side);
-    return packed_light(matter, scattering);
+    return once(matter, scattering) + multiple(matter, scattering);
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const noexcept {
@@ -230,7 +239,8 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     }
     if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
         return widened(value(*coloured));
-    return packed_light(matter, scattering(side, geometry));
+    const Scattering ready = scattering(side, geometry);
+    return once(matter, ready) + multiple(matter, ready);
 }
 
 bool LayerLight::has_sums() const noexcept {

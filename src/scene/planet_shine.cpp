@@ -29,10 +29,6 @@ constexpr int azimuth_count = 24;
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
-    return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
-}
-
 std::vector<double> radii_of(const RingProfile& profile) {
     std::vector<double> radii{profile.inner()};
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
@@ -184,7 +180,7 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
         std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
             const Vector3 point = globe_radius(r) * azimuth_of(k),
-                          to_eye = to_camera(scene.camera, point);
+                          to_eye = stratus::to_camera(scene.camera, point);
             const Ray ray{point, -to_eye};
             const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
             globe.push_back(
@@ -205,32 +201,22 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
     });
 }
 
-Rgb3 PlanetShine::light(const Rings& rings, const View& view, const Vector3& point, double radius,
-                        const Matter& matter) const noexcept {
-    if (length(to_camera(view.scene.camera, point) + view.ray.direction) > 1e-9) {
-        const Ray& ray = view.ray;
-        const View alone{view.scene, view.light, ray, view.to_sun};
-        const Vector3 at = radius / std::hypot(point.x, point.y) * point;
-        return scattered(sources_at(rings, alone, at), view.light, matter, -ray.direction);
-    }
+AzimuthPlace PlanetShine::place(const Vector3& point) noexcept { return {point, azimuth_count}; }
+
+Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const noexcept {
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
     const auto row = static_cast<std::size_t>(above - radius_.begin());
     const double share =
         std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    // Cubic between four azimuths, which go round.
-    const double turn = std::atan2(point.y, point.x) / (2 * pi);
-    const double place = (turn - std::floor(turn)) * azimuth_count, first = std::floor(place),
-                 t = place - first;
-    const double weight[] = {-t * (t - 1) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2,
-                             -t * (t + 1) * (t - 2) / 2, t * (t * t - 1) / 6};
-    Rgb3 sum{};
-    for (int k = 0; k < 4; ++k) {
-        const auto azimuth = static_cast<std::size_t>(
-            (static_cast<int>(first) + k - 1 + azimuth_count) % azimuth_count);
-        sum = sum + weight[k] * ((1 - share) * grid_[(row - 1) * azimuth_count + azimuth] +
-                                 share * grid_[row * azimuth_count + azimuth]);
-    }
-    return sum;
+    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuth_count]) +
+           share * place.interpolated(&grid_[row * azimuth_count]);
+}
+
+Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
+                               double radius, const Matter& matter) noexcept {
+    const View alone{view.scene, view.light, view.ray, view.to_sun};
+    const Vector3 at = radius / std::hypot(point.x, point.y) * point;
+    return scattered(sources_at(rings, alone, at), view.light, matter, -view.ray.direction);
 }
 
 }  // namespace stratus

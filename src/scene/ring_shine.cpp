@@ -52,7 +52,7 @@ Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
 /// Light that leaves the rings, averaged over ringlets, for the sun's own direction: what was
 /// scattered once over the phase function, which may be narrow, apart from the orders n >= 2.
 struct RingShine::Light {
-    Light(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
+    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
         : inner(rings.profile.inner()),
           width((rings.profile.outer() - inner) / ringlets),
           to_sun(std::max(std::abs(scene.to_sun.z), 1e-6)),
@@ -65,7 +65,7 @@ struct RingShine::Light {
         parallel_for(ringlets, threads, [&](int ringlet) {
             const auto parts = parts_of(scene, rings, ringlet);
             if (scene.effects.single) fill_once(scene, parts, ringlet);
-            if (has_more) fill_orders(more, parts, ringlet);
+            if (has_more) fill_orders(layer, parts, ringlet);
         });
     }
 
@@ -109,16 +109,19 @@ struct RingShine::Light {
                 }
     }
 
-    void fill_orders(const LayerLight& more, const Parts& parts, int ringlet) {
+    void fill_orders(const LayerLight& light, const Parts& parts, int ringlet) {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
                 const Geometry geometry{to_sun, mu, phi};
                 for (const auto& [part, matter] : parts) {
                     orders[0][at] =
-                        orders[0][at] + part * to_sun * more.transmission(matter, geometry);
+                        orders[0][at] +
+                        part * to_sun *
+                            light.multiple(matter, {Side::transmission, geometry, 0, {}});
                     orders[1][at] =
-                        orders[1][at] + part * to_sun * more.reflection(matter, geometry);
+                        orders[1][at] +
+                        part * to_sun * light.multiple(matter, {Side::reflection, geometry, 0, {}});
                 }
                 ++at;
             }
@@ -163,14 +166,14 @@ struct RingShine::Light {
     std::vector<Rgb3> once[2], orders[2];
 };
 
-RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
+RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
     : to_sun_(scene.to_sun),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
       latitude_(
           make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()), latitude_count)),
       solar_time_(make_axis(AxisScale::linear, 0, pi, solar_time_count)) {
-    const Light light(scene, rings, more, threads);
+    const Light light(scene, rings, layer, threads);
     for (auto& side : grid_) side.resize(latitude_count * solar_time_count);
     parallel_for(latitude_count, threads, [&](int i) {
         const auto row = static_cast<std::size_t>(i);

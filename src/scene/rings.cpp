@@ -2,6 +2,7 @@
 
 #include "planet_shine.h"
 #include "ring_footprint.h"
+#include "ring_orders.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -108,6 +109,9 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const bool dark =
         view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0;
     const PlanetShine* const shine = view.light.planetshine();
+    const bool is_to_camera =
+                   length(to_camera(view.scene.camera, point) + view.ray.direction) <= 1e-9,
+               is_suns_centre = length(view.to_sun - view.scene.to_sun) <= 1e-9;
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const double mu = geometry.mu_out;
     Scattering scattering;  // of sunlight
@@ -117,15 +121,25 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     }
     const bool background_behind = to_planet <= 0 && !view.scene.background.is_black(),
                beam_behind = to_planet > 0 || view.scene.sun_visible;
-    Rgb3 sunlight{}, planetlight{}, beam{},
-        background_share{};  // what the rings send, and let pass
+    const RingOrders* const orders =
+        is_to_camera && is_suns_centre ? view.light.ring_orders() : nullptr;
+    const AzimuthPlace orders_place = orders ? orders->place(point) : AzimuthPlace(),
+                       shine_place =
+                           shine && is_to_camera ? PlanetShine::place(point) : AzimuthPlace();
+    Rgb3 sunlight{}, planetlight{}, beam{}, background_share{};
     footprint.visit(
         rings.profile, view.scene.layer.albedo,
         seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
         [&](const Matter& matter, double radius, double part) {
-            if (!dark) sunlight = sunlight + part * view.light.light(matter, scattering);
+            if (!dark && matter.optical_depth > 0)
+                sunlight = sunlight + part * (orders ? view.light.once(matter, scattering) +
+                                                           orders->light(orders_place, radius)
+                                                     : view.light.light(matter, scattering));
             if (shine && matter.optical_depth > 0)
-                planetlight = planetlight + part * shine->light(rings, view, point, radius, matter);
+                planetlight =
+                    planetlight + part * (is_to_camera ? shine->to_camera(shine_place, radius)
+                                                       : PlanetShine::to_elsewhere(
+                                                             rings, view, point, radius, matter));
             if (!view.scene.effects.background) return;
             if (beam_behind) beam = beam + part * view.light.beam(matter, mu);
             if (background_behind)

@@ -46,6 +46,7 @@ struct Scattering {
 };
 
 class LayerFluxes;
+class RingOrders;
 class RingShine;
 class PlanetShine;
 
@@ -77,6 +78,7 @@ class LayerLight {
     /// Scattered once by matter of albedo 1 and a depth as seen.
     double single(double mixture, double optical_depth,
                   const Scattering& scattering) const noexcept;
+    Rgb3 once(const Matter& matter, const Scattering& scattering) const noexcept;
     /// Orders n >= 2.
     Rgb3 multiple(const Matter& matter, const Scattering& scattering) const noexcept;
 
@@ -107,6 +109,11 @@ class LayerLight {
 
     /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
     Rgb3 ringshine(const Vector3& point) const noexcept;
+
+    /// Null where rings' orders n >= 2 are not tabulated for the camera.
+    const RingOrders* ring_orders() const noexcept {
+        return recorded_ ? nullptr : ring_orders_.get();
+    }
 
     /// Null where a planet does not light its rings.
     const PlanetShine* planetshine() const noexcept { return planet_shine_.get(); }
@@ -140,7 +147,6 @@ class LayerLight {
     bool is_wanted(Side side) const noexcept {
         return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
     }
-    Rgb3 packed_light(const Matter& matter, const Scattering& scattering) const noexcept;
     class FluxLookup;
     double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
     double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
@@ -158,6 +164,7 @@ class LayerLight {
     OppositionTable opposition_table_;                     // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
+    std::shared_ptr<const RingOrders> ring_orders_;
     std::shared_ptr<const RingShine> ring_shine_;
     std::shared_ptr<const PlanetShine> planet_shine_;
     LookupRange* recorded_ = nullptr;

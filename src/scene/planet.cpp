@@ -34,10 +34,11 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
     const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
-    return layer_light(view, matter, geometry, Side::reflection) +
-           irradiance(view, geometry.mu_in) *
-               (view.light.total_transmittance(matter, geometry.mu_out) *
-                view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
+    const Rgb3 light = layer_light(view, matter, geometry, Side::reflection);
+    if (planet.surface.is_black()) return light;
+    return light + irradiance(view, geometry.mu_in) *
+                       (view.light.total_transmittance(matter, geometry.mu_out) *
+                        view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
 }  // namespace stratus

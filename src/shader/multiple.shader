@@ -278,7 +278,7 @@ float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
 // ---- what is called
 
 StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
-    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    float depth = stratus_depth(optical_depth);
     StratusScattered light;
     light.single = 0.0f;
     light.multiple = 0.0f;
@@ -306,14 +306,20 @@ StratusScattered stratus_transmission(float albedo, float optical_depth, float m
 
 float stratus_single(int side, float albedo, float optical_depth, float mu_in, float mu_out,
                      float azimuth) {
-    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    float depth = stratus_depth(optical_depth);
     StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
     if (side == STRATUS_REFLECTION) return stratus_single_reflection(albedo, depth, path);
     if (stratus_field(side, 14).y > 0.0f) return 0.0f;
     return stratus_single_transmission(albedo, depth, path);
 }
 
+// Over a lower boundary, or of a stack: lit from above alone.
+bool stratus_is_one_sided() {
+    return stratus_is_stack() || stratus_field(STRATUS_REFLECTION, 14).y > 0.0f;
+}
+
 float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
+    if (wi.z < 0.0f && stratus_is_one_sided()) return 0.0f;
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
     StratusScattered light =
         stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));

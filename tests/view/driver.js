@@ -46,6 +46,7 @@
       images[name].src = rendered[name];
       await loaded;
     }
+    await started;
     byId("frame").style.width = `${2 * size + 2}px`;
     for (const [name, settings] of Object.entries(scenesToCompare)) {
       document.querySelector(`input[value=${name}]`).click();

@@ -169,7 +169,7 @@ float stratus_lobe(vec4 lobe, StratusPath path) {
 }
 
 // Phase functions side by side: of the layer, of a layer that is its lower boundary. They begin with
-// a texel `curve`; their samples, if they have any, lie from texel `samples` on.
+// a texel curve; their samples, if they have any, lie from texel samples on.
 vec4 stratus_phases_of(int curve, int samples, StratusPath path) {
     vec4 polynomial = stratus_number(curve);
     if (polynomial.w > 0.0f) {

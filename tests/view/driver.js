@@ -38,8 +38,24 @@
     });
     return result;
   };
+  const moveSliders = async () => {
+    document.querySelector("input[value=sphere]").click();
+    await settled();
+    const before = pixelsOf(1, size);
+    move("depth", -0.3);
+    await settled();
+    report.moved = pixelsOf(1, size).filter((value, i) => Math.abs(value - before[i]) > 8).length;
+    report.depth = byId("depth").parentElement.querySelector("output").textContent;
+    const azimuth = byId("camera-azimuth").value;
+    byId("frame").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+    report.turned = Number(byId("camera-azimuth").value) - Number(azimuth);
+    document.querySelector("input[value=lobes]").click();
+    await settled();
+    report.lobe = Math.max(...state.lobes[1][0]) / Math.max(...state.lobes[0][0]);
+  };
+  const size = 96;
   try {
-    const size = 96, images = {};
+    const images = {};
     for (const name of Object.keys(rendered)) {
       images[name] = new Image();
       const loaded = new Promise((resolve) => { images[name].onload = resolve; });
@@ -58,19 +74,8 @@
           report[`${name}-${orders}-${what}`] = number;
       }
     }
-    document.querySelector("input[value=sphere]").click();
-    await settled();
-    const before = pixelsOf(1, size);
-    move("depth", -0.3);
-    await settled();
-    report.moved = pixelsOf(1, size).filter((value, i) => Math.abs(value - before[i]) > 8).length;
-    report.depth = byId("depth").parentElement.querySelector("output").textContent;
-    const azimuth = byId("camera-azimuth").value;
-    byId("frame").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
-    report.turned = Number(byId("camera-azimuth").value) - Number(azimuth);
-    document.querySelector("input[value=lobes]").click();
-    await settled();
-    report.lobe = Math.max(...state.lobes[1][0]) / Math.max(...state.lobes[0][0]);
+    report.scenes = scenes.join();
+    if (!isOneSided) await moveSliders();
   } catch (error) {
     pageErrors.push(String(error));
   }

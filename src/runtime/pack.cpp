@@ -18,9 +18,9 @@
 namespace stratus {
 namespace {
 
-// Shares of the tolerance by which the functions may miss a layer: those found, and by rounding
-// them to halves.
-constexpr double basis_share = 0.3, half_share = 0.5;
+// Shares of the tolerance by which functions may miss a layer: those sought, and these when they are
+// rounded to halves.
+constexpr double basis_share = 0.4, total_share = 0.8;
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
@@ -64,32 +64,62 @@ class BlockBuilder {
         return {first, last - first + 1};
     }
 
-    /// Blocks of some albedos from an optical depth on, each as deep as its basis suffices for;
-    /// where that is shallow, of half the albedos each.
+    /// A block and the cells that it may serve.
+    struct Candidate {
+        SampleRange albedo_cells, depth_cells;
+        BlockLayers layers;
+        PackedBlock block;
+        bool holds;  // its errors are within their shares of the tolerance
+    };
+
+    /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
+    /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
-        constexpr int shallow = 3, narrow = 8;  // cells
-        const double allowed = basis_share * tolerance_;
+        constexpr int narrow = 8;  // cells
         const int end = std::max(1, samples_.table().optical_depth.count - 1);
-        int guess = 9;
         for (int first = first_depth; first < end;) {
-            const SampleRange depth_cells{first, std::min(guess, end - first)};
-            const BlockLayers layers = layers_of(albedo_cells, depth_cells);
-            const LayerBasis basis = greedy_basis(layers, allowed);
-            const bool met = basis.error <= allowed;
-            if (!met && depth_cells.count > shallow) {
-                guess = std::max(shallow, depth_cells.count * (basis.error > 8 * allowed ? 1 : 2) /
-                                              (basis.error > 8 * allowed ? 2 : 3));
-            } else if (!met && albedo_cells.count > narrow) {
+            const SampleRange depth_cells{first, end - first};
+            const Candidate deepest = deepest_block(albedo_cells, depth_cells);
+            if (!deepest.holds && albedo_cells.count > narrow) {
                 const int half = albedo_cells.count / 2;
                 cover({albedo_cells.first, half}, first);
                 cover({albedo_cells.first + half, albedo_cells.count - half}, first);
                 return;
-            } else {
-                add(layers, basis, albedo_cells, depth_cells);
-                first += depth_cells.count;
-                guess = depth_cells.count + 2;
             }
+            add(deepest);
+            first += deepest.depth_cells.count;
         }
+    }
+
+    /// The block of most of the depth cells from their first on that holds, found by bisection; a
+    /// shallow one where none does.
+    Candidate deepest_block(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        constexpr int usual = 9, shallow = 3;
+        int held = std::min(shallow, depth_cells.count), fails = depth_cells.count + 1;
+        Candidate deepest{};
+        for (int cells = std::min(usual, depth_cells.count); fails > held;
+             cells = (held + fails) / 2) {
+            Candidate tried = candidate(albedo_cells, {depth_cells.first, cells});
+            if (tried.holds)
+                held = cells + 1;
+            else
+                fails = cells;
+            if (tried.holds || !deepest.holds) deepest = std::move(tried);
+        }
+        return deepest;
+    }
+
+    Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells), {}, false};
+        const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
+        const double allowed = total_share * tolerance_;
+        // Fewer functions leave room for what rounding leaves of them.
+        for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
+            made.block = packed_block(samples_, made.layers, basis.first(count));
+            made.holds = basis.error[count] + made.block.half_error <= allowed;
+            if (count == 0 || basis.error[count - 1] > allowed) break;
+        }
+        return made;
     }
 
     BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
@@ -110,8 +140,8 @@ class BlockBuilder {
         return layers;
     }
 
-    void add(const BlockLayers& layers, const LayerBasis& basis, const SampleRange& albedo_cells,
-             const SampleRange& depth_cells) {
+    void add(const Candidate& added) {
+        const auto& [albedo_cells, depth_cells, layers, block, holds] = added;
         const auto index =
             static_cast<std::int32_t>(packed_.block.size() / size(BlockField::count));
         // A place on the last sample belongs to the last cell; short axes are sampled again.
@@ -124,7 +154,6 @@ class BlockBuilder {
             for (int d = depth_cells.first;
                  d < end_of(depth_cells, samples_.table().optical_depth.count); ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
-        const PackedBlock block = packed_block(samples_, layers, basis);
         const std::size_t rows = block.coefficient.size();
         std::int32_t field[BlockField::count];
         field[BlockField::first_albedo] = layers.albedos.first;
@@ -166,7 +195,7 @@ void add_side(TensorWriter& file, const std::string& prefix, const TableView& ta
     const std::string side = prefix + side_name(which);
     const std::size_t count = blocks.block.size() / size(BlockField::count);
     const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
-    if (blocks.half_error <= half_share * kept_tolerance(table)) {
+    if (blocks.half_error <= total_share * kept_tolerance(table)) {
         std::vector<Half> halves;
         halves.reserve(blocks.function.size());
         for (const float value : blocks.function) halves.push_back(to_half(value));

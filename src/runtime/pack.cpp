@@ -6,6 +6,7 @@
 #include "kept_tolerance.h"
 #include "packed_block.h"
 #include "packed_names.h"
+#include "packed_parts.h"
 #include "tensor_file.h"
 
 #include <algorithm>
@@ -230,15 +231,6 @@ void add_layers(TensorWriter& file, const Table& table) {
     file.add(layers_name, {table.layers.size(), 2}, numbers);
 }
 
-/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
-PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
-    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
-    double albedo[path_sheet_steps + 1];
-    for (int i = 0; i <= path_sheet_steps; ++i)
-        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / path_sheet_steps));
-    return PathSheet(law, albedo, path_sheet_steps + 1, highest_order, 2);
-}
-
 void add_path_law(TensorWriter& file, const Table& table) {
     if (!table.path_law) return;
     const PathOrders& law = *table.path_law;
@@ -246,6 +238,7 @@ void add_path_law(TensorWriter& file, const Table& table) {
     file.add(path_orders_name, {angles, orders}, law.of_angle(0));
     file.set(path_offset_name, shortest_text(double{law.offset()}));
     file.set(path_deepest_name, shortest_text(law.deepest()));
+    if (orders <= most_summed_orders) return;
     const PathSheet sheet = squared_path_sheet(law, table.highest_order);
     file.add(path_sheet_name,
              {size(path_sheet_steps + 1),

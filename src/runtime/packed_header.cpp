@@ -35,7 +35,9 @@ void check_format(const TensorFile& file) {
     const std::string& format = file.text(format_name);
     require(format == packed_format, caller, format_name, packed_format, format.substr(0, 40));
     const std::string& version = file.text(format_version_name);
-    require(version == packed_format_version, caller, format_version_name, packed_format_version,
+    require(version == packed_format_version || version == first_packed_format_version, caller,
+            format_version_name,
+            std::string(first_packed_format_version) + " or " + packed_format_version,
             version.substr(0, 40));
 }
 

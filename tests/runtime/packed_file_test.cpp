@@ -141,7 +141,7 @@ TEST(PackedFile, RefusesForgedStrings) {
     PackedTable{Forged().bytes()};
     const std::vector<std::pair<const char*, const char*>> rows{
         {"format", "another"},
-        {"format_version", "2"},
+        {"format_version", "3"},
         {"tolerance", "-1"},
         {"highest_order", "1.5"},
         {"extrapolation_length", "0"},

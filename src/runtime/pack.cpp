@@ -21,7 +21,10 @@ namespace {
 
 // Shares of the tolerance by which functions may miss a layer: those sought, and these when they are
 // rounded to halves.
-constexpr double basis_share = 0.4, total_share = 0.8;
+constexpr double basis_share = 0.3, total_share = 0.5;
+
+// Share of the tolerance by which rounding to halves may change the path law.
+constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
@@ -180,6 +183,13 @@ class BlockBuilder {
     PackedBlocks packed_;
 };
 
+std::vector<Half> halves_of(const std::vector<float>& values) {
+    std::vector<Half> halves;
+    halves.reserve(values.size());
+    for (const float value : values) halves.push_back(to_half(value));
+    return halves;
+}
+
 void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
     if (curve.sample_count() == 0) return;  // its phase function tells
     const std::size_t width = size(curve.width());
@@ -196,14 +206,10 @@ void add_side(TensorWriter& file, const std::string& prefix, const TableView& ta
     const std::string side = prefix + side_name(which);
     const std::size_t count = blocks.block.size() / size(BlockField::count);
     const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
-    if (blocks.half_error <= total_share * kept_tolerance(table)) {
-        std::vector<Half> halves;
-        halves.reserve(blocks.function.size());
-        for (const float value : blocks.function) halves.push_back(to_half(value));
-        file.add(side + functions_name, shape, halves);
-    } else {
+    if (blocks.half_error <= total_share * kept_tolerance(table))
+        file.add(side + functions_name, shape, halves_of(blocks.function));
+    else
         file.add(side + functions_name, shape, blocks.function);
-    }
     file.add(side + coefficients_name, {blocks.coefficient.size() / functions, functions},
              blocks.coefficient);
     file.add(side + blocks_name, {count, size(BlockField::count)}, blocks.block);
@@ -235,7 +241,11 @@ void add_path_law(TensorWriter& file, const Table& table) {
     if (!table.path_law) return;
     const PathOrders& law = *table.path_law;
     const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
-    file.add(path_orders_name, {angles, orders}, law.of_angle(0));
+    const std::vector<float> samples(law.of_angle(0), law.of_angle(0) + angles * orders);
+    if (half_rounding <= rounding_share * kept_tolerance(table.view()))
+        file.add(path_orders_name, {angles, orders}, halves_of(samples));
+    else
+        file.add(path_orders_name, {angles, orders}, samples);
     file.set(path_offset_name, shortest_text(double{law.offset()}));
     file.set(path_deepest_name, shortest_text(law.deepest()));
     if (orders <= most_summed_orders) return;

@@ -282,6 +282,8 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
     const auto orders = static_cast<std::size_t>(std::max(0, count - 2)),
                rows = static_cast<std::size_t>(channels * depths_),
                columns = 4 * static_cast<std::size_t>(angles_);
+    samples_.resize(rows * columns);
+    if (orders == 0) return;
     // Over (channel, depth, order): what f_n is multiplied by for H and for dH/ds.
     std::vector<float> weight(rows * orders * 2, 0.0f);
     std::vector<int> used(rows, 0);
@@ -307,7 +309,6 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         for (std::size_t angle = 0; 2 * angle < columns; ++angle)
             twice[n * columns + 2 * angle] = twice[n * columns + 2 * angle + 1] =
                 law.of_angle(static_cast<int>(angle))[n];
-    samples_.resize(rows * columns);
     kernels().path_sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
                         samples_.data());
 }

@@ -172,6 +172,19 @@ TEST(PackedFile, LooksThePathLawUpWhetherHeldOrWorkedOut) {
     }
 }
 
+TEST(PackedFile, HoldsThePathLawInHalvesWhereTheToleranceIsWide) {
+    Table table = with_path_law("henyey_greenstein:g=0.85");
+    table.tolerance = 1e-2;
+    const Forged file(table);
+    EXPECT_EQ(file.tensors_.at("path_orders").type, TensorType::f16);
+    const PackedTable packed(file.bytes());
+    const PathOrders &exact = *table.path_law, &found = *packed.header().path_law;
+    ASSERT_EQ(found.order_count(), exact.order_count());
+    for (int angle = 0; angle < 2 * exact.angle_count(); ++angle)
+        EXPECT_NEAR(found.of_angle(angle)[0], exact.of_angle(angle)[0],
+                    std::abs(exact.of_angle(angle)[0]) / 2048 + 1e-7);
+}
+
 TEST(PackedFile, ReadsTheFirstVersion) {
     const Table table = with_path_law("henyey_greenstein:g=0.85");
     Forged file(table);

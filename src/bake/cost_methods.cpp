@@ -58,20 +58,21 @@ class ReferenceLayer {
         CostPoint point = begun("sublayers");
         point.sublayers = sublayers;
         point.solver.nodes = nodes;
-        timed(point, [&] {
-            const MarkovSolution solution = solve_markov(recipe_.phase_function, recipe_.albedo.max,
-                                                         optical_depth_, mu_, options);
-            std::vector<double> found;
-            for (const Place& at : places_) {
-                found.push_back(solution.reflection(at.in, at.out, at.azimuth).value.total);
-                found.push_back(solution.transmission(at.in, at.out, at.azimuth).value.total);
-            }
-            return found;
-        });
+        const auto started = Clock::now();
+        const MarkovSolution solution =
+            solve_markov(recipe_.phase_function, recipe_.albedo.max, optical_depth_, mu_, options);
+        point.solve_seconds = seconds_since(started);
+        std::vector<double> found;
+        for (const Place& at : places_) {
+            found.push_back(solution.reflection(at.in, at.out, at.azimuth).value.total);
+            found.push_back(solution.transmission(at.in, at.out, at.azimuth).value.total);
+        }
+        set_errors(point, errors_of({found, expected_.floor}, expected_));
         return point;
     }
 
-    CostPoint by_photons(double photons) const {
+    /// Mean time, and the errors of all draws.
+    CostPoint by_photons(double photons, int draws) const {
         PhotonOptions options;
         options.photons = static_cast<std::uint64_t>(photons);
         options.backward_collisions = is_peaked(recipe_.phase_function) ? 8 : 0;

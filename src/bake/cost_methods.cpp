@@ -19,7 +19,7 @@ namespace {
 using Kind = CostPoint::Kind;
 
 /// No larger one is begun where it would take longer: what a study of a few minutes can spare.
-constexpr double longest_seconds = 0.5;
+constexpr double longest_seconds = 0.25;
 
 /// Draws of photons, whose errors are judged together.
 constexpr int most_draws = 4;
@@ -160,7 +160,7 @@ std::vector<CostPoint> measure_droplets(const Recipe& recipe, const CostBudget& 
     const auto& terms = recipe.phase_function.terms();
     const Mie* const mie = terms.size() == 1 ? std::get_if<Mie>(&terms[0].second) : nullptr;
     if (mie == nullptr) return points;
-    constexpr int reference = 128;
+    constexpr int reference = 96;
     for (const double times : {0.25, 0.5, 1.0, 2.0, 4.0}) {
         Droplets droplets = mie->droplets;
         droplets.effective_radius *= times;
@@ -178,7 +178,7 @@ std::vector<CostPoint> measure_droplets(const Recipe& recipe, const CostBudget& 
         if (!budget.is_time_left(share_of_methods)) break;
         budget.show("droplets");
         const CostLayers::Values expected = layers.values(layers.solve(solver));
-        for (const int nodes : {16, 24, 32, 48, 64}) {
+        for (const int nodes : {16, 24, 32, 48}) {
             if (!budget.is_time_left(share_of_methods)) break;
             CostPoint point;
             point.kind = Kind::droplets;

@@ -187,7 +187,7 @@ std::vector<CostPoint> SolverSweep::measure_orders(int nodes) const {
         budget_.show("orders");
         points.push_back(measure(orders));
         points.back().solve_seconds = layers_.time_solve(points.back().solver);
-        if (points.back().error_99_9 <= 1.01 * all) break;
+        if (points.back().error_99_9 <= 1.1 * all) break;
     }
     return points;
 }

@@ -64,7 +64,7 @@ void TableSweep::solve_points(const Discretisation& chosen) {
     Recipe resolved = recipe_;
     resolved.discretisation = chosen;
     const DirectionAxes directions = direction_axes(resolved);
-    PointRange range{albedo_axis(recipe_.albedo, 2).view(),
+    PointRange range{albedo_axis(recipe_.albedo, 100).view(),
                      tau.view(),
                      directions.mu_in.view(),
                      directions.mu_out.view(),

@@ -333,7 +333,7 @@ TEST(Cost, ErrorsFallWithOrdersToWhatTheNodesLeave) {
     for (const CostPoint& point : points_of(Kind::solver))
         if (point.solver.nodes == nodes && point.solver.scheme == Scheme::harmonic)
             all = std::min(all, point.error_99_9);
-    EXPECT_NEAR(orders.back().error_99_9 / all, 1, 0.02);
+    EXPECT_LE(orders.back().error_99_9, 1.1 * all);
 }
 
 TEST(Cost, ReferencesConverge) {
@@ -441,7 +441,7 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
             ++chosen;
             EXPECT_LE(point.error_99_9, 0.1) << lines;
         }
-        EXPECT_EQ(chosen, 2) << "a solver and a table";
+        EXPECT_EQ(chosen, 3) << "a solver, a table and that packed";
         EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
                               [](const CostPoint& p) { return p.varied == "azimuth_samples"; }),
                   std::string(lines).find("rayleigh") != std::string::npos)

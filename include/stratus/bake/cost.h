@@ -9,7 +9,7 @@
 //   orders     the same with the Neumann series cut off after order n
 //   reference  Markov chains over sublayers and photons over their number, of the deepest finite and
 //              brightest layer at twelve geometries
-//   droplets   the solver over the size of a recipe's droplets, against 128 nodes
+//   droplets   the solver over the size of a recipe's droplets, against 96 nodes
 //   table      how finely each axis is sampled, lookups at random points
 //   packed     what `pack` makes of the tables that tolerances chose
 //

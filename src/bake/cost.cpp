@@ -78,13 +78,14 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     TableSweep tables(recipe, budget, solvers.nodes_of_points());
     tables.bake_tolerances();
     solvers.measure_chosen(tables.points());
+    CostStudy study;
+    study.growth = time_growth(recipe, budget);
     std::vector<CostPoint> others = solvers.measure_orders(tables.nodes());
     append(others, measure_references(recipe, budget, solvers.reference_nodes()));
     append(others, measure_droplets(recipe, budget));
     tables.sweep_axes();
     tables.coarsen_chosen();
 
-    CostStudy study;
     study.reference_nodes = solvers.reference_nodes();
     study.reference_change = solvers.reference_change();
     study.points = solvers.points();
@@ -97,7 +98,8 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     append(study.points, others);
     append(study.points, of_tables);
     append(study.points, packed);
-    study.growth = measure_growth(recipe, budget, study.points);
+    const std::vector<GrowthLaw> of_points = find_growth(study.points);
+    study.growth.insert(study.growth.end(), of_points.begin(), of_points.end());
     for (const GrowthLaw& law : study.growth) budget.say(sentence_of(law));
     return study;
 }

@@ -41,7 +41,7 @@ Measured time_nodes(const Recipe& recipe, const CostBudget& budget) {
     const CostLayers layers(recipe, 1);
     Measured measured;
     for (const int nodes : {16, 24, 32, 48, 64, 96}) {
-        if (!budget.is_time_left(share_of_methods)) break;
+        if (!budget.is_time_left(share_of_orders)) break;
         measured.push_back({nodes, layers.time_solve(timed_solver(recipe, nodes))});
     }
     return measured;
@@ -51,7 +51,7 @@ Measured time_nodes(const Recipe& recipe, const CostBudget& budget) {
 Measured time_depths(const Recipe& recipe, const CostBudget& budget) {
     Measured measured;
     for (const double depth : {1.0, 4.0, 16.0, 64.0, 256.0}) {
-        if (!budget.is_time_left(share_of_methods)) break;
+        if (!budget.is_time_left(share_of_orders)) break;
         Recipe of_depth = recipe;
         of_depth.optical_depth = {depth, depth};
         constexpr int nodes = 32;
@@ -108,12 +108,16 @@ std::string sentence_of(const GrowthLaw& growth) {
            short_number(law.from) + " to " + short_number(law.to) + ")";
 }
 
-std::vector<GrowthLaw> measure_growth(const Recipe& recipe, const CostBudget& budget,
-                                      const std::vector<CostPoint>& points) {
+std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget) {
     std::vector<GrowthLaw> laws;
     budget.show("growth");
     add_law(laws, "time of a solve with eight modes", "nodes", time_nodes(recipe, budget));
     add_law(laws, "time of a solve with 32 nodes", "optical depth", time_depths(recipe, budget));
+    return laws;
+}
+
+std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points) {
+    std::vector<GrowthLaw> laws;
     const auto tolerance = [](const CostPoint& p) { return p.tolerance; };
     const auto seconds = [](const CostPoint& p) { return p.solve_seconds; };
     const auto error = [](const CostPoint& p) { return p.error_99_9; };

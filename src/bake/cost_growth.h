@@ -7,7 +7,10 @@
 
 namespace stratus {
 
-std::vector<GrowthLaw> measure_growth(const Recipe& recipe, const CostBudget& budget,
-                                      const std::vector<CostPoint>& points);
+/// Of the time of a solve over nodes and optical depth.
+std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget);
+
+/// Of what the points have.
+std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points);
 
 }  // namespace stratus

@@ -128,7 +128,7 @@ void add_sizes(std::vector<CostPoint>& points, const CostBudget& budget,
     double last = 0;
     for (const Size size : sizes) {
         const double ahead = growth * last;
-        if (ahead > longest_seconds || !budget.is_time_left(share_of_methods, ahead)) break;
+        if (ahead > longest_seconds || !budget.is_time_left(share_of_references, ahead)) break;
         budget.show("references");
         points.push_back(measure(size));
         last = points.back().solve_seconds;
@@ -142,7 +142,7 @@ std::vector<CostPoint> measure_references(const Recipe& recipe, const CostBudget
     std::vector<CostPoint> points;
     const Range depth = recipe.optical_depth;
     if (recipe.orders != 0 || recipe.lower_boundary.is_present() || std::isinf(depth.min) ||
-        !budget.is_time_left(share_of_methods))
+        !budget.is_time_left(share_of_references))
         return points;
     const double deepest = std::isinf(depth.max) ? std::max(depth.min, 64.0) : depth.max;
     const ReferenceLayer layer(recipe, deepest, reference_nodes);
@@ -175,11 +175,11 @@ std::vector<CostPoint> measure_droplets(const Recipe& recipe, const CostBudget& 
         const CostLayers layers(of_size, budget.threads());
         SolverOptions solver = solver_of(recipe);
         solver.nodes = reference;
-        if (!budget.is_time_left(share_of_methods)) break;
+        if (!budget.is_time_left(share_of_droplets)) break;
         budget.show("droplets");
         const CostLayers::Values expected = layers.values(layers.solve(solver));
         for (const int nodes : {16, 24, 32, 48}) {
-            if (!budget.is_time_left(share_of_methods)) break;
+            if (!budget.is_time_left(share_of_droplets)) break;
             CostPoint point;
             point.kind = Kind::droplets;
             point.varied = "radius";

@@ -182,10 +182,14 @@ std::vector<CostPoint> SolverSweep::measure_orders(int nodes) const {
         return point;
     };
     const double all = measure(0).error_99_9;
+    double last = 0;  // seconds
     for (const int orders : {2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 200}) {
-        if (!budget_.is_time_left(share_of_methods)) break;
+        constexpr double growth = 3;  // of a series half as long again
+        if (!budget_.is_time_left(share_of_orders, growth * last)) break;
         budget_.show("orders");
+        const auto started = Clock::now();
         points.push_back(measure(orders));
+        last = seconds_since(started);
         points.back().solve_seconds = layers_.time_solve(points.back().solver);
         if (points.back().error_99_9 <= 1.1 * all) break;
     }

@@ -181,7 +181,7 @@ void add_shader(CLI::App& app) {
     add_max_memory(*command, options->reading);
     command->footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
-        "textures are the table. Not for tables with a mixture axis, nor of stacks.\n\n"
+        "textures are the table. Not for tables of families or mixtures, nor of stacks.\n\n"
         "A bound layer is one more texture, stratus_layer, with which directions can be "
         "sampled.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"

@@ -1,5 +1,5 @@
 // What a packed table's file is read into (packed_names.h says what it holds): the table without its
-// samples, and both sides for each sample of the mixture.
+// samples, and both sides for each member of a family.
 #pragma once
 
 #include <stratus/runtime/argument.h>
@@ -30,8 +30,8 @@ struct SideMemory {
     std::vector<FunctionRowOf<float>> no_functions;
 };
 
-/// The sides at one sample of the mixture.
-struct MixtureSample {
+/// The sides of one member.
+struct PackedMember {
     double extrapolation_length;
     SideMemory side[2];
 };
@@ -41,8 +41,8 @@ struct MixtureSample {
 /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
 Table packed_header(const TensorFile& file);
 
-/// Sample m of the mixture, or the only one, whose numbers stay in the file. Errors as above.
-MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m);
+/// Member m of the family, or the only one, whose numbers stay in the file. Errors as above.
+PackedMember packed_member(const TensorFile& file, const Table& header, std::size_t m);
 
 /// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
 PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,

@@ -255,16 +255,16 @@ void require_aligned(const void* data, const std::string& name) {
             "address of " + name, "a multiple of 64 bytes", "another");
 }
 
-MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::size_t m) {
-    const std::string prefix = mixture_prefix(table.has_mixture(), m);
-    MixtureSample sample{};
-    const double share = table.has_mixture() ? table.mixture.values[m] : 1;
-    sample.extrapolation_length =
-        table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
-                                                         table.second_extrapolation_length, share)
-                            : table.extrapolation_length;
+PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m) {
+    const std::string prefix = member_prefix(table, m);
+    PackedMember sample{};
+    sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
-    const PhaseFunction phase = view.at_mixture(share).mixed_phase_function();
+    // Of members but mixtures of two no closed form is asked for: none lies at the point itself.
+    const bool has_closed_forms = !table.has_family() || is_mixture(table.family);
+    const PhaseFunction phase =
+        has_closed_forms ? view.at(member_at(table.family, m)).chosen_phase_function()
+                         : PhaseFunction();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);
@@ -272,7 +272,7 @@ MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::si
         set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
                  sample.extrapolation_length, which, side);
         set_directions(view, side);
-        set_path_law(file, table, side);
+        if (has_closed_forms) set_path_law(file, table, side);
         if (file.has(name + functions_name))
             set_blocks(file, name, view, side);
         else

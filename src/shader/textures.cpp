@@ -176,8 +176,8 @@ ShaderTexture texture(std::string name, bool halves, const void* data, std::size
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     constexpr const char* caller = "shader";
     const TableView view = table.view();
-    require(!view.has_mixture(), caller, "TABLE", "one that mixes nothing",
-            "one with a mixture axis");
+    require(!view.has_family(), caller, "TABLE", "one of a single phase function",
+            "one of a family (or mixtures)");
     require(!view.is_stack(), caller, "TABLE", "of one layer", "of a stack");
     Texels texels;
     for (const Side side : {Side::reflection, Side::transmission})

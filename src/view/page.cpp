@@ -120,7 +120,7 @@ void check(const Table& table, const TableView& view) {
     const auto must = [](bool holds, const char* allowed, const char* met) {
         require(holds, "view", "TABLE", allowed, met);
     };
-    must(!view.has_mixture(), "of one phase function", "one with a mixture axis");
+    must(!view.has_family(), "of one phase function", "one of a family (or mixtures)");
     must(!view.is_stack(), "of one layer", "one of a stack");
     must(!view.has_lower_boundary(), "of a layer over nothing", "one over a lower boundary");
     must(view.has_reflection() && view.has_transmission(), "of both sides", "one of one side");

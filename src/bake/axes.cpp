@@ -45,14 +45,12 @@ bool leaves_path_law(const Recipe& recipe) {
     if (recipe.leaves_path_law) return *recipe.leaves_path_law;
     std::vector<FamilyAxis> ends;
     for (const FamilyRange& range : recipe.family) ends.push_back(family_axis(range, 2));
-    bool is_narrow = false;
     for (std::size_t m = 0; m < member_count(ends); ++m) {
         const PhaseFunction member =
             phase_function_at(recipe.phase_function, {}, ends, member_at(ends, m));
-        if (significant_moments(member).empty()) return false;
-        is_narrow = is_narrow || has_narrow_peak(member);
+        if (!has_narrow_peak(member) || significant_moments(member).empty()) return false;
     }
-    return is_narrow;
+    return true;
 }
 
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {

@@ -18,7 +18,7 @@ SolverOptions solver_options(const Recipe& recipe);
 /// narrow peak, over a lower boundary, in mixtures and of stacks.
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
-/// Whether they leave it, of a family: no mixture, and a narrow peak at an end of an axis or more.
+/// Whether they leave it, of a family: no mixture, and a narrow peak at all ends of its axes.
 bool leaves_path_law(const Recipe& recipe);
 
 // Directions that tables know unless recipes narrow them: cosines, and azimuths in degrees.

@@ -173,6 +173,26 @@ double furnace_defect(const Table& table, std::size_t member) {
     return worst;
 }
 
+/// A table at the points of its family, one after the other: to choose one takes long, and the
+/// samples of a ladder share it.
+class ChosenView {
+  public:
+    explicit ChosenView(const TableView& table) : table_(table), chosen_(table) {}
+
+    const TableView& at(const FamilyPoint& member) {
+        for (std::size_t k = 0; k < member.size(); ++k)
+            if (chosen_.chosen.size() == 0 || chosen_.chosen[k] != member[k]) {
+                chosen_ = table_.at(member);
+                break;
+            }
+        return chosen_;
+    }
+
+  private:
+    const TableView& table_;
+    TableView chosen_;
+};
+
 /// found(sample) is what a lookup says.
 template <class Found>
 void compare(std::vector<ErrorSample>& samples, const Found& found) {
@@ -185,20 +205,22 @@ void compare(std::vector<ErrorSample>& samples, const Found& found) {
 }  // namespace
 
 void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+    ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         const auto side = at.side == Side::reflection ? reflection : transmission;
-        return side(table.at(at.member), at.albedo, at.optical_depth, at.geometry).total();
+        return side(chosen.at(at.member), at.albedo, at.optical_depth, at.geometry).total();
     });
 }
 
 void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
+    ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         Effects effects;
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
         effects.background = false;
         const Slice slice =
-            bind(table.at(at.member), at.optical_depth, at.albedo, effects);
+            bind(chosen.at(at.member), at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);
         const auto mu_out = static_cast<float>(at.geometry.mu_out);
         const auto azimuth = static_cast<float>(at.geometry.azimuth);

@@ -15,7 +15,8 @@ namespace stratus::c {
 SharedTable::SharedTable(Table table) : own(std::move(table)) {
     const Table& of = header();
     phase_function = of.phase_function.text();
-    if (of.has_family()) second_phase_function = of.second_phase_function.text();
+    if (of.view().second_phase_function != nullptr)
+        second_phase_function = of.second_phase_function.text();
     layer_texts.reserve(of.layers.size());  // which are pointed to
     for (const StackLayer& layer : of.layers)
         layers.push_back({layer_texts.emplace_back(layer.phase_function.text()).c_str(),
@@ -227,7 +228,7 @@ const char* stratus_table_text(const stratus_table* table, const char* name) {
     const SharedTable& of = *table->shared;
     if (std::strcmp(name, "phase_function") == 0) return of.phase_function.c_str();
     if (std::strcmp(name, "second_phase_function") == 0)
-        return of.header().has_family() ? of.second_phase_function.c_str() : nullptr;
+        return of.second_phase_function.empty() ? nullptr : of.second_phase_function.c_str();
     for (const auto& [known, text] : of.header().attributes)
         if (known == name) return text.c_str();
     return nullptr;

@@ -55,7 +55,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are
 /// every (fine / candidate)-th.
 struct FineDepths {
-    static constexpr int fine = 12;
+    static constexpr int fine = 120;
     int octaves;
     double min, max;
     ProbedLayers of_step[fine];
@@ -330,8 +330,9 @@ Choice choose_optical_depth_samples(Probes& probes) {
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
     FineDepths depths(range.min, max);
-    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 6},
-                           [&](int candidate) { return depth_error(probes, depths, candidate); });
+    return choose_cheapest(
+        probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
+        [&](int candidate, double) { return depth_error(probes, depths, candidate); });
 }
 
 ScaledChoice choose_albedo_samples(Probes& probes) {
@@ -359,9 +360,9 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
     }
     FineMembers members(recipe, axis, max_error, options, fine);
     members.solve(0);
-    return choose_cheapest(members.at(0).probes,
-                           samples_key(recipe.family[axis].parameter).c_str(), candidates,
-                           [&](int candidate) { return family_error(members, candidate); });
+    return choose_cheapest(
+        members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(), candidates,
+        [&](int candidate, double) { return family_error(members, candidate); });
 }
 
 }  // namespace stratus

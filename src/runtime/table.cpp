@@ -160,6 +160,12 @@ void work_out_lengths(Table& table) {
             lengths.push_back(mixed_extrapolation_length(
                 table.extrapolation_length, table.second_extrapolation_length, share));
     }
+}
+
+/// Those of other families are given.
+void check_lengths(const Table& table) {
+    if (!table.has_family() || is_mixture(table.family)) return;
+    const std::vector<double>& lengths = table.extrapolation_lengths;
     require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
             "as many as members, " + std::to_string(table.member_count()), lengths.size());
     for (const double length : lengths)
@@ -295,8 +301,11 @@ TableView Table::view() const noexcept {
     return view;
 }
 
-void prepare_header(Table& table) {
+namespace {
+
+void check_header(const Table& table) {
     check_family(table.phase_function, table.family, caller);
+    check_lengths(table);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
     check_cosine(table.mu_in, "mu_in");
@@ -313,13 +322,25 @@ void prepare_header(Table& table) {
     check_numbers(table);
     check_boundary(table);
     check_stack(table);
+}
+
+}  // namespace
+
+void check(const Table& table) {
+    check_header(table);
+    check_samples(table);
+}
+
+void prepare_header(Table& table) {
+    check_header(table);
     work_out_lengths(table);
     work_out_weights(table);
 }
 
 void prepare(Table& table) {
-    prepare_header(table);
-    check_samples(table);
+    check(table);
+    work_out_lengths(table);
+    work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 

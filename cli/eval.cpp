@@ -143,10 +143,10 @@ std::vector<QueryPoint> points_of(const CsvTable& query, const Table& table) {
     for (const std::vector<double>& row : query.rows) {
         std::vector<double> member;
         for (const FamilyAxis& axis : table.family) member.push_back(row[column(axis.name())]);
-        points.push_back({{value_or_only_sample(row, "albedo", table.albedo),
-                           value_or_only_sample(row, "optical_depth", table.optical_depth),
-                           std::move(member)},
-                          {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+        points.push_back(
+            {{value_or_only_sample(row, "albedo", table.albedo),
+              value_or_only_sample(row, "optical_depth", table.optical_depth), std::move(member)},
+             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
     }
     return points;
 }
@@ -174,8 +174,7 @@ bool is_member_outside(const TableView& table, const LayerKey& layer) {
 /// True where a layer lies between the table's samples.
 bool is_sampled(const TableView& table, const LayerKey& layer) {
     return !is_outside(table.optical_depth, layer.optical_depth) &&
-           !is_outside(table.albedo, layer.albedo) &&
-           !is_member_outside(table, layer);
+           !is_outside(table.albedo, layer.albedo) && !is_member_outside(table, layer);
 }
 
 /// R and T at a row by origin, and the share of a background.
@@ -298,8 +297,9 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
         rows_in[3] += is_outside(table.albedo, at.layer.albedo);
         rows_in[4] += is_member_outside(table, at.layer);
     }
-    constexpr const char* names[] = {"mu_in",  "mu_out",  "optical_depth",
-                                     "albedo", "parameters of the phase function", "azimuth_deg"};
+    constexpr const char* names[] = {
+        "mu_in",      "mu_out", "optical_depth", "albedo", "parameters of the phase function",
+        "azimuth_deg"};
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)

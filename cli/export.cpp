@@ -56,11 +56,11 @@ Stack layer_of_table(const std::string& path, const ExportCommand& command) {
             "of one phase function, or mixtures of two", "a family");
     require(table.has_family() == command.mixture.has_value(), "export", "--mixture",
             table.has_family() ? "given, in [0, 1], for " + path
-                                : "left out for " + path + ", which mixes nothing",
+                               : "left out for " + path + ", which mixes nothing",
             command.mixture ? shortest_text(*command.mixture) : "nothing");
     const PhaseFunction phase_function =
         table.has_family() ? table.view().at_mixture(*command.mixture).chosen_phase_function()
-                            : table.phase_function;
+                           : table.phase_function;
     return {{{phase_function, 0, 0}}, table.lower_boundary};
 }
 

@@ -219,8 +219,7 @@ void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
         effects.background = false;
-        const Slice slice =
-            bind(chosen.at(at.member), at.optical_depth, at.albedo, effects);
+        const Slice slice = bind(chosen.at(at.member), at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);
         const auto mu_out = static_cast<float>(at.geometry.mu_out);
         const auto azimuth = static_cast<float>(at.geometry.azimuth);

@@ -91,8 +91,7 @@ FamilyAxis family_axis(const FamilyRange& range, int samples) {
 std::vector<FamilyAxis> family_axes(const Recipe& resolved) {
     std::vector<FamilyAxis> axes;
     for (std::size_t k = 0; k < resolved.family.size(); ++k)
-        axes.push_back(
-            family_axis(resolved.family[k], resolved.discretisation.family_samples[k]));
+        axes.push_back(family_axis(resolved.family[k], resolved.discretisation.family_samples[k]));
     return axes;
 }
 

@@ -16,9 +16,7 @@ constexpr PhaseParameter parameters[] = {PhaseParameter::mixture, PhaseParameter
 
 constexpr std::size_t most_values = 64;
 
-bool is_length(PhaseParameter parameter) {
-    return std::string(parameter_unit(parameter)) == "um";
-}
+bool is_length(PhaseParameter parameter) { return std::string(parameter_unit(parameter)) == "um"; }
 
 /// A length with its unit, in um.
 double read_length(const Section& section, const char* key, const char* caller,
@@ -133,10 +131,10 @@ void read_family(const Section& file, const char* caller, const PhaseSource& sou
                 return with_parameter(recipe.phase_function, axis.parameter, value);
             });
     }
-    require(recipe.family.empty() || is_mixture_alone(recipe) ||
-                !file.is("albedo", "phase_function"),
-            caller, file.at("albedo"), "a table { min = ..., max = ... } where there is [family]",
-            "\"phase_function\"");
+    require(
+        recipe.family.empty() || is_mixture_alone(recipe) || !file.is("albedo", "phase_function"),
+        caller, file.at("albedo"), "a table { min = ..., max = ... } where there is [family]",
+        "\"phase_function\"");
 }
 
 std::string family_text(const Recipe& recipe) {

@@ -33,10 +33,9 @@ Size size_of(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;
     const auto members = static_cast<double>(member_count(family_axes(resolved)));
     const double layers =
-        members *
-        static_cast<double>(
-            albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
-            depth_axis(resolved).values.size());
+        members * static_cast<double>(
+                      albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
+                      depth_axis(resolved).values.size());
     const double samples = layers * static_cast<double>(direction_axes(resolved).count());
     const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
     const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;
@@ -61,8 +60,7 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     set(finer.discretisation, axis.name, axis.needed);
     for (std::size_t k = 0; k < finer.family.size(); ++k)
         if (axis.name == samples_key(finer.family[k].parameter))
-            finer.discretisation.family_samples[k] =
-                static_cast<int>(std::min(axis.needed, 1e6));
+            finer.discretisation.family_samples[k] = static_cast<int>(std::min(axis.needed, 1e6));
     shortfall.needed_bytes = size_of(finer).bytes;
     if (axis.name == "nodes") shortfall.times_as_long = std::pow(axis.needed / axis.value, 3);
     return shortfall;

@@ -360,9 +360,9 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
     }
     FineMembers members(recipe, axis, max_error, options, fine);
     members.solve(0);
-    return choose_cheapest(
-        members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(), candidates,
-        [&](int candidate, double) { return family_error(members, candidate); });
+    return choose_cheapest(members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(),
+                           candidates,
+                           [&](int candidate, double) { return family_error(members, candidate); });
 }
 
 }  // namespace stratus

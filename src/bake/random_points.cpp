@@ -69,10 +69,12 @@ RandomLadder random_ladder(const PointRange& range, std::mt19937& random) {
     auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
     const AxisView& w = range.albedo;
     const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
-    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest), {},
+    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest),
+                        {},
                         random_depths(range.optical_depth, random)};
     std::vector<double> values;
-    for (const FamilyAxis& axis : range.family) values.push_back(random_value(axis, uniform(random)));
+    for (const FamilyAxis& axis : range.family)
+        values.push_back(random_value(axis, uniform(random)));
     ladder.member = FamilyPoint(values);
     return ladder;
 }
@@ -212,8 +214,8 @@ bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
         FamilyPoint point{share_of_way};
         for (std::size_t k = 0; k < range.family.size(); ++k)
             point[k] = random_value(range.family[k], share_of_way[k]);
-        return is_peaked(phase_function_at(phase_function, range.second_phase_function,
-                                           range.family, point));
+        return is_peaked(
+            phase_function_at(phase_function, range.second_phase_function, range.family, point));
     };
     for (const double a : {0.0, 0.999999})
         for (const double b : {0.0, 0.999999})

@@ -187,8 +187,8 @@ int stratus_table_family(const stratus_table* table, size_t axis, const char** n
         require_given(name, function, "name");
         require_given(range, function, "range");
         const auto& family = table->shared->header().family;
-        require(axis < family.size(), function, "axis",
-                "below " + std::to_string(family.size()), axis);
+        require(axis < family.size(), function, "axis", "below " + std::to_string(family.size()),
+                axis);
         *name = family[axis].name();
         *range = range_of(family[axis].axis);
     });

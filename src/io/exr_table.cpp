@@ -296,10 +296,10 @@ Imf::Header part_header(const SampleField& field, const std::string& layout,
 std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata,
                                     const std::vector<SampleField>& fields) {
     const PictureSize display = picture_size(picture_extents(table, fields.front().rank));
-    const std::string family_layout =
-        !table.has_family()        ? ""
-        : is_mixture(table.family) ? "one picture per mixture, one beneath the other: "
-                                   : "one picture per member, one beneath the other: ";
+    const std::string family_layout = !table.has_family() ? ""
+                                      : is_mixture(table.family)
+                                          ? "one picture per mixture, one beneath the other: "
+                                          : "one picture per member, one beneath the other: ";
     std::vector<Imf::Header> headers;
     for (const SampleField& field : fields) {
         const PictureSize size = picture_size(picture_extents(table, field.rank));
@@ -307,8 +307,8 @@ std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata
             throw std::runtime_error(std::string(field.name) + " is too large for a picture, " +
                                      std::to_string(size.width) + " x " +
                                      std::to_string(size.height));
-        headers.push_back(part_header(field, family_layout + layout_text(field.rank), size,
-                                      display, table.*field.samples));
+        headers.push_back(part_header(field, family_layout + layout_text(field.rank), size, display,
+                                      table.*field.samples));
     }
     Metadata texts = attributes_of(table, metadata);
     const std::string sum = checksum(texts);

@@ -260,8 +260,8 @@ void read_path_law(const Metadata& metadata, Table& table) {
         throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
                                  ", got " + shown(text));
     if (table.has_family())  // at the very parameters, by lookups
-        table.path_law = std::make_shared<const PathOrders>(
-            PathLaw(significant_moments(table.phase_function)));
+        table.path_law =
+            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
     else
         table.path_law = PathOrders::of(table.phase_function);
     if (!table.path_law)
@@ -451,7 +451,8 @@ const char* stored_scale_name(const AxisField& field, const Table& table) {
 
 void read_scale(const AxisField& field, Table& table, const std::string& stored) {
     Axis& axis = axis_of(table, field);
-    if (field.axis == nullptr && stored == discrete_name && table.extrapolation_lengths.size() > 0) {
+    if (field.axis == nullptr && stored == discrete_name &&
+        table.extrapolation_lengths.size() > 0) {
         table.family[field.family].is_discrete = true;
         return;
     }

@@ -31,7 +31,7 @@ struct AxisField {
     const char* name;
     const char* units;
     const char* long_name;
-    Axis Table::*axis;        // null: of the family
+    Axis Table::*axis;       // null: of the family
     std::size_t family = 0;  // there its place
 };
 

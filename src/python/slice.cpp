@@ -93,8 +93,8 @@ Effects effects_of(const py::dict& asked) {
 
 std::shared_ptr<Bound> bind_table(const AnyTable& table, const std::vector<double>& optical_depth,
                                   const std::vector<double>& albedo,
-                                  const std::vector<double>& member, bool clamp,
-                                  bool sampled, const py::dict& asked) {
+                                  const std::vector<double>& member, bool clamp, bool sampled,
+                                  const py::dict& asked) {
     const Effects effects = effects_of(asked);
     const TableView all = table.view();
     const TableView view = all.at(FamilyPoint(member));

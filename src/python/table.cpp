@@ -109,7 +109,7 @@ py::dict axes_of(const AnyTable& any) {
 py::dict scales_of(const AnyTable& any) {
     py::dict found;
     for (const FamilyAxis& of_family : any.table().family)
-        found[of_family.name()] = of_family.is_discrete                                ? "discrete"
+        found[of_family.name()] = of_family.is_discrete ? "discrete"
                                   : of_family.parameter == PhaseParameter::mixture
                                       ? mixture_scale_name
                                       : axis_scale_name(of_family.axis.scale);

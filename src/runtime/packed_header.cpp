@@ -167,8 +167,8 @@ Table packed_header(const TensorFile& file) {
     if (!table.has_family())
         table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
     if (table.has_family() && file.strings().count(family_path_law_name) != 0)
-        table.path_law = std::make_shared<const PathOrders>(
-            PathLaw(significant_moments(table.phase_function)));
+        table.path_law =
+            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
     if (file.has(path_orders_name)) {
         const TensorOf<float> orders = file.numbers<float>(path_orders_name, 2);
         require(orders.shape[1] < 1 << 16, caller, "orders of path_orders", "below 65536",

@@ -262,9 +262,9 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     const TableView view = table.view();
     // Of members but mixtures of two no closed form is asked for: none lies at the point itself.
     const bool has_closed_forms = !table.has_family() || is_mixture(table.family);
-    const PhaseFunction phase =
-        has_closed_forms ? view.at(member_at(table.family, m)).chosen_phase_function()
-                         : PhaseFunction();
+    const PhaseFunction phase = has_closed_forms
+                                    ? view.at(member_at(table.family, m)).chosen_phase_function()
+                                    : PhaseFunction();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);

@@ -103,10 +103,9 @@ PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter
             phase_function.text().substr(0, 80));
     std::vector<std::pair<double, PhaseFunction>> parts;
     for (const auto& term : terms)
-        parts.emplace_back(term.first,
-                           PhaseFunction(is_meant(term)
-                                             ? with_parameter(term.second, parameter, value)
-                                             : term.second));
+        parts.emplace_back(
+            term.first, PhaseFunction(is_meant(term) ? with_parameter(term.second, parameter, value)
+                                                     : term.second));
     return PhaseFunction::sum(parts);
 }
 

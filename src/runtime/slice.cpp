@@ -314,7 +314,8 @@ void SliceOf<channels>::check_coverage(const TableView& table, Side which, Outsi
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
         check(holds(table.albedo, albedo), "albedo", allowed_albedo(table), albedo);
-        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table), depth);
+        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table),
+              depth);
     }
 }
 
@@ -599,8 +600,7 @@ Slice bind(const TableView& table, double optical_depth, double albedo, const Ef
 }
 
 Slice bind(const TableView& table, double optical_depth, double albedo,
-           std::initializer_list<double> parameters, const Effects& effects,
-           OutsideTable outside) {
+           std::initializer_list<double> parameters, const Effects& effects, OutsideTable outside) {
     return bind(table.at(parameters), optical_depth, albedo, effects, outside);
 }
 

@@ -157,8 +157,8 @@ void work_out_lengths(Table& table) {
     } else if (is_mixture(table.family)) {
         lengths.clear();
         for (const double share : table.family[0].axis.values)
-            lengths.push_back(mixed_extrapolation_length(
-                table.extrapolation_length, table.second_extrapolation_length, share));
+            lengths.push_back(mixed_extrapolation_length(table.extrapolation_length,
+                                                         table.second_extrapolation_length, share));
     }
 }
 
@@ -311,8 +311,7 @@ void check_header(const Table& table) {
     check_cosine(table.mu_in, "mu_in");
     check_cosine(table.mu_out, "mu_out");
     check_azimuth(table.azimuth);
-    const std::size_t albedos =
-        checked_product({table.member_count(), table.albedo.values.size()});
+    const std::size_t albedos = checked_product({table.member_count(), table.albedo.values.size()});
     const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
     check_dataset(table.plane_albedo, "plane_albedo", lit, false);

@@ -98,8 +98,7 @@ TEST(FamilyTable, LeavesThePathLawToLookups) {
     ASSERT_TRUE(table.path_law);
     const PackedTable packed(pack(table));
     const Geometry straight_on{0.7, 0.7, 0.05};
-    const double expected =
-        transmission(table.view().at({0.88}), 0.95, 1, straight_on).total();
+    const double expected = transmission(table.view().at({0.88}), 0.95, 1, straight_on).total();
     EXPECT_NEAR(transmission(packed.view().at({0.88}), 0.95, 1, straight_on).total(), expected,
                 4e-3 * expected);
 }

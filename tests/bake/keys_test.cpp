@@ -79,8 +79,7 @@ TEST(RecipeKeys, AreAllRead) {
     const test::KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
                                         .with("family.variance.values", "[0.05, 0.1]");
     test::expect_keys_are_read(
-        recipe_keys(), "recipe",
-        {layer, ground, deep, lobe, lobes, cloud, clouds, spread, spreads},
+        recipe_keys(), "recipe", {layer, ground, deep, lobe, lobes, cloud, clouds, spread, spreads},
         [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 

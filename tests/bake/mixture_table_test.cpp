@@ -106,9 +106,8 @@ TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
         EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
         EXPECT_LE(verification.energy_defect, 1e-6);
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
-        const auto [first, last] =
-            std::ranges::minmax(verification.samples, {},
-                                [](const ErrorSample& sample) { return sample.member[0]; });
+        const auto [first, last] = std::ranges::minmax(
+            verification.samples, {}, [](const ErrorSample& sample) { return sample.member[0]; });
         EXPECT_LT(first.member[0], 0.1);  // the whole range was sampled
         EXPECT_GT(last.member[0], 0.9);
         options.samples = 32;

@@ -176,16 +176,15 @@ void make_droplets(Table& table) {
 
 void make_peaked_mixtures(Table& table) {
     table.phase_function = PhaseFunction::henyey_greenstein(0.9);
-    take_family(table,
-                {{PhaseParameter::g, {AxisScale::logarithm_of_complement, {0.5, 0.9}}, true},
-                 {PhaseParameter::mixture, make_axis(AxisScale::linear, 0.5, 1, 3), false}});
+    take_family(table, {{PhaseParameter::g, {AxisScale::logarithm_of_complement, {0.5, 0.9}}, true},
+                        {PhaseParameter::mixture, make_axis(AxisScale::linear, 0.5, 1, 3), false}});
 }
 
 /// Lookups add the path law.
 void make_peaked_lobes(Table& table) {
     make_lobes(table);
-    table.path_law = std::make_shared<const PathOrders>(
-        PathLaw(significant_moments(table.phase_function)));
+    table.path_law =
+        std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
 }
 
 const std::vector<Case> cases{

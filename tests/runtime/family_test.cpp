@@ -90,16 +90,17 @@ TEST(Family, IsBoundByItsValues) {
     const Slice slice = bind(table.view(), 0.9, 0.9, {0.6});
     for (const Geometry& at : geometries) {
         const double R = reflection(table.view().at({0.6}), 0.9, 0.9, at).total();
-        EXPECT_NEAR(double{slice.reflection(static_cast<float>(at.mu_in),
-                                            static_cast<float>(at.mu_out),
-                                            static_cast<float>(at.azimuth))},
-                    R, 2e-3 * R);
+        EXPECT_NEAR(
+            double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
+                                    static_cast<float>(at.azimuth))},
+            R, 2e-3 * R);
     }
 }
 
 TEST(Family, OfTwoAxesIsTheirProduct) {
-    const std::vector<FamilyAxis> axes{range_of(PhaseParameter::mixture, 0, 1, 2),
-                                       {PhaseParameter::g, {AxisScale::linear, {0.3, 0.5, 0.8}}, true}};
+    const std::vector<FamilyAxis> axes{
+        range_of(PhaseParameter::mixture, 0, 1, 2),
+        {PhaseParameter::g, {AxisScale::linear, {0.3, 0.5, 0.8}}, true}};
     const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.5), even;
     const Table table = family_table(axes, lobe, even);
     for (const double g : {0.3, 0.5, 0.8})
@@ -115,7 +116,11 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             const double phase = PhaseFunction::mixture(share, full, even)(0.3);
             EXPECT_NEAR(view.phase(0.3), phase, 1e-14 * phase);
         }
-    expect_refusal<Error>([&] { table.view().at({0.5, 0.4}); }, {"at", "g", "one of 0.3, 0.5, 0.8"});
+    expect_refusal<Error>(
+        [&] {
+            table.view().at({0.5, 0.4});
+        },
+        {"at", "g", "one of 0.3, 0.5, 0.8"});
 }
 
 TEST(Family, PackedIsThatOfItsTable) {
@@ -130,10 +135,10 @@ TEST(Family, PackedIsThatOfItsTable) {
             EXPECT_NEAR(found.multiple, expected.multiple, 4e-4 * expected.total());
             EXPECT_EQ(found.single, expected.single);
             const Slice slice = bind(packed.view(), 1, 0.9, {g});
-            EXPECT_NEAR(double{slice.reflection(static_cast<float>(at.mu_in),
-                                                static_cast<float>(at.mu_out),
-                                                static_cast<float>(at.azimuth))},
-                        expected.total(), 2e-3 * expected.total());
+            EXPECT_NEAR(
+                double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
+                                        static_cast<float>(at.azimuth))},
+                expected.total(), 2e-3 * expected.total());
         }
     EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, geometries[0]).total()));
 }
@@ -152,8 +157,11 @@ TEST(Family, RefusesWhatItDoesNotHold) {
     expect_refusal<Error>([&] { table.view().at({0.5, 0.5}); }, {"at", "values", "1", "got 2"});
     expect_refusal<Error>([&] { table.view().at({}); }, {"at", "values", "1", "got 0"});
     expect_refusal<Error>([&] { table.view().at({1.5}); }, {"henyey_greenstein", "(-1, 1)", "1.5"});
-    expect_refusal<Error>([&] { empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}).view().at({0.5}); },
-                          {"at", "values", "0", "got 1"});
+    expect_refusal<Error>(
+        [&] {
+            empty_table({4, 4, 4, 4, 4}, {0.25, 8, true}).view().at({0.5});
+        },
+        {"at", "values", "0", "got 1"});
 }
 
 TEST(Family, SetsTheOneTermThatHasTheParameter) {
@@ -169,9 +177,9 @@ TEST(Family, SetsTheOneTermThatHasTheParameter) {
                           {"family", "g", "one henyey_greenstein", "mie"});
     expect_refusal<Error>(
         [&] {
-            with_parameter(parse_phase_function(
-                               "0.5*henyey_greenstein:g=0.5 + 0.5*henyey_greenstein:g=-0.5"),
-                           PhaseParameter::g, 0.5);
+            with_parameter(
+                parse_phase_function("0.5*henyey_greenstein:g=0.5 + 0.5*henyey_greenstein:g=-0.5"),
+                PhaseParameter::g, 0.5);
         },
         {"family", "g", "one henyey_greenstein"});
     expect_refusal<Error>([&] { with_parameter(drops, PhaseParameter::radius, -1); },

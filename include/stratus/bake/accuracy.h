@@ -93,7 +93,7 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
-    LowerBoundary lower_boundary;  // what the layer lies on
+    LowerBoundary lower_boundary;      // what the layer lies on
     std::vector<FamilyAxis> family{};  // none: a single phase function
     PhaseFunction second_phase_function{};
     bool has_path_law = false;

@@ -58,7 +58,7 @@ struct Recipe {
     std::vector<FamilyRange> family;
     // Of one member: whether the family has a path law (path_law.h); open: as its phase function.
     std::optional<bool> leaves_path_law;
-    double tolerance = 1e-3;              // relative error of R and T asked for
+    double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
     // Directions that the table knows, all unless narrowed; min = max: one alone.

@@ -22,9 +22,9 @@ namespace stratus {
 
 /// Lengths are in um.
 enum class PhaseParameter {
-    mixture,     // f of f phi1 + (1 - f) phi2, [0, 1]
-    g,           // of the henyey_greenstein among the terms, (-1, 1)
-    radius,      // these of the mie among the terms, as there
+    mixture,  // f of f phi1 + (1 - f) phi2, [0, 1]
+    g,        // of the henyey_greenstein among the terms, (-1, 1)
+    radius,   // these of the mie among the terms, as there
     wavelength,
     variance,
 };
@@ -49,7 +49,8 @@ constexpr int max_family_axes = 2;
 class FamilyPoint {
   public:
     FamilyPoint() = default;
-    FamilyPoint(std::initializer_list<double> values) : FamilyPoint(values.begin(), values.size()) {}
+    FamilyPoint(std::initializer_list<double> values)
+        : FamilyPoint(values.begin(), values.size()) {}
     explicit FamilyPoint(const std::vector<double>& values)
         : FamilyPoint(values.data(), values.size()) {}
 

@@ -47,7 +47,7 @@ struct TableView {
     const PhaseFunction* second_phase_function = nullptr;  // of one with a mixture axis
     FamilyPoint chosen;
     double chosen_mixture = std::numeric_limits<double>::quiet_NaN();  // the share in it
-    FamilyStencil members;                         // around the point; one of all without a family
+    FamilyStencil members;  // around the point; one of all without a family
     std::shared_ptr<const PhaseFunction> own_phase_function;  // what `phase_function` points to
     std::shared_ptr<const PathOrders> own_path_law;           // what `path_law` points to
 
@@ -140,7 +140,7 @@ struct TableView {
 struct Table {
     PhaseFunction phase_function;
     PhaseFunction second_phase_function;  // of families with a mixture axis
-    LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
+    LowerBoundary lower_boundary;    // with one, reflection is that of both, and no transmission
     std::vector<StackLayer> layers;  // of a stack, top first; empty: one layer
     // At most two; empty: `phase_function` alone. Its own value of the parameters is not used.
     std::vector<FamilyAxis> family;

@@ -18,7 +18,9 @@ namespace {
 
 using Kind = CostPoint::Kind;
 
-/// No larger one is begun where it would take longer: what a study of a few minutes can spare.
+/// Beyond the first few sizes none is begun that would take longer: what a study of a few minutes
+/// can spare.
+constexpr std::size_t first_few = 3;
 constexpr double longest_seconds = 0.25;
 
 /// Draws of photons, whose errors are judged together.
@@ -125,10 +127,12 @@ template <class Size>
 void add_sizes(std::vector<CostPoint>& points, const CostBudget& budget,
                const std::vector<Size>& sizes, double growth,
                const std::function<CostPoint(Size)>& measure) {
+    const std::size_t before = points.size();
     double last = 0;
     for (const Size size : sizes) {
         const double ahead = growth * last;
-        if (ahead > longest_seconds || !budget.is_time_left(share_of_references, ahead)) break;
+        if (points.size() - before >= first_few && ahead > longest_seconds) break;
+        if (!budget.is_time_left(share_of_references, ahead)) break;
         budget.show("references");
         points.push_back(measure(size));
         last = points.back().solve_seconds;

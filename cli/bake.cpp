@@ -88,8 +88,8 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr); });
-    write_table(table, command.output);
+        picture = std::async(std::launch::async, [&] { write_table(table, command.exr, command.threads); });
+    write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
 

@@ -64,7 +64,7 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Seconds of the bake's own check on some threads, from a few of its points.
+/// Seconds of the bake's own check on some threads, from one of its ladders.
 double predicted_check_seconds(const Recipe& resolved, int threads) {
     const Discretisation& d = resolved.discretisation;
     const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
@@ -87,7 +87,7 @@ double predicted_check_seconds(const Recipe& resolved, int threads) {
     solver.modes = 0;
     solver.exact_fluxes = false;
     VerifyOptions few;
-    few.samples = 2 * points_of_ladder(range);
+    few.samples = points_of_ladder(range);
     few.threads = 1;
     const double started = processor_seconds();
     solve_random_points(resolved.phase_function, range, solver, few);

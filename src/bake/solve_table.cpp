@@ -96,13 +96,19 @@ class TableSolver {
         const auto layers_of = [&](const Unit& unit) {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
         };
-        const Unit& timed = units.front();
+        // Few albedos, of which the modes alone fill the registers.
+        Unit timed = units.front();
+        const int modes = recipe_.discretisation.modes;
+        timed.albedo_count = std::min<std::size_t>(timed.albedo_count, modes >= 32   ? 1
+                                                                       : modes >= 16 ? 2
+                                                                       : modes >= 8  ? 4
+                                                                                     : 8);
         const double started = processor_seconds();
         for (const auto& of_albedo : solutions_of(timed))
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate(solution, side, grids_[timed.mixture]);
+                        evaluate_tabulated(solution, side, grids_[timed.mixture]);
         const double seconds = processor_seconds() - started;
         double layers = 0;
         for (const Unit& unit : units) layers += layers_of(unit);
@@ -314,7 +320,7 @@ class TableSolver {
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     float* out) const {
-        const std::vector<double> samples = evaluate(solution, side, grid).tabulated;
+        const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
         std::transform(samples.begin(), samples.end(), out, rounded_);
     }
 

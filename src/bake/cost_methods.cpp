@@ -5,6 +5,7 @@
 #include <stratus/transfer/reference/photons.h>
 
 #include "cost_layers.h"
+#include "solve_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,10 +61,10 @@ class ReferenceLayer {
         CostPoint point = begun("sublayers");
         point.sublayers = sublayers;
         point.solver.nodes = nodes;
-        const auto started = Clock::now();
+        const double started = processor_seconds();
         const MarkovSolution solution =
             solve_markov(recipe_.phase_function, recipe_.albedo.max, optical_depth_, mu_, options);
-        point.solve_seconds = seconds_since(started);
+        point.solve_seconds = processor_seconds() - started;
         std::vector<double> found;
         for (const Place& at : places_) {
             found.push_back(solution.reflection(at.in, at.out, at.azimuth).value.total);
@@ -84,10 +85,10 @@ class ReferenceLayer {
         std::vector<double> errors;
         for (int draw = 0; draw < draws; ++draw) {
             options.seed = static_cast<std::uint64_t>(1 + draw);
-            const auto started = Clock::now();
+            const double started = processor_seconds();
             const PhotonSolution solution = solve_photons(
                 recipe_.phase_function, recipe_.albedo.max, optical_depth_, geometries_, options);
-            point.solve_seconds += seconds_since(started) / draws;
+            point.solve_seconds += (processor_seconds() - started) / draws;
             std::vector<double> found;
             for (const PhotonGeometry& at : solution.geometries) {
                 found.push_back(at.reflection.value.total);

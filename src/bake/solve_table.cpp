@@ -108,7 +108,7 @@ class TableSolver {
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate(solution, side, grids_[timed.mixture]);
+                        evaluate_tabulated(solution, side, grids_[timed.mixture]);
         const double seconds = processor_seconds() - started;
         double layers = 0;
         for (const Unit& unit : units) layers += layers_of(unit);
@@ -320,7 +320,7 @@ class TableSolver {
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     float* out) const {
-        const std::vector<double> samples = evaluate(solution, side, grid).tabulated;
+        const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
         std::transform(samples.begin(), samples.end(), out, rounded_);
     }
 

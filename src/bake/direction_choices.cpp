@@ -5,6 +5,7 @@
 
 #include "axes.h"
 #include "choices.h"
+#include "piece_of_work.h"
 #include "solve_material.h"
 
 #include <algorithm>
@@ -284,7 +285,10 @@ Choice choose_nodes(Probes& probes) {
 /// Modes beyond which all others together stay below their share.
 Choice choose_modes(Probes& probes) {
     int low = 1;
-    int high = static_cast<int>(probed_layers(probes)[0][0].solution.reflection_modes.size());
+    const auto& solved = probed_layers(probes)[0][0].solution.reflection_modes;
+    // Layers may have more or fewer; all ranks begin with those of the first.
+    const std::vector<char> first = shared(probes.options.log, std::vector<char>(solved.size()));
+    auto high = static_cast<int>(first.size());
     double left = 0;
     while (low < high) {
         const int middle = (low + high) / 2;

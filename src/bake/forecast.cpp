@@ -123,6 +123,7 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
         if (named.insert(axis.name).second)
             forecast.shortfalls.push_back(shortfall_of(axis, resolution));
 
+    if (options.log.ranks != nullptr) return forecast;
     const auto started = Clock::now();
     const int threads = thread_count(options.threads);
     forecast.bake_seconds = predicted_seconds(resolution.recipe, threads);
@@ -148,11 +149,16 @@ std::string sentence_of(const Shortfall& axis) {
 
 std::string sentence_of_cost(const Forecast& forecast) {
     char line[320];
-    std::snprintf(line, sizeof line,
-                  "%.0f samples a side, %s in memory and uncompressed; about %.2g s to solve and "
-                  "%.2g s to check (a piece of both was timed for %.2g s)",
-                  forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str(),
-                  forecast.bake_seconds, forecast.check_seconds, forecast.timed_seconds);
+    if (forecast.timed_seconds == 0)
+        std::snprintf(line, sizeof line, "%.0f samples a side, %s in memory and uncompressed",
+                      forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str());
+    else
+        std::snprintf(
+            line, sizeof line,
+            "%.0f samples a side, %s in memory and uncompressed; about %.2g s to solve and "
+            "%.2g s to check (a piece of both was timed for %.2g s)",
+            forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str(), forecast.bake_seconds,
+            forecast.check_seconds, forecast.timed_seconds);
     return line;
 }
 

@@ -202,7 +202,7 @@ struct Ranks::State {
     void handle(const RankMessage& message) {
         const auto head = content_of<Head>(message.bytes);
         const auto from = static_cast<std::size_t>(message.from);
-        seen[from] = Clock::now();
+        note_life(from, head.kind == Kind::leaving);
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
         switch (head.kind) {
             case Kind::alive: transport->send(message.from, sign, bytes_of(head.kind)); return;
@@ -211,7 +211,6 @@ struct Ranks::State {
                            name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
             case Kind::leaving:
                 tallies[from] = {head.pieces, head.seconds};
-                has_left[from] = true;
                 transport->send(message.from, sign, bytes_of(head.kind));
                 return;
             case Kind::claim:
@@ -220,45 +219,57 @@ struct Ranks::State {
         }
     }
 
-    bool all_have_left() const {
+    void note_life(std::size_t of, bool leaves) {
+        const std::lock_guard lock(mutex);
+        seen[of] = Clock::now();
+        if (leaves) has_left[of] = true;
+    }
+
+    bool all_have_left() {
+        const std::lock_guard lock(mutex);
         return std::ranges::all_of(has_left, [](bool left) { return left; });
     }
 
-    /// A rank on this machine that has ended; 0: none.
-    int dead_rank() const {
-        for (std::size_t r = 1; r < places.size(); ++r)
-            if (is_watched[r] && !has_left[r] && !is_alive(places[r].process))
-                return static_cast<int>(r);
-        return 0;
+    /// Why a rank counts as lost; empty: none does.
+    std::string loss() {
+        const std::lock_guard lock(mutex);
+        for (std::size_t r = 1; r < places.size(); ++r) {
+            if (has_left[r]) continue;
+            const std::string name = name_of(static_cast<int>(r));
+            if (is_watched[r] && !is_alive(places[r].process))
+                return name + " was killed or has crashed";
+            if (seconds_since(seen[r]) > options.time_limit)
+                return name + " has given no sign of life for " + text_of_limit() + " s";
+        }
+        return "";
+    }
+
+    std::string text_of_limit() const {
+        char limit[32];
+        std::snprintf(limit, sizeof limit, "%g", options.time_limit);
+        return limit;
     }
 
     void check_lives() {
-        if (const int dead = dead_rank())
-            end_losing(1, name_of(dead) + " was killed or has crashed");
-        for (std::size_t r = 1; r < seen.size(); ++r)
-            if (!has_left[r] && seconds_since(seen[r]) > options.time_limit) {
-                char limit[32];
-                std::snprintf(limit, sizeof limit, "%g", options.time_limit);
-                end_losing(1, name_of(static_cast<int>(r)) + " has given no sign of life for " +
-                                  limit + " s");
-            }
+        const std::string lost = loss();
+        if (!lost.empty()) end_losing(1, lost);
     }
 
     /// Serves the other ranks, until all have left.
     void serve_all() {
-        constexpr double between_checks = 0.1;
-        auto checked = Clock::now();
-        for (Nap nap; !all_have_left();) {
+        for (Nap nap; !all_have_left(); nap.rest())
             while (auto message = transport->receive(-1, to_first)) {
                 handle(*message);
                 nap.reset();
             }
+    }
+
+    /// Ends all where one is lost, or a signal comes, whatever the thread that serves waits for.
+    void watch() {
+        for (int n = 0; !all_have_left(); ++n) {
             if (const int signal = options.stop ? options.stop() : 0) end_stopped(signal);
-            if (seconds_since(checked) > between_checks) {
-                check_lives();
-                checked = Clock::now();
-            }
-            nap.rest();
+            if (n % 5 == 0) check_lives();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
     }
 
@@ -330,8 +341,8 @@ struct Ranks::State {
                 if (content_of<Kind>(answer->bytes) == Kind::leaving) return;
             }
             if (seconds_since(heard) > options.time_limit) {
-                std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %g s\n",
-                             options.time_limit);
+                std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %s s\n",
+                             text_of_limit().c_str());
                 transport->abort(1);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));
@@ -366,7 +377,8 @@ struct Ranks::State {
     int stage_number = 0;
     RankTally own;
     std::atomic<bool> is_leaving = false;
-    std::thread thread;  // serves, or gives signs of life
+    std::thread thread;   // serves, or gives signs of life
+    std::thread watcher;  // rank 0's
 
     // Rank 0's alone.
     std::vector<Place> places;
@@ -394,6 +406,7 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     state.tallies.resize(state.places.size());
     state.has_left.resize(state.places.size(), false);
     state.has_left[0] = true;
+    if (state.rank == 0) state.watcher = std::thread([&state] { state.watch(); });
     state.thread = std::thread([&state] {
         try {
             state.rank == 0 ? state.serve_all() : state.keep_alive();
@@ -434,6 +447,7 @@ std::vector<RankTally> Ranks::finish() {
         state.tell_first({Kind::leaving, 0, 0, no_piece, state.own.pieces, state.own.seconds});
     }
     state.thread.join();
+    if (state.watcher.joinable()) state.watcher.join();
     state.tallies[0] = state.own;
     return state.tallies;
 }

@@ -15,6 +15,7 @@
 #include "started_ranks.h"
 #include "stop_on_signal.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -37,6 +38,7 @@ struct BakeCommand {
     bool accept = false;
     bool dry_run = false;
     double rank_timeout = 120;
+    std::vector<int> ranks;  // to predict
 };
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
@@ -127,6 +129,9 @@ void run_dry(const BakeCommand& command) {
         ahead = forecast(recipe, options_of(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
+    if (!command.ranks.empty())
+        std::printf("%s",
+                    text_of_ranks(ahead, command.ranks, std::max(1, command.threads)).c_str());
     for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
     if (command.accept || !ahead.misses(tolerance)) return;
     throw std::runtime_error("bake: " + command.recipe +
@@ -144,7 +149,7 @@ struct RankZero {
 void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
     for (std::size_t rank = 0; rank < tallies.size(); ++rank) {
         char line[96];
-        std::snprintf(line, sizeof line, "rank %zu: %d pieces in %.2f s", rank,
+        std::snprintf(line, sizeof line, "rank %zu: %d pieces, %.2f s of processor time", rank,
                       tallies[rank].pieces, tallies[rank].seconds);
         progress.note(line);
     }
@@ -254,6 +259,11 @@ void add_bake(CLI::App& app) {
     bake->add_flag("--dry-run", command->dry_run,
                    "Only choose the discretisation, and print it with the table's size, the time "
                    "that solving and checking it will take, and every axis at its cap");
+    bake->add_option("--ranks", command->ranks,
+                     "With --dry-run: also how long it will take on so many ranks of --threads "
+                     "threads each (0: one), and what limits it; 1,2,4,1000")
+        ->delimiter(',')
+        ->check(whole_number(1, 1000000));
     bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
         ->check(file_name());
     add_threads(*bake, command->threads);
@@ -283,6 +293,8 @@ void add_bake(CLI::App& app) {
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr");
     bake->callback([command, output] {
+        if (!command->dry_run && !command->ranks.empty())
+            throw CLI::RequiresError("--ranks", "--dry-run");
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);
     });

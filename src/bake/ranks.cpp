@@ -3,6 +3,8 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 
+#include "solve_table.h"
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -40,8 +42,8 @@ struct Head {
     Kind kind;
     int stage, slot;
     int piece = no_piece;  // whose result follows
-    int pieces = 0;        // done by this rank so far, in all stages
-    double seconds = 0;    // and what they took
+    int pieces = 0;        // RankTally
+    double seconds = 0;
 };
 
 template <class Content>
@@ -149,13 +151,11 @@ struct Ranks::State {
     }
 
     std::vector<char> solve(const RankedStage& of_all, int piece) {
-        const auto started = Clock::now();
-        std::vector<char> result = of_all.solve(piece);
-        const std::lock_guard lock(mutex);
-        ++own.pieces;
-        own.seconds += seconds_since(started);
-        return result;
+        ++pieces;
+        return of_all.solve(piece);
     }
+
+    RankTally tally() const { return {pieces, processor_seconds()}; }
 
     // ---- rank 0 --------------------------------------------------------------------------------
 
@@ -375,7 +375,7 @@ struct Ranks::State {
     const int rank;
     std::mutex mutex;
     int stage_number = 0;
-    RankTally own;
+    std::atomic<int> pieces = 0;  // that this rank solved
     std::atomic<bool> is_leaving = false;
     std::thread thread;   // serves, or gives signs of life
     std::thread watcher;  // rank 0's
@@ -443,12 +443,12 @@ std::vector<RankTally> Ranks::finish() {
     state.share({});  // rank 0 has all it needs
     if (!is_first()) {
         state.is_leaving = true;
-        const std::lock_guard lock(state.mutex);
-        state.tell_first({Kind::leaving, 0, 0, no_piece, state.own.pieces, state.own.seconds});
+        const RankTally tally = state.tally();
+        state.tell_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
     }
     state.thread.join();
     if (state.watcher.joinable()) state.watcher.join();
-    state.tallies[0] = state.own;
+    state.tallies[0] = state.tally();
     return state.tallies;
 }
 

@@ -88,8 +88,8 @@ class TableSolver {
         return std::move(table_);
     }
 
-    /// Seconds that `solve` takes, from those of one unit.
-    double predicted_seconds(int threads) const {
+    /// Seconds that the units take one thread, from those of the first.
+    std::vector<double> unit_seconds() const {
         const std::vector<Unit> units = divide_work();
         const auto layers_of = [&](const Unit& unit) {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
@@ -102,10 +102,23 @@ class TableSolver {
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                         evaluate(solution, side, grids_[timed.mixture]);
         const double seconds = processor_seconds() - started;
-        double layers = 0;
-        for (const Unit& unit : units) layers += layers_of(unit);
-        // The last units leave threads idle.
-        return seconds * std::max(1.0, layers / std::max(1.0, layers_of(timed)) / threads);
+        std::vector<double> of_unit;
+        for (const Unit& unit : units)
+            of_unit.push_back(seconds * std::max(1.0, layers_of(unit)) /
+                              std::max(1.0, layers_of(timed)));
+        return of_unit;
+    }
+
+    /// Floating-point operations of all units, at most: doubling one mode of one albedo takes about
+    /// 8 n^3 of them, and every unit begins some twenty doublings below its first depth.
+    double flops() const {
+        constexpr double of_doubling = 8, before_first = 20;
+        double doublings = 0;
+        for (const Unit& unit : divide_work())
+            doublings +=
+                static_cast<double>(unit.albedo_count) * (before_first + ladder_of(unit).octaves);
+        const Discretisation& d = recipe_.discretisation;
+        return of_doubling * std::pow(d.nodes, 3) * d.modes * doublings;
     }
 
   private:
@@ -356,8 +369,10 @@ class TableSolver {
 
 }  // namespace
 
-double predicted_seconds(const Recipe& resolved, int threads) {
-    return TableSolver(resolved, {}).predicted_seconds(threads);
+PredictedUnits predict_units(const Recipe& resolved) {
+    const BakeOptions alone;
+    const TableSolver solver(resolved, alone);
+    return {solver.unit_seconds(), solver.flops()};
 }
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {

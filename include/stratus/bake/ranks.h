@@ -29,7 +29,7 @@ struct RanksOptions {
 /// What one rank did.
 struct RankTally {
     int pieces = 0;
-    double seconds = 0;  // spent on them, of all its threads
+    double seconds = 0;  // that processors worked for it
 };
 
 /// A part of the work in pieces 0 .. count - 1. Each is solved once, by any rank; all else is rank

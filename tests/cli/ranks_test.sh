@@ -34,7 +34,9 @@ expect_same alone.h5 whole.h5
 through "OMPI_COMM_WORLD_SIZE=2 exec ./alone \"\$@\"" expect_refused 1 \
     'started as one of 2 ranks' 'libstratus_ranks.so is missing' -- bake small.toml -o refused.h5
 
-command -v mpirun >/dev/null && [ -e "$(dirname "$stratus")/libstratus_ranks.so" ] || finish
+if ! command -v mpirun >/dev/null || [ ! -e "$(dirname "$stratus")/libstratus_ranks.so" ]; then
+    finish
+fi
 export OMPI_MCA_btl_vader_single_copy_mechanism=none  # which containers refuse
 mpirun=(timeout -s KILL 120 mpirun --oversubscribe)
 [ "$(id -u)" -ne 0 ] || mpirun+=(--allow-run-as-root)

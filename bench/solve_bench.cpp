@@ -6,6 +6,7 @@
 #include <benchmark/benchmark.h>
 
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -56,5 +57,25 @@ BENCHMARK_CAPTURE(solve, HG09_64_nodes_128_modes, cloudy, Scheme::harmonic, wide
 BENCHMARK_CAPTURE(solve, HG09_64_nodes_128_modes_generic, cloudy, Scheme::harmonic,
                   InstructionSet::generic)
     ->Unit(milliseconds);
+
+// Fluxes of isotropic layers with 16 nodes: mode 0 alone, one layer, or one of eight albedos.
+void solve_fluxes(benchmark::State& state, double optical_depth, int albedo_count) {
+    const auto phase = stratus::PhaseFunction::isotropic();
+    stratus::SolverOptions options;
+    options.nodes = 16;
+    std::vector<double> albedos;
+    for (int a = 0; a < albedo_count; ++a) albedos.push_back(0.99 - 0.1 * a);
+    double spherical_albedo = 0;
+    for (auto _ : state)
+        spherical_albedo =
+            stratus::solve_ladder(phase, albedos, {optical_depth, 1}, {}, options)[0][0]
+                .spherical_albedo;
+    state.counters["spherical_albedo"] = spherical_albedo;
+    state.counters["of_one"] = benchmark::Counter(
+        albedo_count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+BENCHMARK_CAPTURE(solve_fluxes, isotropic_16_nodes, 8, 1)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(solve_fluxes, isotropic_16_nodes_8_albedos, 8, 8)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -102,8 +102,8 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr); });
-    write_table(table, command.output);
+        picture = std::async(std::launch::async, [&] { write_table(table, command.exr, command.threads); });
+    write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
 

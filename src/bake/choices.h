@@ -54,10 +54,14 @@ void note_choice(const Probes& probes, const std::string& what, double error,
 double extrapolated(double before, double error_before, double last, double error_last,
                     double allowed);
 
-/// First of the ascending candidates whose error is within the probes' limit, by bisection; the
-/// last if none is.
+/// The error that a candidate leaves. Once it is certain to be more than `most`, a lower bound will
+/// do.
+using CandidateError = std::function<double(int candidate, double most)>;
+
+/// First of the ascending candidates whose error is within the probes' limit, found as if errors
+/// fell with the fourth power, a cubic's; the last if none is.
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const std::function<double(int candidate)>& error);
+                       const CandidateError& error);
 
 /// The scales that an axis may have, and what to call its samples on either.
 struct Scales {

@@ -66,7 +66,7 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Predicts the pieces of the bake's own check, from a few of its points.
+/// Predicts the pieces of the bake's own check, from one of its ladders.
 void predict_check(const Recipe& resolved, ShareableWork& work) {
     const Discretisation& d = resolved.discretisation;
     const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
@@ -89,11 +89,11 @@ void predict_check(const Recipe& resolved, ShareableWork& work) {
     solver.modes = 0;
     solver.exact_fluxes = false;
     VerifyOptions few;
-    few.samples = 2 * points_of_ladder(range);
+    few.samples = points_of_ladder(range);
     few.threads = 1;
     const double started = processor_seconds();
     solve_random_points(resolved.phase_function, range, solver, few);
-    work.ladder_seconds = (processor_seconds() - started) / 2;
+    work.ladder_seconds = processor_seconds() - started;
     work.ladders = (check_samples + points_of_ladder(range) - 1) / points_of_ladder(range);
 }
 

@@ -54,7 +54,7 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are
 /// every (fine / candidate)-th.
 struct FineDepths {
-    static constexpr int fine = 12;
+    static constexpr int fine = 120;
     int octaves;
     double min, max;
     ProbedLayers of_step[fine];
@@ -326,8 +326,9 @@ Choice choose_optical_depth_samples(Probes& probes) {
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
     FineDepths depths(range.min, max);
-    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 6},
-                           [&](int candidate) { return depth_error(probes, depths, candidate); });
+    return choose_cheapest(
+        probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
+        [&](int candidate, double) { return depth_error(probes, depths, candidate); });
 }
 
 ScaledChoice choose_albedo_samples(Probes& probes) {
@@ -354,8 +355,9 @@ Choice choose_mixture_samples(const Recipe& recipe, double max_error, const Bake
     }
     FineMixtures mixtures(recipe, max_error, options, fine);
     mixtures.solve(0);
-    return choose_cheapest(mixtures.at(0).probes, "mixture_samples", candidates,
-                           [&](int candidate) { return mixture_error(mixtures, candidate); });
+    return choose_cheapest(
+        mixtures.at(0).probes, "mixture_samples", candidates,
+        [&](int candidate, double) { return mixture_error(mixtures, candidate); });
 }
 
 }  // namespace stratus

@@ -49,6 +49,7 @@ struct Probes {
     // Ranks probe some of the albedos each, as many ranks as there are albedos at most. Those beyond
     // do what others do, too, and are not counted.
     int share = 0, shares = 1;
+    std::size_t all_albedos;  // of all shares
 };
 
 /// Probes of a recipe of one mixture, not solved yet; with ranks, this one's.
@@ -83,6 +84,13 @@ ProbedLayers solve_layers_together(const Probes& probes, const std::vector<doubl
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);
 
+/// The sides that a recipe asks for.
+std::vector<Side> asked_sides(const Recipe& recipe);
+
+/// A side of a solved layer at all directions.
+ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
+                      double floor);
+
 /// A solved layer at all directions.
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
 
@@ -93,8 +101,16 @@ DepthLadder ladder_to_deepest(const Probes& probes);
 
 using Errors = std::vector<double>;
 
-/// 99.9 % of the errors that measure(albedo, depth, errors) adds for all albedos and depths, of all
+/// The share of the probed values that must be within a choice's limit.
+constexpr double probed_share = 0.999;
+
+/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, of all
 /// shares.
+Errors errors_of_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// What 99.9 % of them are within.
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);

@@ -110,7 +110,7 @@ std::string text_of_ranks(const Forecast& forecast, const std::vector<int>& rank
         text += line;
     }
     std::snprintf(line, sizeof line,
-                  "measured: choosing, one piece to solve, two to check; assumed: rank 0 receives "
+                  "measured: choosing, one piece to solve, one to check; assumed: rank 0 receives "
                   "%.2g bytes a second, answers in %.2g ms and writes %.2g bytes a second\n",
                   bytes_a_second, 1e3 * seconds_a_claim, bytes_written_a_second);
     return text + line;

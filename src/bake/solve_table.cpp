@@ -94,7 +94,13 @@ class TableSolver {
         const auto layers_of = [&](const Unit& unit) {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
         };
-        const Unit& timed = units.front();
+        // Few albedos, of which the modes alone fill the registers.
+        Unit timed = units.front();
+        const int modes = recipe_.discretisation.modes;
+        timed.albedo_count = std::min<std::size_t>(timed.albedo_count, modes >= 32   ? 1
+                                                                       : modes >= 16 ? 2
+                                                                       : modes >= 8  ? 4
+                                                                                     : 8);
         const double started = processor_seconds();
         for (const auto& of_albedo : solutions_of(timed))
             for (const LayerSolution& solution : of_albedo)

@@ -5,6 +5,7 @@
 // are those of HDF5 1.10, whose own checksums the library compares.
 #include "hdf5_attributes.h"
 #include "hdf5_chunks.h"
+#include "hdf5_disk_file.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"
 #include "table_content.h"
@@ -62,7 +63,7 @@ Handle creation_properties(std::span<const std::size_t> extents) {
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
-                     const std::vector<Number>& values) {
+                     const std::vector<Number>& values, int threads = 1) {
     const std::string task = "write dataset " + name;
     const Handle space = new_dataspace(extents);
     const Handle creation = creation_properties(extents);
@@ -70,7 +71,7 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
     if constexpr (std::is_same_v<Number, float>)
-        if (is_chunked(extents)) write_chunks(dataset, name, extents, values);
+        if (is_chunked(extents)) write_chunks(dataset, name, extents, values, threads);
     if (!is_chunked(extents))
         checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                          values.data()),
@@ -165,16 +166,15 @@ void read_axis(const Source& source, const AxisField& field, Axis& axis) {
 
 }  // namespace
 
-Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
-    const QuietErrors quiet;
-    Bytes bytes;
-    Handle file = create_file(bytes);
+namespace {
+
+void fill(hid_t file, const Table& table, const Metadata& metadata, int threads) {
     const std::vector<AxisField> axes = axis_fields_of(table);
     for (const AxisField& field : axes) write_axis(file, field, table.*field.axis);
     const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
                                      const auto& values) {
         const std::vector<std::size_t> sizes = extents(table, rank);
-        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values),
+        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values, threads),
                     std::span(axes).first(sizes.size()));
     };
     write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
@@ -182,8 +182,24 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     for (const SampleField& field : listed_samples(metadata))
         write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
     write_metadata(file, metadata);
+}
+
+}  // namespace
+
+Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
+    const QuietErrors quiet;
+    Bytes bytes;
+    Handle file = create_file(bytes);
+    constexpr int all_threads = 0;
+    fill(file, table, metadata, all_threads);
     file.close("finish the file");
     return bytes;
+}
+
+void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+                int threads) {
+    const QuietErrors quiet;
+    write_file(path, [&](hid_t file) { fill(file, table, metadata, threads); });
 }
 
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {

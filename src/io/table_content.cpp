@@ -498,8 +498,7 @@ const std::string& entry(const Metadata& metadata, const std::string& name) {
 }
 
 void check_table(const Table& table) {
-    Table copy = table;
-    prepare(copy);
+    check(table);
     for (const auto& [name, text] : table.attributes) {
         require(!name.empty() && name.size() <= max_attribute_name, "write_table",
                 "an attribute's name", "1 to 200 bytes long", shown(name));

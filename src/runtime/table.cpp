@@ -246,7 +246,9 @@ TableView Table::view() const noexcept {
     return view;
 }
 
-void prepare_header(Table& table) {
+namespace {
+
+void check_header(const Table& table) {
     check_mixture(table.mixture);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
@@ -264,12 +266,23 @@ void prepare_header(Table& table) {
     check_numbers(table);
     check_boundary(table);
     check_stack(table);
+}
+
+}  // namespace
+
+void check(const Table& table) {
+    check_header(table);
+    check_samples(table);
+}
+
+void prepare_header(Table& table) {
+    check_header(table);
     work_out_weights(table);
 }
 
 void prepare(Table& table) {
-    prepare_header(table);
-    check_samples(table);
+    check(table);
+    work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 

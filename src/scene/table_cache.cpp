@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* ending = packed_ending;
+constexpr const char* former_ending = ".h5";  // of files that this version does not read
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -73,7 +74,7 @@ std::string key_of(const Recipe& recipe) { return name_of(recipe) + "\n" + kind_
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> fields_of(const fs::path& path) {
-    if (path.extension() != ending) return {};
+    if (path.extension() != ending && path.extension() != former_ending) return {};
     const std::string stem = path.stem().string();
     std::vector<std::string> fields;
     std::size_t start = 0;
@@ -91,7 +92,8 @@ std::vector<std::string> fields_of(const fs::path& path) {
 bool serves(const fs::path& path, const Recipe& recipe, const std::string& kind) {
     const std::vector<std::string> fields = fields_of(path);
     const std::vector<Range> asked = ranges_of(recipe);
-    if (fields.size() != 2 + 2 * asked.size() || fields[0] != kind) return false;
+    if (path.extension() != ending || fields.size() != 2 + 2 * asked.size() || fields[0] != kind)
+        return false;
     const auto has = [&](char side) { return fields[1].find(side) != std::string::npos; };
     if ((recipe.reflection && !has('r')) || (recipe.transmission && !has('t'))) return false;
     for (std::size_t k = 0; k < asked.size(); ++k) {

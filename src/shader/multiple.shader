@@ -11,8 +11,17 @@ vec4 stratus_path_angle(int side, StratusPath path) {
                 1.0f / x, 0.0f);
 }
 
-// H in .x, dH/ds in .y, of the rows from texel first on.
-vec4 stratus_path_value(int side, int first, vec4 angle, float depth) {
+// later - earlier, each at two neighbouring angles, at the share between these. H of depths far
+// beyond the peak are nearly alike: samples are subtracted before anything else is rounded.
+float stratus_path_rise(float share, float earlier, float earlier_next, float later,
+                        float later_next) {
+    float rise = later - earlier;
+    return rise + share * ((later_next - earlier_next) - rise);
+}
+
+// Between two neighbouring depths, of the rows from texel first on: H at the upper one at both
+// angles, what it gains from there on, dH/ds.
+vec4 stratus_path_piece(int side, int first, vec4 angle, float depth) {
     vec4 sheet = stratus_field(side, 12);
     float x = min(depth + 1.0f, stratus_field(side, 11).w);
     int exponent = stratus_exponent(x);
@@ -23,20 +32,19 @@ vec4 stratus_path_value(int side, int first, vec4 angle, float depth) {
     vec4 high = stratus_number(at + row);
     float width = stratus_power_of_two(exponent - 2);
     float t = place - floor(place);
-    float from = low.x + angle.y * (low.z - low.x);
-    float rise = high.x + angle.y * (high.z - high.x) - from;
+    float rise = stratus_path_rise(angle.y, low.x, low.z, high.x, high.z);
     float start = (low.y + angle.y * (low.w - low.y)) * width;
     float end = (high.y + angle.y * (high.w - high.y)) * width;
     float b = rise * 3.0f - start * 2.0f - end;
     float c = start + end - rise * 2.0f;
-    return vec4(from + t * (start + t * (b + t * c)),
-                (start + t * (b * 2.0f + t * c * 3.0f)) / width, 0.0f, 0.0f);
+    return vec4(low.x, low.z, t * (start + t * (b + t * c)),
+                (start + t * (b * 2.0f + t * c * 3.0f)) / width);
 }
 
 float stratus_path_reflection(int first, float depth, vec4 angle, StratusPath path) {
     float both = depth / path.mu_in + depth / path.mu_out;
-    return stratus_path_value(STRATUS_REFLECTION, first, angle, both).x * angle.z * 0.25f /
-           (path.mu_in + path.mu_out);
+    vec4 at = stratus_path_piece(STRATUS_REFLECTION, first, angle, both);
+    return (at.x + angle.y * (at.y - at.x) + at.z) * angle.z * 0.25f / (path.mu_in + path.mu_out);
 }
 
 float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath path) {
@@ -47,10 +55,11 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     if (least + 1.0f >= stratus_field(STRATUS_TRANSMISSION, 11).w) return 0.0f;
     float slope;
     if (excess < (least + 1.0f) * 0.05f) {
-        slope = stratus_path_value(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f).y;
+        slope = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f).w;
     } else {
-        slope = (stratus_path_value(STRATUS_TRANSMISSION, first, angle, least + excess).x -
-                 stratus_path_value(STRATUS_TRANSMISSION, first, angle, least).x) /
+        vec4 high = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess);
+        vec4 low = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least);
+        slope = (stratus_path_rise(angle.y, low.x, low.y, high.x, high.y) + (high.z - low.z)) /
                 excess;
     }
     return slope * angle.z * least * shallow * 0.25f;
@@ -269,7 +278,7 @@ float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
 // ---- what is called
 
 StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
-    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    float depth = stratus_depth(optical_depth);
     StratusScattered light;
     light.single = 0.0f;
     light.multiple = 0.0f;
@@ -297,14 +306,20 @@ StratusScattered stratus_transmission(float albedo, float optical_depth, float m
 
 float stratus_single(int side, float albedo, float optical_depth, float mu_in, float mu_out,
                      float azimuth) {
-    float depth = stratus_clamp(optical_depth, 0.0f, 1e30f);
+    float depth = stratus_depth(optical_depth);
     StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
     if (side == STRATUS_REFLECTION) return stratus_single_reflection(albedo, depth, path);
     if (stratus_field(side, 14).y > 0.0f) return 0.0f;
     return stratus_single_transmission(albedo, depth, path);
 }
 
+// Over a lower boundary, or of a stack: lit from above alone.
+bool stratus_is_one_sided() {
+    return stratus_is_stack() || stratus_field(STRATUS_REFLECTION, 14).y > 0.0f;
+}
+
 float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
+    if (wi.z < 0.0f && stratus_is_one_sided()) return 0.0f;
     int side = wi.z * wo.z > 0.0f ? STRATUS_REFLECTION : STRATUS_TRANSMISSION;
     StratusScattered light =
         stratus_scattered(side, albedo, optical_depth, stratus_path_between(side, wi, wo));

@@ -31,19 +31,16 @@ using ModeOfAlbedo = std::pair<int, std::size_t>;
 
 void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
                 const RecordMode& record) {
-    double deepest = 0;
-    for (const auto& [mode, a] : pack) deepest = std::max(deepest, task.albedos[a].first_depth);
-    const int doublings = count_doublings(task.directions, deepest);
     std::vector<DoublingTask> lanes;
     for (const auto& [mode, a] : pack) {
         const ClimbTask::Albedo& of = task.albedos[a];
-        lanes.push_back({mode, of.albedo, of.co_albedo, std::ldexp(of.first_depth, -doublings)});
+        lanes.push_back({mode, of.albedo, of.co_albedo, of.first_depth});
     }
     DoublingLadder layers(task.directions, task.moments, lanes, doubling_steps());
     std::vector<PhaseKernels> kernels;
     for (std::size_t lane = 0; lane < pack.size(); ++lane)
         kernels.push_back(layers.kernels(static_cast<int>(lane)));
-    climb(layers, doublings, task.ladder, [&](int depth) {
+    climb(layers, 0, task.ladder, [&](int depth) {
         layers.extract();
         for (std::size_t lane = 0; lane < pack.size(); ++lane)
             record(pack[lane].first, pack[lane].second, depth,
@@ -86,7 +83,7 @@ void climb_orders(const ClimbTask& task, double fraction,
     std::vector<int> modes;
     for (int mode = first; mode < end; ++mode) modes.push_back(mode);
     const double first_depth = task.albedos[0].first_depth;
-    const int doublings = count_doublings(task.directions, first_depth);
+    const int doublings = count_doublings(task.directions.mu.minCoeff(), first_depth);
     OrderedLadder layers(task.directions, task.moments, fraction, modes,
                          static_cast<int>(order_weights[0].size()) - 1,
                          std::ldexp(first_depth, -doublings), doubling_steps());

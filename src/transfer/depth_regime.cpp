@@ -73,11 +73,10 @@ double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& t
     return s.dot(transmission.topLeftCorner(N, N) * s) / s.squaredNorm();
 }
 
-int count_doublings(const Directions& directions, double optical_depth) {
-    const double thinnest = directions.mu.minCoeff();
-    return optical_depth <= thinnest
+int count_doublings(double smallest_cosine, double optical_depth) {
+    return optical_depth <= smallest_cosine
                ? 0
-               : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(thinnest)));
+               : static_cast<int>(std::ceil(std::log2(optical_depth) - std::log2(smallest_cosine)));
 }
 
 int max_doublings_to_infinity(double optical_depth) {

@@ -38,8 +38,12 @@ ModeMatrices reach(const DepthTarget& target, int mode, double half_transmittanc
 /// Diffuse transmittance under uniform illumination, from mode 0.
 double mean_transmittance(const Directions& directions, const Eigen::MatrixXd& transmission);
 
-/// Doublings from a thin start, exact to rounding, to `optical_depth`.
-int count_doublings(const Directions& directions, double optical_depth);
+/// Doublings to `optical_depth` from a thin start, exact to rounding along all cosines from the
+/// smallest on.
+int count_doublings(double smallest_cosine, double optical_depth);
+
+/// Where doubling to infinity alone begins, a depth like any other.
+constexpr double first_depth_to_infinity = 1;
 
 /// Doublings after which any layer has reached the limit of infinite depth: those up to depth 1, 56
 /// more until the change is below rounding, and a reserve for g near 1.

@@ -12,17 +12,30 @@
 
 namespace stratus {
 
-/// One lane: a mode of a layer of one albedo. The depth is that of the thin start.
+/// One lane: a mode of a layer of one albedo, and the first depth at which it is wanted.
 struct DoublingTask {
     int mode;
     double albedo;
     double co_albedo;
-    double thin_depth;
+    double first_depth;
 };
+
+/// Places of the grazing and of the steep directions, Gauss nodes first; no grazing ones where it
+/// does not pay to part them.
+struct DirectionGroups {
+    struct Group {
+        int gauss = 0;
+        std::vector<int> places;
+        std::vector<double> mu, s;
+    };
+    Group grazing, steep;
+};
+
+DirectionGroups group_directions(const Directions& directions, double optical_depth);
 
 class DoublingLadder {
   public:
-    /// Phase kernels and thin layers of all tasks, 1 to 8 of them.
+    /// Phase kernels and layers at the first depth of all tasks, 1 to 8 of them.
     DoublingLadder(const Directions& directions, const std::vector<double>& moments,
                    const std::vector<DoublingTask>& tasks, const DoublingSteps& steps);
 
@@ -43,13 +56,22 @@ class DoublingLadder {
     const SimdLayer& layer() const { return layer_; }
 
   private:
-    const Directions& directions_;
-    const DoublingSteps& steps_;
     struct Free {
         void operator()(double* memory) const { std::free(memory); }
     };
-    std::unique_ptr<double, Free> memory_;  // all matrices of layer_
+    using Memory = std::unique_ptr<double, Free>;
+
+    void allocate(const std::vector<double>& moments, PhaseSeries& phase);
+    void allocate(const DirectionGroups& groups);
+    void double_depth(SimdLayer& layer) const;
+
+    const Directions& directions_;
+    const DoublingSteps& steps_;
+    Memory memory_, memory_of_groups_;
     SimdLayer layer_{};
+    DirectionGroups directions_of_groups_;
+    SimdGroups groups_{};
+    std::vector<SimdLayer*> doubled_;  // both groups, or the layer as a whole
     int tasks_;
     bool conservative_[lane_count];  // mode 0 at w = 1
 };

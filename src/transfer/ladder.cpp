@@ -37,13 +37,15 @@ class LadderRun {
           boundary_modes_(problem.boundary, boundary_truncation_, directions_),
           task_{directions_, truncation_.moments, problem.ladder, {}} {
         const auto path = path_of(problem);
-        const double first =
-            problem.ladder.octaves ? problem.ladder.first : directions_.mu.minCoeff();
+        const DepthLadder& ladder = problem.ladder;
+        const auto first_depth = [&](double albedo) {
+            if (ladder.octaves == 0) return first_depth_to_infinity;
+            return by_order() ? ladder.first : truncation_.optical_depth(ladder.first, albedo);
+        };
         for (std::size_t a = 0; a < problem.albedos.size(); ++a) {
             const double albedo = problem.albedos[a];
             task_.albedos.push_back(
-                {truncation_.albedo(albedo), truncation_.co_albedo(albedo),
-                 by_order() ? first : truncation_.optical_depth(first, albedo)});
+                {truncation_.albedo(albedo), truncation_.co_albedo(albedo), first_depth(albedo)});
             results_.emplace_back();
             for (const DepthTarget& target : problem.targets)
                 results_[a].push_back(blank(a, target.optical_depth, path));

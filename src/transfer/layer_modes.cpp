@@ -34,7 +34,7 @@ void LayerModes::solve_pack(int first) {
     layers_.clear();
     kernels_.clear();
     const DepthLadder ladder = ladder_to(target_);
-    const double first_depth = ladder.octaves ? ladder.first : directions_.mu.minCoeff();
+    const double first_depth = ladder.octaves ? ladder.first : first_depth_to_infinity;
     const VectorXd beam = beam_along(directions_, task_.optical_depth);
     double half_transmittance = 0;
     climb_harmonic(

@@ -25,7 +25,9 @@ expect_same glsl/stratus_numbers.bin hlsl/stratus_numbers.bin
 grep -q '[0-9]f\b' osl/stratus.osl.h && fail "OSL knows no suffix f"
 
 expect_refused 2 --language glsl hlsl osl -- shader full.stratus --language wgsl -o new
-expect_refused 2 mixture -- shader mixed.h5 --language glsl -o new
+expect_refused 2 --mixture "given, in [0, 1]" "got nothing" -- shader mixed.h5 --language glsl -o new
+expect_refused 2 --mixture "left out" "got 0.4" -- shader full.stratus --mixture 0.4 --language glsl -o new
+expect_ok shader mixed.h5 --mixture 0.4 --language glsl -o mixed --quiet
 expect_refused 1 absent.stratus -- shader absent.stratus --language glsl -o new
 
 # compiled: expect_compiled ARGS..., of glslangValidator

@@ -100,6 +100,17 @@ fs::path with_version(const fs::path& path, const char* major, const char* minor
     return path;
 }
 
+TEST(Hdf5File, IsTheSameInMemoryAndOnTheDisk) {
+    const TemporaryFolder folder;
+    for (const char* name : {"plain.h5", "mixture.h5"}) {
+        const Table table = read_table(golden_folder / name);
+        const io::Bytes in_memory = io::encode_hdf5(table, io::metadata_of(table));
+        write_table(table, folder / name);
+        EXPECT_TRUE(content(folder / name) == std::string(in_memory.begin(), in_memory.end()))
+            << name;
+    }
+}
+
 class Versions : public testing::TestWithParam<const char*> {};
 
 TEST_P(Versions, NewerMinorVersionsLoadWithANote) {

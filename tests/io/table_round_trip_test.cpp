@@ -217,5 +217,20 @@ TEST(TableFile, DirectWritersEqualWriteTable) {
     expect_same(read_exr_table(folder / "b.exr"), table);
 }
 
+/// A chunk is half a megabyte: each side has several, the last of which are smaller.
+TEST(TableFile, IsTheSameOnAnyNumberOfThreads) {
+    const TemporaryFolder folder;
+    Shape large;
+    large.cosines_in = large.cosines_out = 70;
+    large.azimuths = 9;
+    const Table table = sample_table(large);
+    write_table(table, folder / "one.h5", 1);
+    for (const int threads : {2, 5, 0}) {
+        write_table(table, folder / "many.h5", threads);
+        EXPECT_TRUE(content(folder / "one.h5") == content(folder / "many.h5")) << threads;
+    }
+    expect_same(read_table(folder / "one.h5"), table);
+}
+
 }  // namespace
 }  // namespace stratus::test

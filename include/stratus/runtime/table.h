@@ -200,6 +200,11 @@ void for_each_of_mixtures(const Use& use, Tables&... tables) {
 /// Errors   std::invalid_argument naming the dataset, what is required and what was met.
 void prepare(Table& table);
 
+/// Checks a table as `prepare` does.
+///
+/// Errors   those of `prepare`.
+void check(const Table& table);
+
 /// The same without samples, whatever there are, and without the phase curve.
 void prepare_header(Table& table);
 

@@ -47,6 +47,16 @@ template <class Combine>
         n, n, [](int i) { return i; }, blocks);
 }
 
+/// out = F x, the product summing over the Gauss nodes.
+void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out);
+
+/// out = Y s, the light absorbed under uniform illumination, from Y or from Z and the gap.
+void absorb_uniform(const SimdLayer& layer, Pack* out);
+
+/// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
+/// conserving lanes.
+void restore_absorption(SimdLayer& layer);
+
 /// C^-1 into `out`. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no identity is subtracted, so that
 /// thin layers keep their relative accuracy.
 void invert(const SimdLayer& layer, SimdMatrix C, SimdMatrix out);

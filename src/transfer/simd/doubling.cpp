@@ -20,9 +20,6 @@
 
 namespace stratus::STRATUS_ISA {
 
-namespace {
-
-/// out = F x, the product summing over the Gauss nodes.
 void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out) {
     for (int i = 0; i < layer.directions; ++i) {
         Pack sum = F.d[i] * x[i];
@@ -31,21 +28,21 @@ void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out) {
     }
 }
 
-/// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
-/// conserving lanes.
+void absorb_uniform(const SimdLayer& layer, Pack* out) {
+    apply(layer, layer.has_gap ? layer.Z : layer.Y, layer.uniform, out);
+    if (!layer.has_gap) return;
+    Pack* gap = layer.vector[2];
+    apply(layer, layer.Y, layer.uniform, gap);
+    for (int i = 0; i < layer.directions; ++i) out[i] -= gap[i];
+}
+
 void restore_absorption(SimdLayer& layer) {
     const int N = layer.gauss, n = layer.directions;
-    Pack *s = layer.vector[0], *e = layer.vector[1];
-    for (int i = 0; i < n; ++i) s[i] = broadcast(layer.s[i]);
-    apply(layer, layer.has_gap ? layer.Z : layer.Y, s, e);
-    if (layer.has_gap) {
-        Pack* gap = layer.vector[2];
-        apply(layer, layer.Y, s, gap);
-        for (int i = 0; i < n; ++i) e[i] -= gap[i];
-    }
-    double ss = 0;
-    for (int i = 0; i < N; ++i) ss += layer.s[i] * layer.s[i];
-    Pack es{};
+    const Pack* s = layer.uniform;
+    Pack* e = layer.vector[1];
+    absorb_uniform(layer, e);
+    Pack ss{}, es{};
+    for (int i = 0; i < N; ++i) ss += s[i] * s[i];
     for (int i = 0; i < n; ++i) e[i] = layer.conserving * (layer.absorbed[i] - e[i]) / ss;
     for (int i = 0; i < N; ++i) es += e[i] * s[i];
     es /= ss;
@@ -61,7 +58,9 @@ void restore_absorption(SimdLayer& layer) {
         }
 }
 
-/// Z <- Z + x Y, diagonal and kernel.
+namespace {
+
+/// Z <- own Z + x Y, diagonal and kernel.
 void add_to_Z(SimdLayer& layer, double own, double x) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {

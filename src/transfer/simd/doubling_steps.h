@@ -35,9 +35,9 @@ struct SimdLayer {
     const double* weight;  // directions, 0 for the extra ones
     const double* s;       // directions, sqrt(2 mu weight) (weight 1 for the extra ones)
 
-    Pack albedo, co_albedo;  // w and 1 - w
-    Pack half_depth;         // h = tau / 2, current
-    Pack conserving;         // 1 in lanes of mode 0, whose absorption is known exactly; 0 elsewhere
+    Pack albedo;
+    Pack half_depth;  // h = tau / 2, current
+    Pack conserving;  // 1 in lanes of mode 0, whose absorption is known exactly; 0 elsewhere
     bool any_conserving;
     bool has_gap;  // Y holds G = Z - Y
 
@@ -46,13 +46,27 @@ struct SimdLayer {
     SimdMatrix scatter_odd, scatter_even;
     SimdMatrix Y, Z;     // admittances of the even and odd part of the light, see doubling.cpp
     Pack* gap_diagonal;  // of Z - Y, carried from the start to avoid cancellation
-    Pack* absorbed;      // a = Y s in conserving lanes
+    Pack* uniform;       // uniform illumination, s; its absorption is known in conserving lanes:
+    Pack* absorbed;      // a = Y s there, or B s before the thin start
 
     SimdMatrix reflection, transmission;  // results of `extract`
     SimdMatrix spare[2];
     Pack* elimination;       // gauss x elimination_stride: [C_NN | U^T], its factor on return
     int elimination_stride;  // >= gauss + directions + 1
     Pack* vector[3];         // directions each
+};
+
+/// Directions of a layer in two groups that do not mix (decoupling.cpp). Each group is a layer of its
+/// own, which may share the memory of the whole one up to its thin start.
+struct SimdGroups {
+    SimdLayer grazing, steep;
+    const int *grazing_at, *steep_at;  // places in the whole layer; Gauss nodes first, as always
+    Pack *U, *V;                       // grazing x steep
+    Pack *U_columns, *V_columns;       // transposed
+    int row_stride, column_stride;
+    Pack* columns[6];  // for intermediate results: steep x grazing,
+    Pack* rows[3];     // grazing x steep,
+    Pack* squares[3];  // grazing x grazing
 };
 
 /// Input of the phase kernels: the azimuthal mode of each lane, and chi_l.
@@ -78,6 +92,10 @@ struct DoublingSteps {
     void (*use_gap)(SimdLayer& layer);
     void (*double_depth)(SimdLayer& layer);
     void (*extract)(SimdLayer& layer);
+    /// Fills both groups up to their thin start; false where scattering mixes them too much.
+    bool (*decouple)(const SimdLayer& whole, SimdGroups& groups);
+    /// Y and Z of the whole layer from those of its groups.
+    void (*couple)(const SimdGroups& groups, SimdLayer& whole);
     /// out += factor times the kernel of F G; sizes as in the layer.
     void (*add_product)(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out);
 };

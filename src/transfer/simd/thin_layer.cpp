@@ -75,16 +75,14 @@ void thin_layer(SimdLayer& layer) {
     combine(layer, 1.0 / 5, b, 7, W, &layer.Y, C);
     parallel_sum(layer, 1.0 / 5, b, C, layer.Y);
     combine(layer, 1.0, b, 3, W, &layer.Y, C);
-    // Light absorbed: b s = h (1 - w) s / mu exactly, so that Y s = b s - b C^-1 b s.
+    // Light absorbed: b s is known exactly, and Y s = b s - b C^-1 b s.
     Pack* u = layer.vector[1];
-    for (int i = 0; i < n; ++i)
-        layer.absorbed[i] = u[i] =
-            layer.conserving * h * layer.co_albedo * (layer.s[i] / layer.mu[i]);
+    for (int i = 0; i < n; ++i) u[i] = layer.absorbed[i] *= h;
     parallel_sum(layer, 1.0, b, C, layer.Y, u);
     for (int i = 0; i < n; ++i) {
         Pack sum = b.d[i] * u[i];
         for (int j = 0; j < N; ++j) sum += b.K[i * layer.stride + j] * u[j];
-        layer.absorbed[i] -= layer.conserving * sum;
+        layer.absorbed[i] -= sum;
         layer.gap_diagonal[i] = layer.Z.d[i] - layer.Y.d[i];
     }
     layer.has_gap = false;

@@ -1,0 +1,286 @@
+// Grazing and steep directions, decoupled.
+//
+// Extinction along a direction takes a depth of its cosine: grazing directions need a start below
+// 1e-6, of which the others, and most of the doublings, have no use. Per unit of depth light obeys
+// p' = -A q, q' = -B p (p, q even and odd about the mid-plane), and any M may change the basis:
+//
+//     A~ = M^-1 A M^-T        B~ = M^T B M        Y = M^-T Y~ M^-1        Z = M^-T Z~ M^-1
+//
+// Scattering mixes directions of unlike extinction little. Hence M near I leaves no element of A~
+// and B~ between grazing directions (S) and steep ones (L), and each group is doubled by itself,
+// from a thin start of its own:
+//
+//     M = [I  V] [I  0]        M^-1 = [ I  0] [I -V]
+//         [0  I] [U' I]               [-U' I] [0  I]            U, V: S x L, U' the transpose
+//
+// With D = diag(1/mu), A = D - P and B = D - Q, both vanish where, element by element,
+//
+//     u d_S + v d_L = (-P + V P_L + X U)_SL                   a = (-P + V P_L - V D)_SL
+//     v d_S + u d_L = ( Q + U Q_L + F Q + (Q_S - H) V)_SL     b = (-Q + D V - Q_S V)_SL
+//     X = P_S - V P_LS + a V'        F = U V'        H = U b'
+//
+// which iteration solves: each round gains the factor that a photon has to scatter from grazing
+// directions to grazing ones. Then
+//
+//     P~_S = X        P~_L = P_L + U' a        Q~_S = Q_S - H        Q~_L = Q_L + V' Q - b' V
+#include "congruence.h"
+
+namespace stratus::STRATUS_ISA {
+
+namespace {
+
+struct View {
+    Pack* at;
+    long stride;
+};
+
+/// out += sign F^T G, summed over `depth` rows of F and G.
+void add_product(int depth, double sign, View F, int rows, View G, int columns, View out) {
+    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
+        Pack sum[I][J] = {};
+        accumulate(depth, F.at + i0, F.stride, G.at + j0, G.stride, sign, sum);
+        for (int i = 0; i < I; ++i)
+            for (int j = 0; j < J; ++j) out.at[(i0 + i) * out.stride + j0 + j] += sum[i][j];
+    };
+    for_each_block(
+        rows, columns, [](int) { return 0; }, blocks);
+}
+
+template <class Value>
+[[gnu::always_inline]] inline void fill(int rows, int columns, View out, Value value) {
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) out.at[i * out.stride + j] = value(i, j);
+}
+
+void transpose(int rows, int columns, View from, View to) {
+    fill(columns, rows, to, [&](int i, int j) { return from.at[j * from.stride + i]; });
+}
+
+/// What all steps use, named as above. A name ending in t is transposed: steep x grazing.
+struct Blocks {
+    int S, L;    // Gauss nodes of each group,
+    int nS, nL;  // and directions
+    View U, V, Ut, Vt, P_S, Q_S, P_L, Q_L;
+    View Pt, Qt, at, bt, Q, X, Ft, Ht;
+
+    explicit Blocks(const SimdGroups& of)
+        : S(of.grazing.gauss),
+          L(of.steep.gauss),
+          nS(of.grazing.directions),
+          nL(of.steep.directions),
+          U{of.U, of.row_stride},
+          V{of.V, of.row_stride},
+          Ut{of.U_columns, of.column_stride},
+          Vt{of.V_columns, of.column_stride},
+          P_S{of.grazing.scatter_odd.K, of.grazing.stride},
+          Q_S{of.grazing.scatter_even.K, of.grazing.stride},
+          P_L{of.steep.scatter_odd.K, of.steep.stride},
+          Q_L{of.steep.scatter_even.K, of.steep.stride},
+          Pt{of.columns[0], of.column_stride},
+          Qt{of.columns[1], of.column_stride},
+          at{of.columns[2], of.column_stride},
+          bt{of.columns[3], of.column_stride},
+          Q{of.rows[0], of.row_stride},
+          X{of.squares[0], of.grazing.stride},
+          Ft{of.squares[1], of.grazing.stride},
+          Ht{of.squares[2], of.grazing.stride} {}
+};
+
+/// The blocks of w times a kernel of the whole layer; `between` is transposed.
+void take_blocks(const SimdLayer& whole, const SimdGroups& groups, const Pack* K, View of_grazing,
+                 View of_steep, View between) {
+    const auto from = [&](const int* rows, const int* columns) {
+        return [=, &whole](int i, int j) {
+            return whole.albedo * K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
+        };
+    };
+    const int nS = groups.grazing.directions, nL = groups.steep.directions;
+    fill(nS, nS, of_grazing, from(groups.grazing_at, groups.grazing_at));
+    fill(nL, nL, of_steep, from(groups.steep_at, groups.steep_at));
+    fill(nL, nS, between, from(groups.steep_at, groups.grazing_at));
+}
+
+/// a, b, X, F and H from U and V.
+void combine(const SimdGroups& groups, const Blocks& m) {
+    const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
+    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+    fill(m.nL, m.nS, m.at,
+         [&](int j, int i) { return -at(m.Pt, j, i) - at(m.Vt, j, i) / mu_L[j]; });
+    add_product(m.L, 1, m.P_L, m.nL, m.Vt, m.nS, m.at);
+    fill(m.nL, m.nS, m.bt, [&](int j, int i) { return at(m.Vt, j, i) / mu_S[i] - at(m.Qt, j, i); });
+    add_product(m.S, -1, m.V, m.nL, m.Q_S, m.nS, m.bt);
+    fill(m.nS, m.nS, m.X, [&](int i, int k) { return at(m.P_S, i, k); });
+    add_product(m.L, -1, m.Vt, m.nS, m.Pt, m.nS, m.X);
+    add_product(m.L, 1, m.at, m.nS, m.Vt, m.nS, m.X);
+    fill(m.nS, m.nS, m.Ft, [](int, int) { return Pack{}; });
+    add_product(m.L, 1, m.Vt, m.nS, m.Ut, m.nS, m.Ft);
+    fill(m.nS, m.nS, m.Ht, [](int, int) { return Pack{}; });
+    add_product(m.L, 1, m.bt, m.nS, m.Ut, m.nS, m.Ht);
+}
+
+/// The next U and V. Returns the squared change, relative to single scattering.
+Pack iterate(const SimdLayer& whole, const SimdGroups& groups, const Blocks& m) {
+    const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
+    const View odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
+    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+    combine(groups, m);
+    fill(m.nL, m.nS, odd, [&](int j, int i) { return at(m.at, j, i) + at(m.Vt, j, i) / mu_L[j]; });
+    add_product(m.S, 1, m.U, m.nL, m.X, m.nS, odd);
+    // Q + (Q_S - H) V = D V - b - H V
+    fill(m.nL, m.nS, even, [&](int j, int i) { return at(m.Vt, j, i) / mu_S[i] - at(m.bt, j, i); });
+    add_product(m.S, -1, m.V, m.nL, m.Ht, m.nS, even);
+    add_product(m.L, 1, m.Q_L, m.nL, m.Ut, m.nS, even);
+    add_product(m.S, 1, m.Q, m.nL, m.Ft, m.nS, even);
+
+    Pack change{};
+    for (int j = 0; j < m.nL; ++j)
+        for (int i = 0; i < m.nS; ++i) {
+            const double d_S = 1 / mu_S[i], d_L = 1 / mu_L[j];
+            const double share = 1 / ((d_S - d_L) * (d_S + d_L));
+            const Pack u = (d_S * at(odd, j, i) - d_L * at(even, j, i)) * share;
+            const Pack v = (d_S * at(even, j, i) - d_L * at(odd, j, i)) * share;
+            const double unit = 2 / (groups.grazing.s[i] * groups.steep.s[j] * d_L);
+            const Pack du = unit * (u - at(m.Ut, j, i)), dv = unit * (v - at(m.Vt, j, i));
+            change += du * du + dv * dv;
+            at(m.Ut, j, i) = u;
+            at(m.Vt, j, i) = v;
+        }
+    transpose(m.nL, m.nS, m.Ut, m.U);
+    transpose(m.nL, m.nS, m.Vt, m.V);
+    return change / (whole.albedo * whole.albedo + 1e-300);
+}
+
+/// Uniform illumination and its absorption B s in the new basis: M^-1 s and M^T B s.
+void change_basis(const SimdLayer& whole, SimdGroups& groups, const Blocks& m) {
+    SimdLayer &S = groups.grazing, &L = groups.steep;
+    for (int i = 0; i < m.nS; ++i) S.absorbed[i] = whole.absorbed[groups.grazing_at[i]];
+    for (int j = 0; j < m.nL; ++j) {
+        Pack& sum = L.absorbed[j] = whole.absorbed[groups.steep_at[j]];
+        for (int i = 0; i < m.S; ++i) sum += m.Vt.at[j * m.Vt.stride + i] * S.absorbed[i];
+    }
+    for (int i = 0; i < m.nS; ++i)
+        for (int j = 0; j < m.L; ++j) S.absorbed[i] += m.U.at[i * m.U.stride + j] * L.absorbed[j];
+    // Of uniform illumination only what is absorbed is left in grazing directions: B~ s~, solved
+    // for s~, keeps its relative accuracy.
+    for (int i = 0; i < m.nS; ++i) S.uniform[i] = S.absorbed[i];
+    const SimdMatrix B = S.spare[0];
+    for (int i = 0; i < m.nS; ++i) {
+        B.d[i] = broadcast(1 / S.mu[i]);
+        for (int k = 0; k < m.nS; ++k) B.K[i * S.stride + k] = -S.scatter_even.K[i * S.stride + k];
+    }
+    eliminate_for(S, {1.0, B}, B, S.uniform);
+    for (int j = 0; j < m.nL; ++j) {
+        Pack& sum = L.uniform[j] = whole.uniform[groups.steep_at[j]];
+        for (int i = 0; i < m.S; ++i) sum -= m.Ut.at[j * m.Ut.stride + i] * S.uniform[i];
+    }
+}
+
+}  // namespace
+
+bool decouple(const SimdLayer& whole, SimdGroups& groups) {
+    const Blocks m(groups);
+    take_blocks(whole, groups, whole.scatter_odd.K, m.P_S, m.P_L, m.Pt);
+    take_blocks(whole, groups, whole.scatter_even.K, m.Q_S, m.Q_L, m.Qt);
+    transpose(m.nL, m.nS, m.Qt, m.Q);
+    const auto zero = [](int, int) { return Pack{}; };
+    fill(m.nS, m.nL, m.U, zero);
+    fill(m.nS, m.nL, m.V, zero);
+    fill(m.nL, m.nS, m.Ut, zero);
+    fill(m.nL, m.nS, m.Vt, zero);
+
+    constexpr int max_rounds = 24;
+    constexpr double converged = 1e-28, slow = 0.1;  // squares: 1e-14, and a gain of 3 a round
+    double last = 0;
+    for (int round = 0;; ++round) {
+        const Pack change = iterate(whole, groups, m);
+        double most = 0;
+        for (int lane = 0; lane < lane_count; ++lane)
+            if (!(change[lane] <= most)) most = change[lane];
+        if (most <= converged) break;
+        if (round == max_rounds || (round > 2 && !(most < slow * last))) return false;
+        last = most;
+    }
+
+    combine(groups, m);
+    const View a{groups.rows[1], m.U.stride}, b{groups.rows[2], m.U.stride};
+    transpose(m.nL, m.nS, m.at, a);
+    transpose(m.nL, m.nS, m.bt, b);
+    add_product(m.S, 1, m.U, m.nL, a, m.nL, m.P_L);
+    add_product(m.S, 1, m.V, m.nL, m.Q, m.nL, m.Q_L);
+    add_product(m.S, -1, b, m.nL, m.V, m.nL, m.Q_L);
+    fill(m.nS, m.nS, m.P_S, [&](int i, int k) { return m.X.at[i * m.X.stride + k]; });
+    for (int i = 0; i < m.nS; ++i)
+        for (int k = 0; k < m.nS; ++k)
+            m.Q_S.at[i * m.Q_S.stride + k] -= m.Ht.at[k * m.Ht.stride + i];
+    if (whole.any_conserving) change_basis(whole, groups, m);
+    return true;
+}
+
+namespace {
+
+/// `to` = M^-T F~ M^-1 in the places of the whole layer.
+void couple_matrix(const SimdGroups& groups, const Blocks& m, SimdMatrix of_grazing,
+                   SimdMatrix of_steep, const SimdLayer& whole, SimdMatrix to) {
+    const View F_S{of_grazing.K, groups.grazing.stride}, F_L{of_steep.K, groups.steep.stride};
+    const View Et{groups.columns[0], m.Ut.stride}, Gt{groups.columns[1], m.Ut.stride};
+    const View E{groups.rows[0], m.U.stride}, G{groups.rows[1], m.U.stride};
+    const View E_S = m.X;
+    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+    // E = -U F_L,  E_S = F_S - E U',  G = E - E_S V
+    fill(m.nL, m.nS, Et, [&](int j, int i) { return -of_steep.d[j] * at(m.Ut, j, i); });
+    add_product(m.L, -1, F_L, m.nL, m.Ut, m.nS, Et);
+    fill(m.nS, m.nS, E_S, [&](int i, int k) { return at(F_S, i, k); });
+    add_product(m.L, -1, Et, m.nS, m.Ut, m.nS, E_S);
+    fill(m.nL, m.nS, Gt,
+         [&](int j, int i) { return at(Et, j, i) - at(m.Vt, j, i) * of_grazing.d[i]; });
+    add_product(m.S, -1, m.V, m.nL, E_S, m.nS, Gt);
+    transpose(m.nL, m.nS, Et, E);
+    transpose(m.nL, m.nS, Gt, G);
+
+    const auto place = [&](const int* rows, int i, const int* columns, int j) -> Pack& {
+        return to.K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
+    };
+    const int *S = groups.grazing_at, *L = groups.steep_at;
+    for (int i = 0; i < m.nS; ++i) {
+        to.d[S[i]] = of_grazing.d[i];
+        for (int k = 0; k < m.nS; ++k) place(S, i, S, k) = at(E_S, i, k);
+        for (int j = 0; j < m.nL; ++j) place(S, i, L, j) = place(L, j, S, i) = at(G, i, j);
+    }
+    for (int j = 0; j < m.nL; ++j) to.d[L[j]] = of_steep.d[j];
+    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {  // F_L - V' E - G' V
+        Pack sum[I][J] = {};
+        accumulate(m.S, m.V.at + i0, m.V.stride, E.at + j0, E.stride, 1.0, sum);
+        accumulate(m.S, G.at + i0, G.stride, m.V.at + j0, m.V.stride, 1.0, sum);
+        for (int i = i0; i < i0 + I; ++i)
+            for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j)
+                place(L, i, L, j) = place(L, j, L, i) = at(F_L, i, j) - sum[i - i0][j - j0];
+    };
+    for_each_block(
+        m.nL, m.nL, [](int i) { return i; }, blocks);
+}
+
+}  // namespace
+
+void couple(const SimdGroups& groups, SimdLayer& whole) {
+    const Blocks m(groups);
+    const SimdLayer &S = groups.grazing, &L = groups.steep;
+    couple_matrix(groups, m, S.Y, L.Y, whole, whole.Y);
+    couple_matrix(groups, m, S.Z, L.Z, whole, whole.Z);
+    whole.has_gap = L.has_gap;
+    whole.half_depth = L.half_depth;
+    if (!whole.any_conserving) return;
+    // The absorbed light M^-T a~.
+    Pack* a_S = whole.vector[0];
+    absorb_uniform(S, a_S);
+    for (int i = 0; i < m.nS; ++i) {
+        for (int j = 0; j < m.L; ++j) a_S[i] -= m.U.at[i * m.U.stride + j] * L.absorbed[j];
+        whole.absorbed[groups.grazing_at[i]] = a_S[i];
+    }
+    for (int j = 0; j < m.nL; ++j) {
+        Pack& sum = whole.absorbed[groups.steep_at[j]] = L.absorbed[j];
+        for (int i = 0; i < m.S; ++i) sum -= m.Vt.at[j * m.Vt.stride + i] * a_S[i];
+    }
+    restore_absorption(whole);
+}
+
+}  // namespace stratus::STRATUS_ISA

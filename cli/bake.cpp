@@ -3,6 +3,7 @@
 
 #include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
+#include <stratus/bake/ranks.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 
@@ -11,13 +12,17 @@
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
+#include "started_ranks.h"
 #include "stop_on_signal.h"
 #include "sweep.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <new>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -33,6 +38,8 @@ struct BakeCommand {
     bool resume = false;
     bool accept = false;
     bool dry_run = false;
+    double rank_timeout = 120;
+    std::vector<int> ranks;  // to predict
 };
 
 std::string checkpoint_path(const BakeCommand& command) { return command.output + ".checkpoint"; }
@@ -55,17 +62,16 @@ std::unique_ptr<Checkpoint> open_checkpoint(const BakeCommand& command, const Re
     return checkpoint;
 }
 
+std::string sentence_of_kept(const std::string& path) {
+    return "finished work is kept in " + path + ": repeat the command with --resume";
+}
+
 /// Bakes from the checkpoint, and adds to it.
-///
-/// Errors   EndedBySignal where one came.
-Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
-              const std::string& path) {
-    const StopOnSignal stop;
+Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint) {
     options.log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
     options.log.keep = [&](const std::string& piece, std::span<const char> result) {
         checkpoint.keep(piece, result);
     };
-    options.log.stop = [&] { return stop.signal() != 0; };
     bool told = false;
     options.progress = [&, show = options.progress](double done, const std::string& stage) {
         show(done, stage);
@@ -74,13 +80,22 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
             options.note("note: the checkpoint cannot be written: " + trouble);
         told = !trouble.empty();
     };
+    return bake(recipe, options);
+}
+
+/// The same, until a signal ends it.
+///
+/// Errors   EndedBySignal where one came.
+Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
+                             const std::string& path) {
+    const StopOnSignal stop;
+    options.log.stop = [&] { return stop.signal() != 0; };
     try {
-        return bake(recipe, options);
+        return bake_on(recipe, options, checkpoint);
     } catch (const WorkStopped&) {
-        throw EndedBySignal(stop.signal(), checkpoint.pieces() == 0
-                                               ? "interrupted; no work was kept"
-                                               : "interrupted; finished work is kept in " + path +
-                                                     ": repeat the command with --resume");
+        throw EndedBySignal(stop.signal(),
+                            "interrupted; " + (checkpoint.pieces() == 0 ? "no work was kept"
+                                                                        : sentence_of_kept(path)));
     }
 }
 
@@ -115,17 +130,33 @@ void run_dry(const BakeCommand& command) {
         ahead = forecast(recipe, options_of(command, progress));
     }
     std::printf("%s\n%s\n", resolved_text(ahead.resolved).c_str(), sentence_of_cost(ahead).c_str());
+    if (!command.ranks.empty())
+        std::printf("%s",
+                    text_of_ranks(ahead, command.ranks, std::max(1, command.threads)).c_str());
     for (const Shortfall& axis : ahead.shortfalls) std::printf("%s\n", sentence_of(axis).c_str());
     if (command.accept || !ahead.misses(tolerance)) return;
     throw std::runtime_error("bake: " + command.recipe +
                              ": the tolerance is out of reach (--accept: exit code 0)");
 }
 
-void run_bake(const BakeCommand& command) {
-    if (command.dry_run) return run_dry(command);
-    if (!command.sweep.empty())
-        return run_sweep({command.recipe, command.sweep, command.output, command.threads,
-                          command.quiet, command.resume, command.accept});
+/// Other threads than this one's; null: it works alone.
+struct RankZero {
+    Ranks& ranks;
+    std::atomic<const Checkpoint*>& checkpoint;
+    std::atomic<bool>& is_writing;  // and not to be stopped
+};
+
+/// Tells what the ranks did.
+void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
+    for (std::size_t rank = 0; rank < tallies.size(); ++rank) {
+        char line[96];
+        std::snprintf(line, sizeof line, "rank %zu: %d pieces, %.2f s of processor time", rank,
+                      tallies[rank].pieces, tallies[rank].seconds);
+        progress.note(line);
+    }
+}
+
+void bake_to_file(const BakeCommand& command, const RankZero* of) {
     require_writable("bake", "--output", command.output, ".h5");
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
     require_different_files("bake", command.recipe, command.output);
@@ -139,17 +170,25 @@ void run_bake(const BakeCommand& command) {
     BakeOptions options = options_of(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
+    const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
-    const Table table = bake_on(recipe, options, *checkpoint, checkpoint_path(command));
+    if (of) {
+        of->checkpoint = checkpoint.get();
+        options.log.ranks = &of->ranks;
+    }
+    const Table table = of ? bake_on(recipe, options, *checkpoint)
+                           : bake_on_unless_stopped(recipe, options, *checkpoint, kept_in);
+    if (of) of->is_writing = true;
     const SignalsHeld held;
     try {
         write_files(table, command);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
         throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +
-                                 checkpoint_path(command) + " for --resume");
+                                 kept_in + " for --resume");
     }
     checkpoint->remove();
+    if (of) note_tallies(of->ranks.finish(), progress);
 
     char line[160];
     std::snprintf(line, sizeof line,
@@ -165,6 +204,57 @@ void run_bake(const BakeCommand& command) {
     std::fprintf(stderr, "stratus: %s\n", missed.c_str());
 }
 
+/// Does what rank 0 has to give.
+void help_bake(const BakeCommand& command, Ranks& ranks) {
+    BakeOptions options;
+    options.threads = command.threads;
+    options.log.ranks = &ranks;
+    bake(read_recipe(command.recipe), options);
+    ranks.finish();
+}
+
+void bake_on_ranks(BakeCommand command, std::unique_ptr<RankTransport> transport) {
+    if (command.threads == 0) command.threads = threads_of_rank(*transport);
+    const StopOnSignal stop;
+    std::atomic<const Checkpoint*> checkpoint = nullptr;
+    std::atomic<bool> is_writing = false;
+    RanksOptions options;
+    options.time_limit = command.rank_timeout;
+    options.stop = [&] { return is_writing ? 0 : stop.signal(); };
+    options.kept = [&]() -> std::string {
+        const Checkpoint* const kept = checkpoint;
+        return kept && kept->pieces() > 0 ? sentence_of_kept(checkpoint_path(command)) : "";
+    };
+    Ranks ranks(std::move(transport), options);
+    const auto end_all = [&](int exit_code, const std::string& reason) {
+        if (ranks.is_finished()) throw;
+        ranks.end_all(exit_code, reason);
+    };
+    try {
+        if (!ranks.is_first()) return help_bake(command, ranks);
+        const RankZero zero{ranks, checkpoint, is_writing};
+        bake_to_file(command, &zero);
+    } catch (const std::invalid_argument& error) {
+        end_all(2, error.what());
+    } catch (const std::bad_alloc&) {
+        end_all(1, ranks.is_first() ? "rank 0: out of memory" : "out of memory");
+    } catch (const std::exception& error) {
+        end_all(1, error.what());
+    }
+}
+
+void run_bake(const BakeCommand& command) {
+    if (command.dry_run) return run_dry(command);
+    auto transport = started_ranks();
+    if (!command.sweep.empty()) {
+        if (transport) throw std::invalid_argument("bake: --sweep must run without mpirun");
+        return run_sweep({command.recipe, command.sweep, command.output, command.threads,
+                          command.quiet, command.resume, command.accept});
+    }
+    if (transport) return bake_on_ranks(command, std::move(transport));
+    bake_to_file(command, nullptr);
+}
+
 }  // namespace
 
 void add_bake(CLI::App& app) {
@@ -178,6 +268,11 @@ void add_bake(CLI::App& app) {
         "--dry-run", command->dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
         "and checking it will take, and every axis at its cap");
+    bake->add_option("--ranks", command->ranks,
+                     "With --dry-run: also how long it will take on so many ranks of --threads "
+                     "threads each (0: one), and what limits it; 1,2,4,1000")
+        ->delimiter(',')
+        ->check(whole_number(1, 1000000));
     CLI::Option* const exr =
         bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
             ->check(file_name());
@@ -195,6 +290,11 @@ void add_bake(CLI::App& app) {
                    "bake from the start");
     bake->add_flag("--accept", command->accept,
                    "Exit code 0 even where the table misses its tolerance");
+    bake->add_option("--rank-timeout", command->rank_timeout,
+                     "Started by mpirun or srun: seconds without a sign of life after which a rank "
+                     "counts as lost, and the bake ends")
+        ->capture_default_str()
+        ->check(number("at least 1", [](double seconds) { return seconds >= 1; }));
     bake->add_flag("--quiet", command->quiet, "No progress, no notes");
     add_keys(*bake, "recipes", recipe_keys());
     bake->footer(
@@ -210,6 +310,8 @@ void add_bake(CLI::App& app) {
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr\n  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
+        if (!command->dry_run && !command->ranks.empty())
+            throw CLI::RequiresError("--ranks", "--dry-run");
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);
     });

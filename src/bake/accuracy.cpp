@@ -6,6 +6,7 @@
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/stack.h>
 
+#include "piece_of_work.h"
 #include "solve_material.h"
 
 #include <algorithm>
@@ -245,6 +246,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     const TableView view = table.view();
     std::vector<ErrorSample> all =
         solve_random_points(table.phase_function, range_of(table), solver, options);
+    if (!is_first_rank(options.log)) return result;
     (options.bound ? look_up_bound : look_up)(view, all);
     error_quantile(all, 1);  // sorts
     for (const ErrorSample& sample : all)

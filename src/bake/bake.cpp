@@ -125,6 +125,12 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.log = part_of(options.log, "check");
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);
+    attempt.met = verification.meets(margin * recipe.tolerance);
+    attempt.missed = !verification.meets(recipe.tolerance);
+    const std::vector<char> verdict = shared(options.log, {attempt.met, attempt.missed});
+    attempt.met = verdict[0] != 0;
+    attempt.missed = verdict[1] != 0;
+    if (!is_first_rank(options.log)) return attempt;
     const std::string median = short_number(error_quantile(verification.samples, 0.5), 3);
     const std::string most = short_number(error_quantile(verification.samples, 0.999), 3);
     table.measured_error = error_quantile(verification.samples, 1);
@@ -143,8 +149,6 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
             options.note("near forward 99 % within " + forward + ", at grazing " +
                          (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
     }
-    attempt.met = verification.meets(margin * recipe.tolerance);
-    attempt.missed = !verification.meets(recipe.tolerance);
     return attempt;
 }
 
@@ -198,7 +202,7 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
             }))
             break;  // no attempt will meet it
     }
-    if (attempt.missed) {
+    if (attempt.missed && is_first_rank(options.log)) {
         const std::string sentence = sentence_of_miss(attempt.table, at_cap);
         if (options.missed)
             options.missed(sentence);

@@ -6,6 +6,7 @@
 
 #include "axes.h"
 #include "choices.h"
+#include "piece_of_work.h"
 #include "solve_material.h"
 
 #include <algorithm>
@@ -145,8 +146,12 @@ double mu_error(const Probes& probes, int samples, double most) {
                                     add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
                                 });
     };
-    const auto half =
-        probes.albedos.begin() + static_cast<std::ptrdiff_t>((probes.albedos.size() + 1) / 2);
+    // This share's of the first half of all shares' albedos.
+    const auto shares = static_cast<std::size_t>(probes.shares);
+    const auto half = probes.albedos.begin() +
+                      static_cast<std::ptrdiff_t>(((probes.all_albedos + 1) / 2 + shares - 1 -
+                                                   static_cast<std::size_t>(probes.share)) /
+                                                  shares);
     Errors errors = errors_of({probes.albedos.begin(), half});
     // Were there no errors in the other half, which is no larger.
     const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
@@ -355,7 +360,10 @@ Choice choose_nodes(Probes& probes) {
 /// Modes beyond which all others together stay below their share.
 Choice choose_modes(Probes& probes) {
     int low = 1;
-    int high = static_cast<int>(probed_layers(probes)[0][0].solution.reflection_modes.size());
+    const auto& solved = probed_layers(probes)[0][0].solution.reflection_modes;
+    // Layers may have more or fewer; all ranks begin with those of the first.
+    const std::vector<char> first = shared(probes.options.log, std::vector<char>(solved.size()));
+    auto high = static_cast<int>(first.size());
     double left = 0;
     while (low < high) {
         const int middle = (low + high) / 2;

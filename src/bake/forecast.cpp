@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <set>
+#include <utility>
 
 namespace stratus {
 
@@ -66,8 +68,8 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     return shortfall;
 }
 
-/// Seconds of the bake's own check on some threads, from one of its ladders.
-double predicted_check_seconds(const Recipe& resolved, int threads) {
+/// Predicts the pieces of the bake's own check, from one of its ladders.
+void predict_check(const Recipe& resolved, ShareableWork& work) {
     const Discretisation& d = resolved.discretisation;
     const Axis albedo = albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale);
     const Axis depth = depth_axis(resolved);
@@ -91,7 +93,8 @@ double predicted_check_seconds(const Recipe& resolved, int threads) {
     few.threads = 1;
     const double started = processor_seconds();
     solve_random_points(resolved.phase_function, range, solver, few);
-    return (processor_seconds() - started) * check_samples / few.samples / threads;
+    work.ladder_seconds = processor_seconds() - started;
+    work.ladders = (check_samples + points_of_ladder(range) - 1) / points_of_ladder(range);
 }
 
 std::string text_of_bytes(double bytes) {
@@ -123,16 +126,32 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
         if (named.insert(axis.name).second)
             forecast.shortfalls.push_back(shortfall_of(axis, resolution));
 
+    if (options.log.ranks != nullptr) return forecast;
     const auto started = Clock::now();
     const int threads = thread_count(options.threads);
-    forecast.bake_seconds = predicted_seconds(resolution.recipe, threads);
-    forecast.check_seconds = predicted_check_seconds(resolution.recipe, threads);
+    ShareableWork& work = forecast.work;
+    PredictedUnits units = predict_units(resolution.recipe);
+    work.unit_seconds = std::move(units.seconds);
+    work.flops = units.flops;
+    predict_check(resolution.recipe, work);
+    // The last units leave threads idle.
+    forecast.bake_seconds = std::max(
+        work.unit_seconds.front(),
+        std::accumulate(work.unit_seconds.begin(), work.unit_seconds.end(), 0.0) / threads);
+    forecast.check_seconds = work.ladder_seconds * work.ladders / threads;
     forecast.timed_seconds = seconds_since(started);
     return forecast;
 }
 
 Forecast forecast(const Recipe& recipe, const BakeOptions& options) {
-    return forecast_of(resolve_as_first(recipe, options), options);
+    const double started = processor_seconds();
+    const Resolution resolution = resolve_as_first(recipe, options);
+    const double choosing = processor_seconds() - started;
+    Forecast ahead = forecast_of(resolution, options);
+    ahead.work.choosing_seconds = choosing;
+    constexpr int most_probed = 4;
+    ahead.work.probed_albedos = recipe.albedo.min == recipe.albedo.max ? 1 : most_probed;
+    return ahead;
 }
 
 std::string sentence_of(const Shortfall& axis) {
@@ -148,11 +167,16 @@ std::string sentence_of(const Shortfall& axis) {
 
 std::string sentence_of_cost(const Forecast& forecast) {
     char line[320];
-    std::snprintf(line, sizeof line,
-                  "%.0f samples a side, %s in memory and uncompressed; about %.2g s to solve and "
-                  "%.2g s to check (a piece of both was timed for %.2g s)",
-                  forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str(),
-                  forecast.bake_seconds, forecast.check_seconds, forecast.timed_seconds);
+    if (forecast.timed_seconds == 0)
+        std::snprintf(line, sizeof line, "%.0f samples a side, %s in memory and uncompressed",
+                      forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str());
+    else
+        std::snprintf(
+            line, sizeof line,
+            "%.0f samples a side, %s in memory and uncompressed; about %.2g s to solve and "
+            "%.2g s to check (a piece of both was timed for %.2g s)",
+            forecast.samples_a_side, text_of_bytes(forecast.bytes).c_str(), forecast.bake_seconds,
+            forecast.check_seconds, forecast.timed_seconds);
     return line;
 }
 

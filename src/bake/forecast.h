@@ -9,7 +9,7 @@ namespace stratus {
 /// Points of the bake's own check.
 constexpr int check_samples = 2000;
 
-/// The forecast of a resolved recipe.
+/// The forecast of a resolved recipe; with ranks, which would wait for it, without times.
 Forecast forecast_of(const Resolution& resolution, const BakeOptions& options);
 
 }  // namespace stratus

@@ -180,7 +180,7 @@ struct FineAlbedos {
                     at.push_back(albedos[step]);
                 }
         ProbedLayers solved =
-            solve_layers(probes, at, ladder_to_deepest(probes), directions, modes);
+            solve_layers_together(probes, at, ladder_to_deepest(probes), directions, modes);
         for (std::size_t k = 0; k < open.size(); ++k) layers[open[k]] = std::move(solved[k]);
     }
 };
@@ -191,9 +191,12 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
     const ProbedLayers& layers = fine.layers;
     const AxisView axis = albedo_axis(probes.recipe.albedo, candidate, fine.scale).view();
     const bool divides = !probes.recipe.lower_boundary.is_present();
+    const auto share = static_cast<std::size_t>(probes.share),
+               shares = static_cast<std::size_t>(probes.shares);
     return measure_layers(
-        probes, steps.intervals, layers[0].size(),
-        [&](std::size_t interval, std::size_t d, Errors& errors) {
+        probes, (steps.intervals + shares - 1 - share) / shares, layers[0].size(),
+        [&](std::size_t n, std::size_t d, Errors& errors) {
+            const std::size_t interval = share + n * shares;
             const ProbedLayer& target = layers[steps.middle(interval)][d];
             const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
             const Stencil stencil = axis.stencil(albedo);

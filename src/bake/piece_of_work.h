@@ -4,10 +4,12 @@
 #include <stratus/bake/work_log.h>
 
 #include <cstring>
+#include <functional>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -20,30 +22,77 @@ inline void stop_if_asked(const WorkLog& log) {
 /// The same log for part of the work: its pieces are named after it.
 WorkLog part_of(const WorkLog& log, const std::string& part);
 
-/// The `count` numbers of a finished piece.
+template <class Number>
+std::span<const char> bytes_of(const std::vector<Number>& numbers) {
+    const auto bytes = std::as_bytes(std::span(numbers));
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// Checks that the result of a piece holds `count` numbers.
+///
+/// Errors   std::runtime_error for another count.
+template <class Number>
+void check_size(std::span<const char> result, const std::string& piece, std::size_t count) {
+    if (result.size() != count * sizeof(Number))
+        throw std::runtime_error("finished work: " + piece + " must hold " +
+                                 std::to_string(count * sizeof(Number)) + " bytes, got " +
+                                 std::to_string(result.size()));
+}
+
+/// The `count` numbers that are the result of a piece.
+///
+/// Errors   std::runtime_error for another count.
+template <class Number>
+std::vector<Number> numbers_in(std::span<const char> result, const std::string& piece,
+                               std::size_t count) {
+    check_size<Number>(result, piece, count);
+    std::vector<Number> numbers(count);
+    if (count > 0) std::memcpy(numbers.data(), result.data(), result.size());
+    return numbers;
+}
+
+/// Whether this process has the table: rank 0, or one that works alone.
+bool is_first_rank(const WorkLog& log);
+
+/// What rank 0 has, on all ranks, which call this in the same order and outside of `solve_pieces`.
+std::vector<char> shared(const WorkLog& log, std::vector<char> bytes);
+
+/// The `count` numbers of a finished piece, on all ranks: as `shared`.
 ///
 /// Errors   std::runtime_error for another count.
 template <class Number>
 std::optional<std::vector<Number>> find_finished(const WorkLog& log, const std::string& piece,
                                                  std::size_t count) {
-    if (!log.find) return std::nullopt;
-    const std::optional<std::vector<char>> bytes = log.find(piece);
-    if (!bytes) return std::nullopt;
-    if (bytes->size() != count * sizeof(Number))
-        throw std::runtime_error("finished work: " + piece + " must hold " +
-                                 std::to_string(count * sizeof(Number)) + " bytes, got " +
-                                 std::to_string(bytes->size()));
-    std::vector<Number> numbers(count);
-    if (count > 0) std::memcpy(numbers.data(), bytes->data(), bytes->size());
-    return numbers;
+    std::vector<char> found;  // and whether it was, first
+    if (log.find)
+        if (const auto result = log.find(piece)) {
+            found = {1};
+            found.insert(found.end(), result->begin(), result->end());
+        }
+    found = shared(log, std::move(found));
+    if (found.empty()) return std::nullopt;
+    return numbers_in<Number>(std::span(found).subspan(1), piece, count);
 }
 
 template <class Number>
 void keep_finished(const WorkLog& log, const std::string& piece,
                    const std::vector<Number>& numbers) {
-    if (!log.keep) return;
-    const auto bytes = std::as_bytes(std::span(numbers));
-    log.keep(piece, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (log.keep) log.keep(piece, bytes_of(numbers));
 }
+
+/// A stage of the work in pieces 0 .. count - 1.
+///
+/// Threads  all functions are called by several at once, but `progress`.
+struct Pieces {
+    int count;
+    std::function<std::string(int piece)> name;  // in the log
+    std::function<std::vector<char>(int piece)> solve;
+    /// Puts a result where it belongs; with ranks, on rank 0 alone.
+    std::function<void(int piece, std::span<const char> result)> take;
+    std::function<void(double done)> progress;  // share; may be empty
+};
+
+/// Solves all pieces that are not in the log, on threads of this process or on all ranks.
+void solve_pieces(const Pieces& pieces, const WorkLog& log, int threads);
 
 }  // namespace stratus

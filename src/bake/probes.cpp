@@ -1,6 +1,7 @@
 #include "probes.h"
 
 #include <stratus/bake/parallel.h>
+#include <stratus/bake/ranks.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/diffusion.h>
 
@@ -84,17 +85,25 @@ ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& 
     return probed;
 }
 
+/// Of chunks of albedos: every so many, from one on.
+struct Share {
+    int index = 0, count = 1;
+};
+
+/// Eight albedos fill a SIMD register; few albedos are split so that no thread is idle.
+std::size_t chunk_of(std::size_t albedos) { return albedos >= 16 ? 8 : 1; }
+
 ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
                                const std::vector<double>& albedos, const DepthLadder& ladder,
-                               const DirectionGrid& directions) {
+                               const DirectionGrid& directions, Share share = {}) {
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
-    // Eight albedos fill a SIMD register; few albedos are split so that no thread is idle.
-    const std::size_t chunk = albedos.size() >= 16 ? 8 : 1;
+    const std::size_t chunk = chunk_of(albedos.size());
     const auto chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
     ProbedLayers layers(albedos.size());
     parallel_for(chunks, probes.options.threads, [&](int c) {
         stop_if_asked(probes.options.log);
+        if (c % share.count != share.index) return;
         const std::size_t first = static_cast<std::size_t>(c) * chunk;
         const std::size_t last = std::min(albedos.size(), first + chunk);
         auto solved = solve_material(recipe.layers, recipe.phase_function,
@@ -108,10 +117,64 @@ ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
     return layers;
 }
 
+/// For the first modes alone, unless 0.
+SolverOptions solver_of_first(const Probes& probes, int most_modes) {
+    SolverOptions solver = solver_options(probes.recipe);
+    if (most_modes > 0 && (solver.modes == 0 || solver.modes > most_modes))
+        solver.modes = most_modes;
+    return solver;
+}
+
+Share share_of(const WorkLog& log, std::size_t albedos) {
+    if (log.ranks == nullptr) return {};
+    const int count = std::min(log.ranks->count(), static_cast<int>(albedos));
+    return {log.ranks->rank() % count, count};
+}
+
+std::vector<double> every(Share share, const std::vector<double>& albedos) {
+    std::vector<double> some;
+    for (auto a = static_cast<std::size_t>(share.index); a < albedos.size();
+         a += static_cast<std::size_t>(share.count))
+        some.push_back(albedos[a]);
+    return some;
+}
+
+/// The numbers of all shares, by share.
+std::vector<std::vector<double>> gather(const Probes& probes, const std::vector<double>& numbers) {
+    Ranks* const ranks = probes.options.log.ranks;
+    if (ranks == nullptr) return {numbers};
+    const bool counts = ranks->rank() < probes.shares;
+    std::vector<std::vector<double>> of_share;
+    for (const std::vector<char>& bytes :
+         ranks->gather(counts ? bytes_of(numbers) : std::span<const char>{}))
+        of_share.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
+    of_share.resize(static_cast<std::size_t>(probes.shares));
+    return of_share;
+}
+
+/// Lists the numbers of a layer that solve_layers_together has, with room for what list(number) sets.
+template <class List>
+void list_numbers(ProbedLayer& layer, const List& list) {
+    list(layer.solution.albedo);
+    list(layer.solution.optical_depth);
+    for (ProbedSide* side : {&layer.reflection, &layer.transmission}) {
+        list(side->floor);
+        for (std::vector<double>* values : {&side->tabulated, &side->total}) {
+            auto count = static_cast<double>(values->size());
+            list(count);
+            values->resize(static_cast<std::size_t>(count));
+            for (double& value : *values) list(value);
+        }
+    }
+}
+
 }  // namespace
 
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options) {
-    const std::vector<double> albedos = probed_albedos(recipe.albedo);
+    std::vector<double> albedos = probed_albedos(recipe.albedo);
+    const Share share = share_of(options.log, albedos.size());
+    const std::size_t all_albedos = albedos.size();
+    albedos = every(share, albedos);
     const std::shared_ptr<const PathOrders> path_law = path_law_of(recipe);
     return {recipe,
             max_error,
@@ -122,7 +185,10 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
             decay_exponents(recipe, albedos),
             probed_ladder(recipe),
             extrapolation_length(recipe.phase_function, recipe.lower_boundary),
-            {}};
+            {},
+            share.index,
+            share.count,
+            all_albedos};
 }
 
 ProbedCosines many_cosines(const Recipe& recipe) {
@@ -160,10 +226,33 @@ const ProbedLayers& probed_layers(Probes& probes) {
 ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albedos,
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes) {
-    SolverOptions solver = solver_options(probes.recipe);
-    if (most_modes > 0 && (solver.modes == 0 || solver.modes > most_modes))
-        solver.modes = most_modes;
-    return solve_layers_with(solver, probes, albedos, ladder, directions);
+    return solve_layers_with(solver_of_first(probes, most_modes), probes, albedos, ladder,
+                             directions);
+}
+
+ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
+                                   const DepthLadder& ladder, const DirectionGrid& directions,
+                                   int most_modes) {
+    if (probes.shares == 1) return solve_layers(probes, albedos, ladder, directions, most_modes);
+    ProbedLayers layers = solve_layers_with(solver_of_first(probes, most_modes), probes, albedos,
+                                            ladder, directions, {probes.share, probes.shares});
+    std::vector<double> numbers;
+    for (auto& of_albedo : layers)
+        for (ProbedLayer& layer : of_albedo)
+            list_numbers(layer, [&](double& number) { numbers.push_back(number); });
+    const std::vector<std::vector<double>> of_share = gather(probes, numbers);
+    std::vector<const double*> next;
+    for (const std::vector<double>& of_one : of_share) next.push_back(of_one.data());
+    const std::size_t chunk = chunk_of(albedos.size()),
+                      depths = static_cast<std::size_t>(ladder.octaves) + ladder.to_infinity;
+    for (std::size_t a = 0; a < albedos.size(); ++a) {
+        layers[a].resize(depths);
+        for (ProbedLayer& layer : layers[a]) {
+            const double*& from = next[a / chunk % of_share.size()];
+            list_numbers(layer, [&](double& number) { number = *from++; });
+        }
+    }
+    return layers;
 }
 
 std::vector<Side> asked_sides(const Recipe& recipe) {
@@ -212,6 +301,9 @@ Errors errors_of_layers(
     });
     Errors all;
     for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
+    const std::vector<Errors> of_share = gather(probes, all);
+    all.clear();
+    for (const Errors& errors : of_share) all.insert(all.end(), errors.begin(), errors.end());
     return all;
 }
 

@@ -46,9 +46,13 @@ struct Probes {
     DepthLadder ladder;
     double extrapolation_length;
     ProbedLayers layers;  // of all modes; empty until solved
+    // Ranks probe some of the albedos each, as many ranks as there are albedos at most. Those beyond
+    // do what others do, too, and are not counted.
+    int share = 0, shares = 1;
+    std::size_t all_albedos;  // of all shares
 };
 
-/// Probes of a recipe of one mixture, not solved yet.
+/// Probes of a recipe of one mixture, not solved yet; with ranks, this one's.
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
 /// Cosines of solutions: those that floors of errors need (accuracy.h), and the pairs along mu_in
@@ -75,6 +79,11 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);
 
+/// The same, each albedo by one of the shares, on all ranks: of solutions albedo and depth alone.
+ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
+                                   const DepthLadder& ladder, const DirectionGrid& directions,
+                                   int most_modes);
+
 /// The sides that a recipe asks for.
 std::vector<Side> asked_sides(const Recipe& recipe);
 
@@ -95,7 +104,8 @@ using Errors = std::vector<double>;
 /// The share of the probed values that must be within a choice's limit.
 constexpr double probed_share = 0.999;
 
-/// The errors that measure(albedo, depth, errors) adds for all albedos and depths.
+/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, of all
+/// shares.
 Errors errors_of_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);

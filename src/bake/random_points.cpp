@@ -1,6 +1,5 @@
 // Random points of a range, solved: some albedos, each at a ladder of depths.
 #include <stratus/bake/accuracy.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 
@@ -259,7 +258,7 @@ class Cosines {
     std::vector<double> all_;
 };
 
-/// Points of the first layers of a random ladder; `piece` names its solution in the log.
+/// Points of the first layers of a random ladder.
 class LadderPoints {
   public:
     LadderPoints(const PhaseFunction& phase_function, const PointRange& range, int most,
@@ -286,19 +285,7 @@ class LadderPoints {
     /// Evenly drawn ones, at most `most`.
     int points() const { return points_; }
 
-    std::vector<ErrorSample> solve(const SolverOptions& solver, const WorkLog& log,
-                                   const std::string& piece) const {
-        if (const auto finished = find_finished<double>(log, piece, count_))
-            return samples_of(*finished);
-        const std::vector<double> solved = values(solver);
-        keep_finished(log, piece, solved);
-        return samples_of(solved);
-    }
-
-  private:
-    struct Places {
-        int mu_in, mu_out;  // in mu_
-    };
+    std::size_t value_count() const { return count_; }
 
     /// Of each layer a floor for each side, then the totals, point by point.
     std::vector<double> values(const SolverOptions& solver) const {
@@ -349,6 +336,11 @@ class LadderPoints {
         return samples;
     }
 
+  private:
+    struct Places {
+        int mu_in, mu_out;  // in mu_
+    };
+
     const PhaseFunction& phase_function_;
     const PointRange& range_;
     RandomLadder ladder_;
@@ -375,16 +367,20 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
         ladders.emplace_back(phase_function, range, left, seed);
         left -= ladders.back().points();
     }
-    const auto count = static_cast<int>(ladders.size());
     std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());
-    const auto solve = [&](int ladder) {
-        stop_if_asked(options.log);
-        const auto k = static_cast<std::size_t>(ladder);
-        of_ladder[k] = ladders[k].solve(solver, options.log, "ladder " + std::to_string(ladder));
+    const auto name = [](int piece) { return "ladder " + std::to_string(piece); };
+    const auto solve = [&](int piece) {
+        const std::vector<double> solved = ladders[static_cast<std::size_t>(piece)].values(solver);
+        const std::span<const char> bytes = bytes_of(solved);
+        return std::vector<char>(bytes.begin(), bytes.end());
     };
-    parallel_for(count, options.threads, solve, [&](int done) {
-        if (options.progress) options.progress(static_cast<double>(done) / count);
-    });
+    const auto take = [&](int piece, std::span<const char> solved) {
+        const auto k = static_cast<std::size_t>(piece);
+        of_ladder[k] = ladders[k].samples_of(
+            numbers_in<double>(solved, name(piece), ladders[k].value_count()));
+    };
+    solve_pieces({static_cast<int>(ladders.size()), name, solve, take, options.progress},
+                 options.log, options.threads);
     std::vector<ErrorSample> samples;
     for (const auto& some : of_ladder) samples.insert(samples.end(), some.begin(), some.end());
     return samples;

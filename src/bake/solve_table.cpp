@@ -2,7 +2,6 @@
 #include "solve_table.h"
 
 #include <stratus/bake/bake.h>
-#include <stratus/bake/parallel.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
@@ -15,6 +14,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -77,23 +77,21 @@ class TableSolver {
     Table solve() {
         make_room();
         const std::vector<Unit> units = divide_work();
-        const auto count = static_cast<int>(units.size());
-        parallel_for(
-            count, options_.threads,
-            [&](int unit) {
-                stop_if_asked(options_.log);
-                solve_unit(units[static_cast<std::size_t>(unit)]);
-            },
-            [&](int done) {
-                if (options_.progress)
-                    options_.progress(static_cast<double>(done) / count, "baking");
-            });
+        const auto unit = [&](int piece) { return units[static_cast<std::size_t>(piece)]; };
+        Pieces pieces;
+        pieces.count = static_cast<int>(units.size());
+        pieces.name = [&](int piece) { return name_of(unit(piece)); };
+        pieces.solve = [&](int piece) { return solve_unit(unit(piece)); };
+        pieces.take = [&](int piece, std::span<const char> result) { store(unit(piece), result); };
+        if (options_.progress)
+            pieces.progress = [&](double done) { options_.progress(done, "baking"); };
+        solve_pieces(pieces, options_.log, options_.threads);
         table_.spherical_albedo_below = double{spherical_albedo_below_};
         return std::move(table_);
     }
 
-    /// Seconds that `solve` takes, from those of one unit.
-    double predicted_seconds(int threads) const {
+    /// Seconds that the units take one thread, from those of the first.
+    std::vector<double> unit_seconds() const {
         const std::vector<Unit> units = divide_work();
         const auto layers_of = [&](const Unit& unit) {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
@@ -112,10 +110,23 @@ class TableSolver {
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                         evaluate_tabulated(solution, side, grids_[timed.member]);
         const double seconds = processor_seconds() - started;
-        double layers = 0;
-        for (const Unit& unit : units) layers += layers_of(unit);
-        // The last units leave threads idle.
-        return seconds * std::max(1.0, layers / std::max(1.0, layers_of(timed)) / threads);
+        std::vector<double> of_unit;
+        for (const Unit& unit : units)
+            of_unit.push_back(seconds * std::max(1.0, layers_of(unit)) /
+                              std::max(1.0, layers_of(timed)));
+        return of_unit;
+    }
+
+    /// Floating-point operations of all units, at most: doubling one mode of one albedo takes about
+    /// 8 n^3 of them, and every unit begins some twenty doublings below its first depth.
+    double flops() const {
+        constexpr double of_doubling = 8, before_first = 20;
+        double doublings = 0;
+        for (const Unit& unit : divide_work())
+            doublings +=
+                static_cast<double>(unit.albedo_count) * (before_first + ladder_of(unit).octaves);
+        const Discretisation& d = recipe_.discretisation;
+        return of_doubling * std::pow(d.nodes, 3) * d.modes * doublings;
     }
 
   private:
@@ -162,6 +173,12 @@ class TableSolver {
                                  table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * table_.mu_out.values.size() * table_.azimuth.values.size();
+        if (!is_first_rank(options_.log)) {
+            // One sample stands for those that the table would have.
+            table_.reflection_multiple.resize(recipe_.reflection ? 1 : 0);
+            table_.transmission_multiple.resize(recipe_.transmission ? 1 : 0);
+            return;
+        }
         if (recipe_.reflection) table_.reflection_multiple.resize(rows * block_);
         if (recipe_.transmission) table_.transmission_multiple.resize(rows * block_);
         table_.spherical_albedo.resize(rows);
@@ -220,76 +237,107 @@ class TableSolver {
         return rows;
     }
 
-    void solve_unit(const Unit& unit) {
-        const DepthLadder ladder = ladder_of(unit);
-        const std::vector<std::size_t> rows = rows_of(unit, ladder);
-        std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
-                            std::to_string(unit.first_albedo);
-        if (table_.has_family()) piece = "member " + std::to_string(unit.member) + ", " + piece;
-        if (take_finished(piece, rows)) return;
-        const auto solutions = solutions_of(unit);
-        const std::size_t depths = rows.size() / unit.albedo_count;
-        for (std::size_t n = 0; n < rows.size(); ++n)
-            store(solutions[n / depths][n % depths], grids_[unit.member], rows[n]);
-        keep(piece, rows);
+    // ---- results of units ----------------------------------------------------------------------
+
+    /// All samples of a row of the table; empty where the table has none.
+    struct Row {
+        std::span<float> sides[2];   // reflection, transmission
+        std::span<float> fluxes[2];  // plane albedo, diffuse transmittance
+        std::span<float> spherical_albedo, spherical_albedo_below;
+    };
+
+    std::string name_of(const Unit& unit) const {
+        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
+                                  std::to_string(unit.first_albedo);
+        return table_.has_family() ? "member " + std::to_string(unit.member) + ", " + piece : piece;
     }
 
-    // ---- the log -------------------------------------------------------------------------------
+    /// The samples of all its rows, as `visit_samples` comes by them.
+    std::vector<char> solve_unit(const Unit& unit) const {
+        std::vector<float> room;
+        const Row row = row_in(room);
+        std::vector<char> samples;
+        for (const auto& of_albedo : solutions_of(unit))
+            for (const LayerSolution& solution : of_albedo) {
+                fill(row, solution, grids_[unit.member]);
+                visit_samples(row, [&](std::span<const float> some) {
+                    const auto bytes = std::as_bytes(some);
+                    const char* const first = reinterpret_cast<const char*>(bytes.data());
+                    samples.insert(samples.end(), first, first + bytes.size());
+                });
+            }
+        return samples;
+    }
 
-    bool take_finished(const std::string& piece, const std::vector<std::size_t>& rows) {
+    /// Puts the samples of a unit into the table.
+    void store(const Unit& unit, std::span<const char> samples) {
+        const std::vector<std::size_t> rows = rows_of(unit, ladder_of(unit));
         std::size_t count = 0;
         for (const std::size_t row : rows)
-            visit_samples(row, [&](std::span<float> some) { count += some.size(); });
-        const auto finished = find_finished<float>(options_.log, piece, count);
-        if (!finished) return false;
-        const float* from = finished->data();
-        for (const std::size_t row : rows) {
+            visit_samples(row_of_table(row), [&](std::span<float> some) { count += some.size(); });
+        check_size<float>(samples, name_of(unit), count);
+        for (const std::size_t at : rows) {
+            const Row row = row_of_table(at);
             visit_samples(row, [&](std::span<float> some) {
-                std::copy_n(from, some.size(), some.data());
-                from += some.size();
+                std::memcpy(some.data(), samples.data(), some.size_bytes());
+                samples = samples.subspan(some.size_bytes());
             });
             mirror(row);
         }
-        return true;
     }
 
-    void keep(const std::string& piece, const std::vector<std::size_t>& rows) {
-        if (!options_.log.keep) return;
-        std::vector<float> samples;
-        for (const std::size_t row : rows)
-            visit_samples(row, [&](std::span<float> some) {
-                samples.insert(samples.end(), some.begin(), some.end());
-            });
-        keep_finished(options_.log, piece, samples);
-    }
-
-    /// Calls visit(samples) for those of one row from which `mirror` fills in the rest.
-    template <class Visit>
-    void visit_samples(std::size_t row, const Visit& visit) {
+    Row row_of_table(std::size_t row) {
         const std::size_t mus = table_.mu_in.values.size();
-        for (std::vector<float>* side :
-             {&table_.reflection_multiple, &table_.transmission_multiple})
-            for (std::size_t i = 0; i < mus && !side->empty(); ++i) {
+        const auto part = [&](std::vector<float>& all, std::size_t size) {
+            return all.empty() ? std::span<float>{} : std::span(all).subspan(row * size, size);
+        };
+        return {
+            {part(table_.reflection_multiple, block_), part(table_.transmission_multiple, block_)},
+            {part(table_.plane_albedo, mus), part(table_.diffuse_transmittance, mus)},
+            part(table_.spherical_albedo, 1),
+            std::span(&spherical_albedo_below_, 1)};
+    }
+
+    /// A row of its own, in `room`.
+    Row row_in(std::vector<float>& room) const {
+        const std::size_t mus = table_.mu_in.values.size();
+        const bool has_fluxes = !is_narrow(recipe_.mu_in, all_cosines);
+        std::size_t used = 0;
+        const auto part = [&](bool exists, std::size_t size) {
+            const std::size_t first = std::exchange(used, used + (exists ? size : 0));
+            return std::span(room).subspan(first, used - first);
+        };
+        room.assign(2 * (block_ + mus + 1), 0);
+        return {{part(recipe_.reflection, block_), part(recipe_.transmission, block_)},
+                {part(has_fluxes, mus), part(has_fluxes && recipe_.transmission, mus)},
+                part(true, 1),
+                part(true, 1)};
+    }
+
+    /// Calls visit(samples) for those of a row from which `mirror` fills in the rest.
+    template <class Visit>
+    void visit_samples(const Row& row, const Visit& visit) const {
+        const std::size_t mus = table_.mu_in.values.size();
+        for (const std::span<float> side : row.sides)
+            for (std::size_t i = 0; i < mus && !side.empty(); ++i) {
                 const std::size_t begin = pairs_.are_symmetric()
                                               ? i * (mus + 1) * block_ / (mus * mus)
                                               : i * block_ / mus;
-                visit(
-                    std::span(*side).subspan(row * block_ + begin, (i + 1) * block_ / mus - begin));
+                visit(side.subspan(begin, (i + 1) * block_ / mus - begin));
             }
-        for (std::vector<float>* flux : {&table_.plane_albedo, &table_.diffuse_transmittance})
-            if (!flux->empty()) visit(std::span(*flux).subspan(row * mus, mus));
-        visit(std::span(table_.spherical_albedo).subspan(row, 1));
-        if (table_.is_stack()) visit(std::span(&spherical_albedo_below_, 1));
+        for (const std::span<float> flux : row.fluxes)
+            if (!flux.empty()) visit(flux);
+        visit(row.spherical_albedo);
+        if (table_.is_stack()) visit(row.spherical_albedo_below);
     }
 
     /// Fills in the samples with mu_in and mu_out exchanged.
-    void mirror(std::size_t row) {
+    void mirror(const Row& row) const {
         if (!pairs_.are_symmetric()) return;
         const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
-        for (std::vector<float>* side :
-             {&table_.reflection_multiple, &table_.transmission_multiple}) {
-            if (side->empty()) continue;
-            float* const block = side->data() + row * block_;
+        for (const std::span<float> side : row.sides) {
+            if (side.empty()) continue;
+            float* const block = side.data();
             for (std::size_t i = 0; i < mus; ++i)
                 for (std::size_t j = 0; j < i; ++j)
                     std::copy_n(block + (j * mus + i) * azimuths, azimuths,
@@ -297,33 +345,22 @@ class TableSolver {
         }
     }
 
-    // ---- samples -------------------------------------------------------------------------------
-
-    void store(const LayerSolution& solution, const DirectionGrid& grid, std::size_t row) {
-        const std::size_t mus = table_.mu_in.values.size();
-        if (recipe_.reflection)
-            store_side(solution, Side::reflection, grid,
-                       table_.reflection_multiple.data() + row * block_);
-        if (recipe_.transmission)
-            store_side(solution, Side::transmission, grid,
-                       table_.transmission_multiple.data() + row * block_);
-        for (std::size_t i = 0; i < mus; ++i) {
-            const auto at = static_cast<Eigen::Index>(i);
-            if (!table_.plane_albedo.empty())
-                table_.plane_albedo[row * mus + i] = static_cast<float>(solution.plane_albedo(at));
-            if (!table_.diffuse_transmittance.empty())
-                table_.diffuse_transmittance[row * mus + i] =
-                    static_cast<float>(solution.diffuse_transmittance(at));
+    void fill(const Row& row, const LayerSolution& solution, const DirectionGrid& grid) const {
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            const std::span<float> out = row.sides[side == Side::reflection ? 0 : 1];
+            if (out.empty()) continue;
+            const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
+            std::transform(samples.begin(), samples.end(), out.begin(), rounded_);
         }
-        table_.spherical_albedo[row] = static_cast<float>(solution.spherical_albedo);
+        const Eigen::VectorXd* const fluxes[] = {&solution.plane_albedo,
+                                                 &solution.diffuse_transmittance};
+        for (std::size_t n = 0; n < 2; ++n)
+            for (std::size_t i = 0; i < row.fluxes[n].size(); ++i)
+                row.fluxes[n][i] = static_cast<float>((*fluxes[n])(static_cast<Eigen::Index>(i)));
+        row.spherical_albedo[0] = static_cast<float>(solution.spherical_albedo);
         if (solution.stack)
-            spherical_albedo_below_ = static_cast<float>(solution.stack->spherical_albedo_below);
-    }
-
-    void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
-                    float* out) const {
-        const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
-        std::transform(samples.begin(), samples.end(), out, rounded_);
+            row.spherical_albedo_below[0] =
+                static_cast<float>(solution.stack->spherical_albedo_below);
     }
 
     const Recipe& recipe_;
@@ -340,8 +377,10 @@ class TableSolver {
 
 }  // namespace
 
-double predicted_seconds(const Recipe& resolved, int threads) {
-    return TableSolver(resolved, {}).predicted_seconds(threads);
+PredictedUnits predict_units(const Recipe& resolved) {
+    const BakeOptions alone;
+    const TableSolver solver(resolved, alone);
+    return {solver.unit_seconds(), solver.flops()};
 }
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
@@ -358,7 +397,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
         require(count >= 1, "solve_table", name, "resolved", count);
     check_directions(resolved);
     Table table = TableSolver(resolved, options).solve();
-    prepare(table);
+    if (is_first_rank(options.log)) prepare(table);
     return table;
 }
 

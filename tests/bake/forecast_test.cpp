@@ -85,5 +85,34 @@ TEST(Bake, WarnsOfAnAxisAtItsCapBeforeItSolves) {
     EXPECT_LT(place("baking"), told.size());
 }
 
+TEST(Forecast, OfRanksIsBoundByTheLongestPieceAndByRankZero) {
+    Forecast ahead;
+    ahead.bytes = 9e8;
+    ahead.work.choosing_seconds = 8;
+    ahead.work.probed_albedos = 4;
+    ahead.work.unit_seconds = {40, 30, 20, 10};
+    ahead.work.ladders = 6;
+    ahead.work.ladder_seconds = 2;
+    const RankedTime alone = predict_on_ranks(ahead, 1, 1);
+    EXPECT_EQ(alone.choosing, 8);
+    EXPECT_EQ(alone.solving, 100);
+    EXPECT_EQ(alone.checking, 12);
+    const RankedTime two = predict_on_ranks(ahead, 2, 1);
+    EXPECT_NEAR(two.solving, 50, 0.1);  // 40 + 10 and 30 + 20
+    EXPECT_NEAR(two.checking, 6, 0.1);
+    EXPECT_NEAR(two.choosing, 4, 0.1);
+    EXPECT_EQ(two.writing, alone.writing);
+    EXPECT_EQ(two.limit, "writing: rank 0 alone");
+    const RankedTime many = predict_on_ranks(ahead, 1000, 1);
+    EXPECT_NEAR(many.solving, 40, 0.1);
+    EXPECT_EQ(many.limit, "solving: 4 pieces");
+    EXPECT_GE(many.choosing, 2);
+    // Threads share alike, and need no messages.
+    EXPECT_EQ(predict_on_ranks(ahead, 1, 4).solving, 40);
+    ahead.bytes = 1e12;
+    EXPECT_EQ(predict_on_ranks(ahead, 4, 1).limit, "writing: rank 0 alone");
+    EXPECT_NEAR(predict_on_ranks(ahead, 4, 1).solving, 750, 1);  // three quarters are received
+}
+
 }  // namespace
 }  // namespace stratus

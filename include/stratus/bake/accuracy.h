@@ -118,7 +118,7 @@ void look_up(const TableView& table, std::vector<ErrorSample>& samples);
 void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples);
 
 /// Solves again at random points, half as many nodes again as the bake used, and compares lookups
-/// with that.
+/// with that. With ranks, which all call it, rank 0 alone has the table and the comparison.
 Verification verify(const Table& table, const VerifyOptions& options = {});
 
 }  // namespace stratus

@@ -43,6 +43,7 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options = {});
 ///
 /// Pieces   of the log: every choice that is made, eight albedos of all octaves of depth, eight
 ///          points of the check; each of them in every attempt.
+/// Ranks    all call it alike; the table of rank 0 is the one that counts.
 /// Threads  the same bits on any number of them.
 Table bake(const Recipe& recipe, const BakeOptions& options = {});
 

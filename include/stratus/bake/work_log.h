@@ -14,6 +14,8 @@
 
 namespace stratus {
 
+class Ranks;
+
 /// Threads  all three are called from several at once.
 struct WorkLog {
     /// The result of a finished piece; none of one that is still to do.
@@ -22,6 +24,9 @@ struct WorkLog {
     /// Called before every piece: true ends the work with WorkStopped once all running pieces are
     /// kept.
     std::function<bool()> stop;
+    /// Those that share the work (ranks.h); null: this process does it alone. With ranks, `find`
+    /// and `keep` are called on rank 0 alone.
+    Ranks* ranks = nullptr;
 };
 
 class WorkStopped : public std::runtime_error {

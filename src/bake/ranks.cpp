@@ -1,0 +1,459 @@
+#include <stratus/bake/ranks.h>
+
+#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
+
+#include "solve_table.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <signal.h>
+#include <stdexcept>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr std::chrono::microseconds shortest_nap{20}, longest_nap{1000};
+
+enum Tag {
+    to_first,    // answered by rank 0's thread that serves
+    gathering,   // awaited by rank 0 in `gather`
+    sign,        // of life, from rank 0
+    first_slot,  // and on: the answer to a claim, for each thread of a rank
+};
+
+enum class Kind { claim, alive, failed, leaving };
+
+constexpr int no_piece = -1;
+
+/// Before the bytes of a message to rank 0.
+struct Head {
+    Kind kind;
+    int stage, slot;
+    int piece = no_piece;  // whose result follows
+    int pieces = 0;        // RankTally
+    double seconds = 0;
+};
+
+template <class Content>
+std::span<const char> bytes_of(const Content& content) {
+    return {reinterpret_cast<const char*>(&content), sizeof content};
+}
+
+template <class Content>
+Content content_of(std::span<const char> bytes) {
+    if (bytes.size() < sizeof(Content)) throw std::runtime_error("ranks: a message is cut short");
+    Content content;
+    std::memcpy(&content, bytes.data(), sizeof content);
+    return content;
+}
+
+std::vector<char> joined(const Head& head, std::span<const char> bytes) {
+    const std::span<const char> first = bytes_of(head);
+    std::vector<char> all;
+    all.reserve(first.size() + bytes.size());
+    all.insert(all.end(), first.begin(), first.end());
+    all.insert(all.end(), bytes.begin(), bytes.end());
+    return all;
+}
+
+/// Where a rank runs.
+struct Place {
+    char machine[256];
+    pid_t process;
+};
+
+Place this_place() {
+    Place place{};
+    ::gethostname(place.machine, sizeof place.machine - 1);
+    place.process = ::getpid();
+    return place;
+}
+
+bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
+
+/// Sleeps longer and longer while nothing happens.
+class Nap {
+  public:
+    void rest() {
+        std::this_thread::sleep_for(next_);
+        next_ = std::min(2 * next_, longest_nap);
+    }
+    void reset() { next_ = shortest_nap; }
+
+  private:
+    std::chrono::microseconds next_ = shortest_nap;
+};
+
+}  // namespace
+
+struct Ranks::State {
+    State(std::unique_ptr<RankTransport> transport_, RanksOptions options_)
+        : transport(std::move(transport_)), options(std::move(options_)), rank(transport->rank()) {}
+
+    // ---- all ranks -----------------------------------------------------------------------------
+
+    RankMessage await(int from, int tag) {
+        for (Nap nap;; nap.rest())
+            if (auto message = transport->receive(from, tag)) return std::move(*message);
+    }
+
+    void tell_first(Head head, std::span<const char> bytes = {}) {
+        transport->send(0, to_first, joined(head, bytes));
+    }
+
+    std::vector<char> share(std::vector<char> bytes) {
+        if (transport->count() == 1) return bytes;
+        std::size_t size = bytes.size();
+        transport->broadcast({reinterpret_cast<char*>(&size), sizeof size});
+        bytes.resize(size);
+        transport->broadcast(bytes);
+        return bytes;
+    }
+
+    std::vector<std::vector<char>> gather(std::span<const char> bytes) {
+        const auto count = static_cast<std::size_t>(transport->count());
+        std::vector<std::vector<char>> of_rank(count);
+        std::vector<std::size_t> sizes(count);
+        std::vector<char> all;
+        if (rank == 0) {
+            of_rank[0].assign(bytes.begin(), bytes.end());
+            for (std::size_t r = 1; r < count; ++r)
+                of_rank[r] = await(static_cast<int>(r), gathering).bytes;
+            for (std::size_t r = 0; r < count; ++r) {
+                sizes[r] = of_rank[r].size();
+                all.insert(all.end(), of_rank[r].begin(), of_rank[r].end());
+            }
+        } else {
+            transport->send(0, gathering, bytes);
+        }
+        if (count == 1) return of_rank;
+        transport->broadcast({reinterpret_cast<char*>(sizes.data()), count * sizeof(std::size_t)});
+        all = share(std::move(all));
+        auto from = all.begin();
+        for (std::size_t r = 0; r < count; ++r) {
+            const auto to = from + static_cast<std::ptrdiff_t>(sizes[r]);
+            of_rank[r].assign(from, to);
+            from = to;
+        }
+        return of_rank;
+    }
+
+    std::vector<char> solve(const RankedStage& of_all, int piece) {
+        ++pieces;
+        return of_all.solve(piece);
+    }
+
+    RankTally tally() const { return {pieces, processor_seconds()}; }
+
+    // ---- rank 0 --------------------------------------------------------------------------------
+
+    struct Claim {
+        int from, stage, slot;
+    };
+
+    std::string name_of(int of) const {
+        const Place& place = places[static_cast<std::size_t>(of)];
+        return "rank " + std::to_string(of) + " (" + place.machine + ", process " +
+               std::to_string(place.process) + ")";
+    }
+
+    /// The stage's next open piece, if there is one.
+    int next_piece() {
+        const std::lock_guard lock(mutex);
+        if (open.empty()) return no_piece;
+        const int piece = open.front();
+        open.pop_front();
+        return piece;
+    }
+
+    /// A claim of a later stage waits until rank 0 is there.
+    void serve(const Claim& claim) {
+        {
+            const std::lock_guard lock(mutex);
+            if (claim.stage > stage_number) {
+                waiting.push_back(claim);
+                return;
+            }
+        }
+        const int piece = claim.stage == stage_number ? next_piece() : no_piece;
+        transport->send(claim.from, first_slot + claim.slot, bytes_of(piece));
+    }
+
+    void finish_piece(int piece, std::span<const char> result) {
+        stage->take(piece, result);
+        const std::lock_guard lock(mutex);
+        ++finished;
+        stage->progress(finished);
+        changed.notify_all();
+    }
+
+    void handle(const RankMessage& message) {
+        const auto head = content_of<Head>(message.bytes);
+        const auto from = static_cast<std::size_t>(message.from);
+        note_life(from, head.kind == Kind::leaving);
+        const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
+        switch (head.kind) {
+            case Kind::alive: transport->send(message.from, sign, bytes_of(head.kind)); return;
+            case Kind::failed:
+                end_losing(1,
+                           name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
+            case Kind::leaving:
+                tallies[from] = {head.pieces, head.seconds};
+                transport->send(message.from, sign, bytes_of(head.kind));
+                return;
+            case Kind::claim:
+                if (head.piece != no_piece) finish_piece(head.piece, bytes);
+                serve({message.from, head.stage, head.slot});
+        }
+    }
+
+    void note_life(std::size_t of, bool leaves) {
+        const std::lock_guard lock(mutex);
+        seen[of] = Clock::now();
+        if (leaves) has_left[of] = true;
+    }
+
+    bool all_have_left() {
+        const std::lock_guard lock(mutex);
+        return std::ranges::all_of(has_left, [](bool left) { return left; });
+    }
+
+    /// Why a rank counts as lost; empty: none does.
+    std::string loss() {
+        const std::lock_guard lock(mutex);
+        for (std::size_t r = 1; r < places.size(); ++r) {
+            if (has_left[r]) continue;
+            const std::string name = name_of(static_cast<int>(r));
+            if (is_watched[r] && !is_alive(places[r].process))
+                return name + " was killed or has crashed";
+            if (seconds_since(seen[r]) > options.time_limit)
+                return name + " has given no sign of life for " + text_of_limit() + " s";
+        }
+        return "";
+    }
+
+    std::string text_of_limit() const {
+        char limit[32];
+        std::snprintf(limit, sizeof limit, "%g", options.time_limit);
+        return limit;
+    }
+
+    void check_lives() {
+        const std::string lost = loss();
+        if (!lost.empty()) end_losing(1, lost);
+    }
+
+    /// Serves the other ranks, until all have left.
+    void serve_all() {
+        for (Nap nap; !all_have_left(); nap.rest())
+            while (auto message = transport->receive(-1, to_first)) {
+                handle(*message);
+                nap.reset();
+            }
+    }
+
+    /// Ends all where one is lost, or a signal comes, whatever the thread that serves waits for.
+    void watch() {
+        for (int n = 0; !all_have_left(); ++n) {
+            if (const int signal = options.stop ? options.stop() : 0) end_stopped(signal);
+            if (n % 5 == 0) check_lives();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+    }
+
+    /// mpirun stops all ranks when one has ended: which one shows soon.
+    [[noreturn]] void end_stopped(int signal) {
+        for (int n = 0; n < 10; ++n) {
+            check_lives();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        end_losing(128 + signal, "interrupted");
+    }
+
+    void run_first(const RankedStage& of_all, int threads) {
+        std::deque<Claim> early;
+        {
+            const std::lock_guard lock(mutex);
+            stage = &of_all;
+            finished = 0;
+            for (int piece = 0; piece < of_all.count; ++piece)
+                if (of_all.is_done(piece))
+                    ++finished;
+                else
+                    open.push_back(piece);
+            ++stage_number;
+            early.swap(waiting);
+        }
+        for (const Claim& claim : early) serve(claim);
+        parallel_for(threads, threads, [&](int) {
+            try {
+                for (int piece; (piece = next_piece()) != no_piece;)
+                    finish_piece(piece, solve(of_all, piece));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                open.clear();
+                throw;
+            }
+        });
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [&] { return finished == of_all.count; });
+    }
+
+    // ---- the others ----------------------------------------------------------------------------
+
+    void run_other(const RankedStage& of_all, int threads) {
+        ++stage_number;
+        parallel_for(threads, threads, [&](int slot) {
+            Head claim{Kind::claim, stage_number, slot};
+            std::vector<char> result;
+            for (;;) {
+                tell_first(claim, result);
+                claim.piece = content_of<int>(await(0, first_slot + slot).bytes);
+                if (claim.piece == no_piece) return;
+                result = solve(of_all, claim.piece);
+            }
+        });
+    }
+
+    /// Gives signs of life, and expects them of rank 0, until rank 0 says good-bye.
+    void keep_alive() {
+        const double interval = std::min(1.0, options.time_limit / 4);
+        auto told = Clock::now() - std::chrono::hours(1);
+        for (auto heard = Clock::now();;) {
+            if (seconds_since(told) > interval && !is_leaving) {
+                tell_first({Kind::alive, 0, 0});
+                told = Clock::now();
+            }
+            while (const auto answer = transport->receive(0, sign)) {
+                heard = Clock::now();
+                if (content_of<Kind>(answer->bytes) == Kind::leaving) return;
+            }
+            if (seconds_since(heard) > options.time_limit) {
+                std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %s s\n",
+                             text_of_limit().c_str());
+                transport->abort(1);
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));
+        }
+    }
+
+    /// For what the other ranks are to blame.
+    [[noreturn]] void end_losing(int exit_code, const std::string& reason) {
+        const std::string kept = options.kept ? options.kept() : "";
+        end_all(exit_code, kept.empty() ? reason : reason + "; " + kept);
+    }
+
+    [[noreturn]] void end_all(int exit_code, const std::string& reason) {
+        static std::mutex once;  // the first reason is the one that is told
+        once.lock();
+        if (rank != 0) {
+            // Most such reasons are rank 0's, too, who tells them better.
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
+            tell_first({Kind::failed, 0, 0}, reason);
+            std::this_thread::sleep_for(std::chrono::duration<double>(options.time_limit));
+            transport->abort(exit_code);
+        }
+        std::fprintf(stderr, "stratus: %s\n", reason.c_str());
+        transport->abort(exit_code);
+        std::_Exit(exit_code);  // which compilers cannot tell
+    }
+
+    const std::unique_ptr<RankTransport> transport;
+    const RanksOptions options;
+    const int rank;
+    std::mutex mutex;
+    int stage_number = 0;
+    std::atomic<int> pieces = 0;  // that this rank solved
+    std::atomic<bool> is_leaving = false;
+    std::thread thread;   // serves, or gives signs of life
+    std::thread watcher;  // rank 0's
+
+    // Rank 0's alone.
+    std::vector<Place> places;
+    std::vector<bool> is_watched, has_left;
+    std::vector<Clock::time_point> seen;
+    std::vector<RankTally> tallies;
+    const RankedStage* stage = nullptr;
+    std::deque<int> open;  // pieces
+    std::deque<Claim> waiting;
+    int finished = 0;  // pieces
+    std::condition_variable changed;
+};
+
+Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
+    : state_(std::make_unique<State>(std::move(transport), std::move(options))) {
+    State& state = *state_;
+    const Place here = this_place();
+    for (const std::vector<char>& bytes : state.gather(bytes_of(here))) {
+        const auto place = content_of<Place>(bytes);
+        state.places.push_back(place);
+        state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&
+                                   is_alive(place.process));
+    }
+    state.seen.resize(state.places.size(), Clock::now());
+    state.tallies.resize(state.places.size());
+    state.has_left.resize(state.places.size(), false);
+    state.has_left[0] = true;
+    if (state.rank == 0) state.watcher = std::thread([&state] { state.watch(); });
+    state.thread = std::thread([&state] {
+        try {
+            state.rank == 0 ? state.serve_all() : state.keep_alive();
+        } catch (const std::exception& error) {
+            state.end_all(1, error.what());
+        }
+    });
+}
+
+Ranks::~Ranks() {
+    if (state_->thread.joinable()) state_->transport->abort(1);
+}
+
+int Ranks::rank() const { return state_->rank; }
+int Ranks::count() const { return state_->transport->count(); }
+
+std::vector<char> Ranks::share(std::vector<char> bytes) { return state_->share(std::move(bytes)); }
+
+std::vector<std::vector<char>> Ranks::gather(std::span<const char> bytes) {
+    return state_->gather(bytes);
+}
+
+void Ranks::run(const RankedStage& stage, int threads) {
+    if (is_first())
+        state_->run_first(stage, threads);
+    else
+        state_->run_other(stage, threads);
+}
+
+bool Ranks::is_finished() const { return !state_->thread.joinable(); }
+
+std::vector<RankTally> Ranks::finish() {
+    State& state = *state_;
+    state.share({});  // rank 0 has all it needs
+    if (!is_first()) {
+        state.is_leaving = true;
+        const RankTally tally = state.tally();
+        state.tell_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
+    }
+    state.thread.join();
+    if (state.watcher.joinable()) state.watcher.join();
+    state.tallies[0] = state.tally();
+    return state.tallies;
+}
+
+void Ranks::end_all(int exit_code, const std::string& reason) {
+    state_->end_all(exit_code, reason);
+}
+
+}  // namespace stratus

@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# mpirun -n K stratus bake: the bytes of one process on any number of ranks; what a lost rank ends can be resumed.
+# shellcheck source=tests/cli/expect.sh
+source "$(dirname "$0")/expect.sh"
+
+cat >small.toml <<'RECIPE'
+phase_function = "henyey_greenstein:g=0.5"
+second_phase_function = "isotropic"
+mixture = { min = 0.0, max = 1.0 }
+tolerance = 0.1
+optical_depth = { min = 0.5, max = 1.0 }
+albedo = { min = 0.8, max = 0.9 }
+[discretisation]
+mu_samples = 6
+RECIPE
+cat >stack.toml <<'RECIPE'
+tolerance = 0.05
+[[layers]]
+phase_function = "isotropic"
+albedo = 0.9
+optical_depth = 0.5
+[[layers]]
+phase_function = "rayleigh"
+albedo = 0.8
+optical_depth = 1.0
+RECIPE
+
+# without mpirun nothing changes, whether the plugin is there or not
+expect_ok bake small.toml --accept -o whole.h5 --quiet
+expect_ok bake stack.toml --accept -o stack.h5 --quiet
+cp "$stratus" alone
+through "exec ./alone \"\$@\"" expect_ok bake small.toml --accept -o alone.h5 --quiet
+expect_same alone.h5 whole.h5
+through "OMPI_COMM_WORLD_SIZE=2 exec ./alone \"\$@\"" expect_refused 1 \
+    'started as one of 2 ranks' 'libstratus_ranks.so is missing' -- bake small.toml -o refused.h5
+
+if ! command -v mpirun >/dev/null || [ ! -e "$(dirname "$stratus")/libstratus_ranks.so" ]; then
+    finish
+fi
+export OMPI_MCA_btl_vader_single_copy_mechanism=none  # which containers refuse
+mpirun=(timeout -s KILL 120 mpirun --oversubscribe)
+[ "$(id -u)" -ne 0 ] || mpirun+=(--allow-run-as-root)
+on_ranks() { # on_ranks COUNT ARGS...: leaves its exit code
+    "${mpirun[@]}" -n "$@" >"$out" 2>"$err" </dev/null
+    code=$?
+}
+
+for count in 1 2 3; do
+    on_ranks $count "$stratus" bake small.toml --accept -o t.h5 --threads $((count % 2 + 1)) --quiet
+    [ $code -eq 0 ] || fail "exit code $code on $count ranks"
+    expect_same t.h5 whole.h5
+    [ ! -e t.h5.checkpoint ] || fail 'the checkpoint is left over'
+done
+on_ranks 2 "$stratus" bake stack.toml --accept -o t.h5 --quiet
+expect_same t.h5 stack.h5
+on_ranks 2 "$stratus" bake small.toml -o t.h5 --threads 1
+[ $code -eq 0 ] || [ $code -eq 1 ] || fail "exit code $code"
+expect_says "$err" 'rank 0: ' 'rank 1: '
+on_ranks 2 "$stratus" bake missing.toml -o t.h5
+[ $code -eq 1 ] || fail "exit code $code of a missing recipe"
+expect_says "$err" 'missing.toml'
+
+# A rank is killed, or stopped, as soon as some work is kept: the run says which, and is resumed.
+lose() { # lose SIGNAL ARGS...
+    export signal=$1
+    shift
+    rm -f t.h5*
+    cat >rank.sh <<'RANK'
+if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
+    (
+        until [ "$(stat -c %s t.h5.checkpoint 2>/dev/null || echo 0)" -gt 100000 ]; do sleep 0.01; done
+        kill -"$signal" $$
+    ) &
+fi
+exec "$@"
+RANK
+    on_ranks 2 bash rank.sh "$stratus" bake long.toml --accept -o t.h5 --threads 1 "$@"
+    [ $code -ne 0 ] || fail 'exit code 0 in spite of a lost rank'
+}
+cat >long.toml <<'RECIPE'
+phase_function = "henyey_greenstein:g=0.5"
+tolerance = 1e-3
+optical_depth = { min = 0.01, max = 8.0 }
+albedo = { min = 0.0, max = 1.0 }
+[discretisation]
+nodes = 16
+modes = 9
+mu_samples = 20
+azimuth_samples = 9
+optical_depth_samples_per_octave = 4
+albedo_samples = 41
+RECIPE
+expect_ok bake long.toml --accept -o whole.h5 --quiet
+lose KILL
+expect_says "$err" 'stratus: rank 1 (' 'was killed or has crashed; finished work is kept in t.h5.checkpoint'
+on_ranks 3 "$stratus" bake long.toml --accept -o t.h5 --threads 1 --resume
+expect_says "$err" 'resuming from t.h5.checkpoint'
+expect_same t.h5 whole.h5
+lose STOP --rank-timeout 1
+expect_says "$err" 'stratus: rank 1 (' 'has given no sign of life for 1 s; finished work is kept in'
+expect_ok bake long.toml --accept -o t.h5 --resume --quiet
+expect_same t.h5 whole.h5
+finish

@@ -12,6 +12,7 @@
 #include "query.h"
 #include "signals_held.h"
 #include "stop_on_signal.h"
+#include "sweep.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +27,7 @@ namespace stratus {
 namespace {
 
 struct BakeCommand {
-    std::string recipe, output, exr;
+    std::string recipe, output, exr, sweep;
     int threads = 0;
     bool quiet = false;
     bool resume = false;
@@ -87,8 +88,8 @@ Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint,
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr); });
-    write_table(table, command.output);
+        picture = std::async(std::launch::async, [&] { write_table(table, command.exr, command.threads); });
+    write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
 
@@ -122,6 +123,9 @@ void run_dry(const BakeCommand& command) {
 
 void run_bake(const BakeCommand& command) {
     if (command.dry_run) return run_dry(command);
+    if (!command.sweep.empty())
+        return run_sweep({command.recipe, command.sweep, command.output, command.threads,
+                          command.quiet, command.resume, command.accept});
     require_writable("bake", "--output", command.output, ".h5");
     if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
     require_different_files("bake", command.recipe, command.output);
@@ -168,12 +172,22 @@ void add_bake(CLI::App& app) {
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
     const CLI::Option* const output =
-        bake->add_option("-o,--output", command->output, "Table to write, .h5; required to bake");
-    bake->add_flag("--dry-run", command->dry_run,
-                   "Only choose the discretisation, and print it with the table's size, the time "
-                   "that solving and checking it will take, and every axis at its cap");
-    bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
-        ->check(file_name());
+        bake->add_option("-o,--output", command->output,
+                         "Table to write, .h5, or folder of a sweep's tables; required to bake");
+    CLI::Option* const dry_run = bake->add_flag(
+        "--dry-run", command->dry_run,
+        "Only choose the discretisation, and print it with the table's size, the time that solving "
+        "and checking it will take, and every axis at its cap");
+    CLI::Option* const exr =
+        bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
+            ->check(file_name());
+    bake->add_option("--sweep", command->sweep,
+                     "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
+                     "column name naming the tables. A summary goes to standard output and to "
+                     "summary.csv. --resume bakes what the folder lacks")
+        ->check(file_name())
+        ->excludes(dry_run)
+        ->excludes(exr);
     add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
                    "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
@@ -194,7 +208,7 @@ void add_bake(CLI::App& app) {
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
-        "saturn_rings.exr");
+        "saturn_rings.exr\n  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);

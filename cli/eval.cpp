@@ -1,12 +1,13 @@
 // `stratus eval`: looks up a baked table at the rows of a query, through what renderers call.
 //
 // Rows between the table's samples and without density or opposition are looked up directly
-// (lookup.h), in double precision. All others, and backgrounds, go through slices (slice.h), one
+// (lookup.h), in double precision, or in a packed table as it is mapped. All others, and backgrounds, go through slices (slice.h), one
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/table.h>
 
@@ -18,9 +19,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -107,17 +110,18 @@ QueryColumns query_columns(const Table& table) {
     };
     place(table.optical_depth, "optical_depth");
     place(table.albedo, "albedo");
-    if (table.has_mixture()) place(table.mixture, "mixture");
+    for (const FamilyAxis& axis : table.family) columns.required.push_back(axis.name());
     return columns;
 }
 
 /// A layer, before the effect of density.
 struct LayerKey {
-    double albedo, optical_depth, mixture;
+    double albedo, optical_depth;
+    std::vector<double> member;  // of a family
 
     bool operator<(const LayerKey& other) const {
-        return std::tie(albedo, optical_depth, mixture) <
-               std::tie(other.albedo, other.optical_depth, other.mixture);
+        return std::tie(albedo, optical_depth, member) <
+               std::tie(other.albedo, other.optical_depth, other.member);
     }
 };
 
@@ -139,11 +143,14 @@ std::vector<QueryPoint> points_of(const CsvTable& query, const Table& table) {
     };
     std::vector<QueryPoint> points;
     points.reserve(query.rows.size());
-    for (const std::vector<double>& row : query.rows)
-        points.push_back({{value_or_only_sample(row, "albedo", table.albedo),
-                           value_or_only_sample(row, "optical_depth", table.optical_depth),
-                           table.has_mixture() ? row[column("mixture")] : 1},
-                          {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+    for (const std::vector<double>& row : query.rows) {
+        std::vector<double> member;
+        for (const FamilyAxis& axis : table.family) member.push_back(row[column(axis.name())]);
+        points.push_back(
+            {{value_or_only_sample(row, "albedo", table.albedo),
+              value_or_only_sample(row, "optical_depth", table.optical_depth), std::move(member)},
+             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+    }
     return points;
 }
 
@@ -161,11 +168,16 @@ bool is_azimuth_outside(const AxisView& axis, double radians) {
     return value < axis.lowest - rounding || value > axis.highest + rounding;
 }
 
+bool is_member_outside(const TableView& table, const LayerKey& layer) {
+    for (std::size_t k = 0; k < layer.member.size(); ++k)
+        if (!holds((*table.family)[k], layer.member[k])) return true;
+    return false;
+}
+
 /// True where a layer lies between the table's samples.
 bool is_sampled(const TableView& table, const LayerKey& layer) {
     return !is_outside(table.optical_depth, layer.optical_depth) &&
-           !is_outside(table.albedo, layer.albedo) &&
-           !(table.has_mixture() && is_outside(table.mixture, layer.mixture));
+           !is_outside(table.albedo, layer.albedo) && !is_member_outside(table, layer);
 }
 
 /// R and T at a row by origin, and the share of a background.
@@ -180,7 +192,7 @@ class LayerLookup {
   public:
     LayerLookup(const TableView& table, const LayerKey& layer, const Effects& asked,
                 OutsideTable outside)
-        : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
+        : table_(table.at(FamilyPoint(layer.member))), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
             slices_.push_back(bind(table_, layer.optical_depth, layer.albedo, effects, outside));
             clamped_ = clamped_ || slices_.back().clamped();
@@ -286,10 +298,11 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
         rows_in[2] += is_outside(table.optical_depth,
                                  effective_optical_depth(at.layer.optical_depth, density));
         rows_in[3] += is_outside(table.albedo, at.layer.albedo);
-        rows_in[4] += table.has_mixture() && is_outside(table.mixture, at.layer.mixture);
+        rows_in[4] += is_member_outside(table, at.layer);
     }
-    constexpr const char* names[] = {"mu_in",  "mu_out",  "optical_depth",
-                                     "albedo", "mixture", "azimuth_deg"};
+    constexpr const char* names[] = {
+        "mu_in",      "mu_out", "optical_depth", "albedo", "parameters of the phase function",
+        "azimuth_deg"};
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)
@@ -334,9 +347,30 @@ void write_row(std::ostream& out, const std::vector<double>& query_row, const An
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
 TableView without_unasked_samples(TableView table, const Effects& effects) {
-    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = {};
+    if (effects.multiple) return table;
+    table.reflection_multiple = table.transmission_multiple = {};
+    table.packed = nullptr;
+    table.packed_reflection = table.packed_transmission = false;
     return table;
 }
+
+/// A packed file, mapped, or a table read with its samples.
+class EvalTable {
+  public:
+    EvalTable(const std::string& path, const ReadOptions& options) {
+        if (std::filesystem::path(path).extension() == packed_ending)
+            packed_.emplace(path);
+        else
+            sampled_ = read_noted_table(path, options);
+    }
+
+    const Table& header() const { return packed_ ? packed_->header() : sampled_; }
+    TableView view() const { return packed_ ? packed_->view() : sampled_.view(); }
+
+  private:
+    std::optional<PackedTable> packed_;
+    Table sampled_;
+};
 
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
@@ -347,10 +381,10 @@ void run_eval(const EvalOptions& options) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
     }
-    const Table table = read_noted_table(options.table, options.reading);
-    const QueryColumns columns = query_columns(table);
+    const EvalTable table(options.table, options.reading);
+    const QueryColumns columns = query_columns(table.header());
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<QueryPoint> points = points_of(query, table);
+    const std::vector<QueryPoint> points = points_of(query, table.header());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);
@@ -375,7 +409,8 @@ void add_eval(CLI::App& app) {
         ->add_option("--query", options->query,
                      "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
                      "order; the last two may be left out where the table has one sample. Tables "
-                     "that mix need mixture, too, the share of the first phase function. "
+                     "of a family need its parameters, too (g, variance, mixture; radius and "
+                     "wavelength in um). "
                      "Default or -: standard input")
         ->check(file_name());
     command

@@ -2,12 +2,14 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/image.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 #include <stratus/runtime/packed_table.h>
 #include <stratus/shader/shader.h>
 
 #include "allowed.h"
 #include "commands.h"
+#include "mixture_option.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
@@ -19,6 +21,7 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -30,6 +33,7 @@ namespace {
 struct ShaderOptions {
     std::string input, language, folder;
     std::vector<double> optical_depth, albedo;
+    std::optional<double> mixture;
     ReadOptions reading;
     bool quiet = false;
 };
@@ -74,6 +78,9 @@ std::string textures_json(const PackedTable& table, const std::vector<ShaderText
          << shortest_text(view.albedo.highest)
          << "],\n  \"reflection\": " << (view.has_reflection() ? "true" : "false")
          << ",\n  \"transmission\": " << (view.has_transmission() ? "true" : "false")
+         << ",\n  \"layers\": " << (view.is_stack() ? view.layers->size() : 1)
+         << ",\n  \"lit_from_below\": "
+         << (view.is_stack() || view.has_lower_boundary() ? "false" : "true")
          << ",\n  \"path_law\": " << (view.path_law != nullptr ? "true" : "false")
          << ",\n  \"tolerance\": " << shortest_text(view.tolerance) << ",\n  \"textures\": [";
     for (const ShaderTexture& texture : textures)
@@ -101,8 +108,15 @@ std::string textures_header(const std::vector<ShaderTexture>& textures) {
     return text;
 }
 
-/// One layer for all colours, or one for each.
-Medium<3> medium_of(const std::vector<double>& optical_depth, const std::vector<double>& albedo) {
+/// What is bound: one layer for all colours, or one for each, or a stack. None: nothing.
+std::optional<Medium<3>> medium_of(const TableView& table, std::vector<double> optical_depth,
+                                   std::vector<double> albedo) {
+    if (table.is_stack() && albedo.empty()) {
+        const AxisView& depth = table.optical_depth;
+        optical_depth = {depth.count > 0 ? depth.lowest : infinity};
+        albedo = {table.albedo.lowest};
+    }
+    if (albedo.empty()) return {};
     Medium<3> medium{};
     for (std::size_t c = 0; c < 3; ++c) {
         medium.optical_depth[c] = optical_depth[optical_depth.size() == 1 ? 0 : c];
@@ -127,10 +141,11 @@ void run_shader(const ShaderOptions& options) {
     const auto language = static_cast<ShaderLanguage>(
         std::find(names.begin(), names.end(), options.language) - names.begin());
     const bool osl = language == ShaderLanguage::osl;
-    const PackedTable table = read_packed_table(options.input, options.reading);
+    const PackedTable table =
+        read_at_mixture("shader", options.input, options.reading, options.mixture);
     std::vector<ShaderTexture> textures = shader_textures(table);
-    if (!options.albedo.empty())
-        textures.push_back(shader_layer(table, medium_of(options.optical_depth, options.albedo)));
+    const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
+    if (medium) textures.push_back(shader_layer(table, *medium));
 
     std::vector<OutputFile> files{
         text_file(osl ? "stratus.osl.h" : "stratus." + options.language, shader_text(language)),
@@ -177,13 +192,14 @@ void add_shader(CLI::App& app) {
                      "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
         ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
+    add_mixture(*command, options->mixture);
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
     command->footer(
         "The text, stratus.glsl, stratus.hlsl or stratus.osl.h, is the same for all tables; the\n"
-        "textures are the table. Not for tables with a mixture axis, nor of stacks.\n\n"
-        "A bound layer is one more texture, stratus_layer, with which directions can be "
-        "sampled.\n\n"
+        "textures are the table.\n\n"
+        "A bound layer is one more texture, stratus_layer, with which directions can be sampled; a "
+        "stack always\nhas it.\n\n"
         "Examples:\n  stratus shader saturn_rings.stratus --language glsl -o rings\n"
         "  stratus shader saturn_rings.stratus --language hlsl --optical-depth 1.5 \\\n"
         "    --albedo 0.95,0.93,0.8 -o rings");

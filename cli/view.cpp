@@ -5,6 +5,7 @@
 #include <stratus/runtime/number_text.h>
 
 #include "commands.h"
+#include "mixture_option.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
@@ -13,6 +14,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -21,6 +23,7 @@ namespace {
 
 struct ViewOptions {
     std::string table, output;
+    std::optional<double> mixture;
     ReadOptions reading;
     bool quiet = false;
 };
@@ -30,7 +33,8 @@ void run_view(const ViewOptions& options) {
         throw std::invalid_argument("view: --output must end in .html, got " + options.output);
     require_writable("view", "--output", options.output);
     require_different_files("view", options.table, options.output);
-    const std::string page = view_page(read_packed_table(options.table, options.reading));
+    const std::string page =
+        view_page(read_at_mixture("view", options.table, options.reading, options.mixture));
     {
         const SignalsHeld held;
         write_atomically(options.output, [&](const std::filesystem::path& temporary) {
@@ -51,14 +55,14 @@ void add_view(CLI::App& app) {
     CLI::App* command = app.add_subcommand("view", "Write a web page on which to look at a table");
     command->add_option("TABLE", options->table, "Table, .stratus, .h5 or .exr")->required();
     command->add_option("-o,--output", options->output, "File to write, .html")->required();
+    add_mixture(*command, options->mixture);
     command->add_flag("--quiet", options->quiet, "Do not report the size");
     add_max_memory(*command, options->reading);
     command->footer(
         "The page is one file, needs no network, and draws by WebGL2: a lit sphere, rings, a slab "
         "over ground, and\n"
-        "lobes, light scattered once beside all orders. Tables must be of one layer over nothing, "
-        "of one phase\n"
-        "function, both sides and all directions.\n\n"
+        "lobes, light scattered once beside all orders; of what can be lit from above alone, no "
+        "rings. Tables\nmust be of both sides and all directions.\n\n"
         "Example:\n  stratus view saturn_rings.stratus -o saturn_rings.html");
     command->callback([options] { run_view(*options); });
 }

@@ -40,8 +40,9 @@ Choice choose_optical_depth_samples(Probes& probes);
 /// On the scale that the recipe fixes, or on the fourth root where its samples are fewer.
 ScaledChoice choose_albedo_samples(Probes& probes);
 
-/// Samples along the mixture, of a recipe of which all else is resolved.
-Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options);
+/// Samples along a range of the family, of a recipe of which all but those is resolved.
+Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_error,
+                             const BakeOptions& options);
 
 // ---- what they share ----------------------------------------------------------------------------
 
@@ -54,10 +55,14 @@ void note_choice(const Probes& probes, const std::string& what, double error,
 double extrapolated(double before, double error_before, double last, double error_last,
                     double allowed);
 
-/// First of the ascending candidates whose error is within the probes' limit, by bisection; the
-/// last if none is.
+/// The error that a candidate leaves. Once it is certain to be more than `most`, a lower bound will
+/// do.
+using CandidateError = std::function<double(int candidate, double most)>;
+
+/// First of the ascending candidates whose error is within the probes' limit, found as if errors
+/// fell with the fourth power, a cubic's; the last if none is.
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const std::function<double(int candidate)>& error);
+                       const CandidateError& error);
 
 /// The scales that an axis may have, and what to call its samples on either.
 struct Scales {

@@ -1,4 +1,5 @@
 // Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
+#include <stratus/bake/parallel.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
@@ -77,11 +78,17 @@ struct SampledCosines {
     }
 };
 
-double mu_error(const Probes& probes, int samples) {
+/// The probed cosines, and a candidate's samples along both axes.
+struct MuSamples {
+    SampledCosines in, out;
+    DirectionGrid all;
+};
+
+MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
     ProbedCosines cosines = many_cosines(recipe);
-    const SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
-    const SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
+    SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
+    SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
     const auto add_samples = [&](const Axis& axis, std::vector<int>& places) {
         for (const double sample : axis.values) {
             places.push_back(static_cast<int>(cosines.mu.size()));
@@ -94,36 +101,59 @@ double mu_error(const Probes& probes, int samples) {
         cosines.pairs.out = cosines.pairs.in;
     else
         add_samples(out.axis, cosines.pairs.out);
-    const DirectionGrid all = directions_at(recipe, cosines, probes.path_law);
+    return {std::move(in), std::move(out),
+            directions_at(recipe, std::move(cosines), probes.path_law)};
+}
+
+/// Adds the errors of cubics in both cosines, samples divided by the shares intercepted (lookup.h).
+void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& sampled,
+                   Errors& errors) {
+    const SampledCosines &in = sampled.in, &out = sampled.out;
+    const DirectionGrid& all = sampled.all;
+    const auto divisor = [&](double cosine) {
+        return intercepted(recipe, layer.solution.optical_depth, cosine);
+    };
+    std::vector<double> divisors_in, divisors_out;
+    for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
+    for (int j = 0; j < all.out_count(); ++j) divisors_out.push_back(divisor(all.mu_out(j)));
+    const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors, int i,
+                           int p) {
+        return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
+               divisors[static_cast<std::size_t>(along.sample(i, p))];
+    };
     Judged judged(all);
     judged.in = in.probed;
     judged.out = out.probed;
-    const ProbedLayers layers = solve_layers(probes, probes.albedos, probes.ladder, all);
-    return measure_layers(
-        probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            const ProbedLayer& layer = layers[a][d];
-            const auto divisor = [&](double cosine) {
-                return intercepted(recipe, layer.solution.optical_depth, cosine);
-            };
-            std::vector<double> divisors_in, divisors_out;
-            for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
-            for (int j = 0; j < all.out_count(); ++j)
-                divisors_out.push_back(divisor(all.mu_out(j)));
-            const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors,
-                                   int i, int p) {
-                return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
-                       divisors[static_cast<std::size_t>(along.sample(i, p))];
-            };
-            add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
-                double found = 0;
-                for (int p = 0; p < Blend::size; ++p)
-                    for (int q = 0; q < Blend::size; ++q)
-                        found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
-                                 layer.side(side)
-                                     .tabulated[all.at(in.sample(i, p), out.sample(j, q), k)];
-                return found;
-            });
-        });
+    add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
+        const std::vector<double>& values = layer.side(side).tabulated;
+        double found = 0;
+        for (int p = 0; p < Blend::size; ++p)
+            for (int q = 0; q < Blend::size; ++q)
+                found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
+                         values[all.at(in.sample(i, p), out.sample(j, q), k)];
+        return found;
+    });
+}
+
+/// Stops after half of the albedos where these alone make it more than `most`.
+double mu_error(const Probes& probes, int samples, double most) {
+    const MuSamples sampled = mu_samples(probes, samples);
+    const auto errors_of = [&](const std::vector<double>& albedos) {
+        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.all);
+        return errors_of_layers(probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
+                                [&](std::size_t a, std::size_t d, Errors& errors) {
+                                    add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
+                                });
+    };
+    const auto half =
+        probes.albedos.begin() + static_cast<std::ptrdiff_t>((probes.albedos.size() + 1) / 2);
+    Errors errors = errors_of({probes.albedos.begin(), half});
+    // Were there no errors in the other half, which is no larger.
+    const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
+    if (least > most) return least;
+    const Errors others = errors_of({half, probes.albedos.end()});
+    errors.insert(errors.end(), others.begin(), others.end());
+    return error_quantile(errors, probed_share);
 }
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
@@ -143,36 +173,74 @@ std::vector<double> azimuth_tests(Range degrees) {
     return tests;
 }
 
-double azimuth_error(Probes& probes, AxisScale scale, int samples) {
-    const Recipe& recipe = probes.recipe;
-    const ProbedLayers& layers = probed_layers(probes);
-    const std::vector<double> tests = azimuth_tests(recipe.azimuth);
-    const Axis axis = azimuth_axis(recipe.azimuth, scale, samples);
-    const auto grid = [&](const std::vector<double>& azimuths) {
-        return DirectionGrid(recipe.phase_function, recipe.lower_boundary, probes.directions.mu(),
-                             azimuths, 2 * recipe.discretisation.nodes, probes.path_law,
-                             probes.directions.pairs());
-    };
-    const DirectionGrid at_tests = grid(tests), at_samples = grid(axis.values);
-    std::vector<Stencil> stencils;
-    for (const double phi : tests) stencils.push_back(axis.view().mirrored_stencil(phi));
-    return measure_layers(
-        probes, layers.size(), layers[0].size(), [&](std::size_t a, std::size_t d, Errors& errors) {
-            const ProbedLayer target = probe(recipe, layers[a][d].solution, at_tests);
-            const ProbedLayer sampled = probe(recipe, layers[a][d].solution, at_samples);
-            add_errors(recipe, target, at_tests, Judged(at_tests), errors,
-                       [&](Side side, int i, int j, int k) {
-                           const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
-                           double found = 0;
-                           for (int p = 0; p < Blend::size; ++p)
-                               found +=
-                                   stencil.weight[p] *
-                                   sampled.side(side)
-                                       .tabulated[at_samples.at(i, j, sample_of(stencil, p, axis))];
-                           return found;
-                       });
-        });
-}
+/// The probed layers at azimuths between samples, which all candidates are compared with.
+class AzimuthTests {
+  public:
+    explicit AzimuthTests(Probes& probes)
+        : probes_(probes),
+          layers_(probed_layers(probes)),
+          azimuths_(azimuth_tests(probes.recipe.azimuth)),
+          directions_(grid_at(azimuths_)),
+          expected_(layers_.size(), std::vector<ProbedLayer>(layers_[0].size())) {
+        parallel_for(static_cast<int>(layers_.size() * layers_[0].size()), probes.options.threads,
+                     [&](int n) {
+                         const auto at = static_cast<std::size_t>(n);
+                         solve_at(at / layers_[0].size(), at % layers_[0].size());
+                     });
+    }
+
+    double error(AxisScale scale, int samples) const {
+        const Recipe& recipe = probes_.recipe;
+        const Axis axis = azimuth_axis(recipe.azimuth, scale, samples);
+        const DirectionGrid at_samples = grid_at(axis.values);
+        std::vector<Stencil> stencils;
+        for (const double phi : azimuths_) stencils.push_back(axis.view().mirrored_stencil(phi));
+        return measure_layers(
+            probes_, layers_.size(), layers_[0].size(),
+            [&](std::size_t a, std::size_t d, Errors& errors) {
+                std::vector<double> sampled[2];  // of either side
+                for (const Side side : asked_sides(recipe))
+                    sampled[side == Side::transmission] =
+                        evaluate_tabulated(layers_[a][d].solution, side, at_samples);
+                add_errors(recipe, expected_[a][d], directions_, Judged(directions_), errors,
+                           [&](Side side, int i, int j, int k) {
+                               const Stencil& stencil = stencils[static_cast<std::size_t>(k)];
+                               const auto& values = sampled[side == Side::transmission];
+                               double found = 0;
+                               for (int p = 0; p < Blend::size; ++p)
+                                   found +=
+                                       stencil.weight[p] *
+                                       values[at_samples.at(i, j, sample_of(stencil, p, axis))];
+                               return found;
+                           });
+            });
+    }
+
+  private:
+    DirectionGrid grid_at(const std::vector<double>& azimuths) const {
+        const Recipe& recipe = probes_.recipe;
+        return {recipe.phase_function,           recipe.lower_boundary,
+                probes_.directions.mu(),         azimuths,
+                2 * recipe.discretisation.nodes, probes_.path_law,
+                probes_.directions.pairs()};
+    }
+
+    /// A layer's floors are the same at all azimuths, its modes are not needed here.
+    void solve_at(std::size_t a, std::size_t d) {
+        const ProbedLayer& layer = layers_[a][d];
+        ProbedLayer& expected = expected_[a][d];
+        expected.solution.optical_depth = layer.solution.optical_depth;
+        for (const Side side : asked_sides(probes_.recipe))
+            (side == Side::reflection ? expected.reflection : expected.transmission) =
+                probe_side(layer.solution, side, directions_, layer.side(side).floor);
+    }
+
+    const Probes& probes_;
+    const ProbedLayers& layers_;
+    std::vector<double> azimuths_;
+    DirectionGrid directions_;
+    ProbedLayers expected_;
+};
 
 /// Candidates that give axes unlike those of the one before, none of more than `most` samples;
 /// counts(candidate) are the samples of each axis, fewer along narrow ones.
@@ -205,30 +273,33 @@ double extrapolated(double before, double error_before, double last, double erro
 }
 
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const std::function<double(int candidate)>& error) {
-    std::size_t low = 0, high = candidates.size() - 1;
+                       const CandidateError& error) {
+    constexpr int guesses = 3;  // then bisection, which no error misleads
+    std::size_t low = 0, high = candidates.size() - 1, next = high / 2;
     double left = infinity;
-    double error_before_cap = infinity;  // the last that bisection tries where all miss
-    while (low < high) {
-        const std::size_t middle = (low + high) / 2;
-        const double at_middle = error(candidates[middle]);
-        if (at_middle <= probes.max_error) {
-            high = middle;
-            left = at_middle;
+    for (int tried = 1; low < high; ++tried) {
+        const double here = error(candidates[next], probes.max_error);
+        const double enough = candidates[next] * std::pow(here / probes.max_error, 0.25);
+        if (here <= probes.max_error) {
+            high = next;
+            left = here;
         } else {
-            low = middle + 1;
-            error_before_cap = at_middle;
+            low = next + 1;
         }
+        next = (low + high) / 2;
+        if (tried > guesses) continue;
+        for (next = low; next + 1 < high && candidates[next] < enough;) ++next;
     }
-    // Bisection takes the last candidate for granted: it costs most and is seldom needed.
-    if (high + 1 == candidates.size()) left = error(candidates[high]);
+    // The last candidate was taken for granted: it costs most and is seldom needed.
+    if (high + 1 == candidates.size()) left = error(candidates[high], infinity);
     const bool holds = left <= probes.max_error;
     Choice choice{static_cast<double>(candidates[high])};
     if (!holds) {
         choice.error_at_cap = left;
         if (high > 0)
-            choice.needed = extrapolated(candidates[high - 1], error_before_cap, choice.value, left,
-                                         probes.max_error);
+            choice.needed =
+                extrapolated(candidates[high - 1], error(candidates[high - 1], infinity),
+                             choice.value, left, probes.max_error);
     }
     note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
                 holds ? "interpolation misses" : "at its cap; interpolation misses");
@@ -240,9 +311,9 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
                            const std::function<double(AxisScale scale, int candidate)>& error) {
     const auto cheapest = [&](AxisScale scale) {
         const char* const name = scale == scales.usual ? scales.samples : scales.samples_on_other;
-        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
-                                return error(scale, candidate);
-                            })};
+        return ScaledChoice{
+            scale, choose_cheapest(probes, name, candidates,
+                                   [&](int candidate, double) { return error(scale, candidate); })};
     };
     if (fixed) return cheapest(*fixed);
     const ScaledChoice usual = cheapest(scales.usual);
@@ -309,10 +380,10 @@ Choice choose_mu_samples(Probes& probes) {
     };
     return choose_cheapest(
         probes, "mu_samples",
-        distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22,  24,  26,  28,  30,
-                             32, 36, 40, 48, 56, 72, 96, 128, 192, 256, 384, 512},
+        distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24,  26,  28,  30,  32,
+                             36, 40, 44, 48, 52, 56, 72, 96, 128, 192, 256, 384, 512},
                             most, counts),
-        [&](int candidate) { return mu_error(probes, candidate); });
+        [&](int candidate, double out) { return mu_error(probes, candidate, out); });
 }
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {
@@ -333,9 +404,10 @@ ScaledChoice choose_azimuth_samples(Probes& probes) {
                 azimuth_axis(probes.recipe.azimuth, AxisScale::square_root, candidate)
                     .values.size()};
         });
+    const AzimuthTests tests(probes);
     return choose_scaled(
         probes, scales, probes.recipe.discretisation.azimuth_scale, candidates, 0,
-        [&](AxisScale scale, int candidate) { return azimuth_error(probes, scale, candidate); });
+        [&](AxisScale scale, int candidate) { return tests.error(scale, candidate); });
 }
 
 }  // namespace stratus

@@ -18,14 +18,6 @@ namespace {
 /// More nodes are not tried.
 constexpr int max_nodes = 96;
 
-ProbedSide probe_side(const LayerSolution& layer, Side side, const DirectionGrid& directions) {
-    GridValues values = evaluate(layer, side, directions);
-    for (std::size_t n = 0; n < values.closed_form.size(); ++n)
-        values.closed_form[n] += values.tabulated[n];
-    return {std::move(values.tabulated), std::move(values.closed_form),
-            side == Side::reflection ? reflection_floor(layer) : transmission_floor(layer)};
-}
-
 std::vector<double> probed_albedos(Range albedo) {
     if (albedo.min == albedo.max) return {albedo.min};
     const double first = std::sqrt(1 - albedo.max), last = std::sqrt(1 - albedo.min);
@@ -174,11 +166,29 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
     return solve_layers_with(solver, probes, albedos, ladder, directions);
 }
 
+std::vector<Side> asked_sides(const Recipe& recipe) {
+    std::vector<Side> sides;
+    if (recipe.reflection) sides.push_back(Side::reflection);
+    if (recipe.transmission) sides.push_back(Side::transmission);
+    return sides;
+}
+
+ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
+                      double floor) {
+    GridValues values = evaluate(solution, side, directions);
+    for (std::size_t n = 0; n < values.closed_form.size(); ++n)
+        values.closed_form[n] += values.tabulated[n];
+    return {std::move(values.tabulated), std::move(values.closed_form), floor};
+}
+
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions) {
     ProbedLayer layer;
-    if (recipe.reflection) layer.reflection = probe_side(solution, Side::reflection, directions);
+    if (recipe.reflection)
+        layer.reflection =
+            probe_side(solution, Side::reflection, directions, reflection_floor(solution));
     if (recipe.transmission)
-        layer.transmission = probe_side(solution, Side::transmission, directions);
+        layer.transmission =
+            probe_side(solution, Side::transmission, directions, transmission_floor(solution));
     layer.solution = std::move(solution);
     return layer;
 }
@@ -191,7 +201,7 @@ DepthLadder ladder_to_deepest(const Probes& probes) {
     return ladder;
 }
 
-double measure_layers(
+Errors errors_of_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
     std::vector<Errors> of_layer(albedos * depths);
@@ -202,7 +212,14 @@ double measure_layers(
     });
     Errors all;
     for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
-    return error_quantile(all, 0.999);
+    return all;
+}
+
+double measure_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
+    Errors all = errors_of_layers(probes, albedos, depths, measure);
+    return error_quantile(all, probed_share);
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,

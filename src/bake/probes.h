@@ -75,6 +75,13 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);
 
+/// The sides that a recipe asks for.
+std::vector<Side> asked_sides(const Recipe& recipe);
+
+/// A side of a solved layer at all directions.
+ProbedSide probe_side(const LayerSolution& solution, Side side, const DirectionGrid& directions,
+                      double floor);
+
 /// A solved layer at all directions.
 ProbedLayer probe(const Recipe& recipe, LayerSolution solution, const DirectionGrid& directions);
 
@@ -85,7 +92,15 @@ DepthLadder ladder_to_deepest(const Probes& probes);
 
 using Errors = std::vector<double>;
 
-/// 99.9 % of the errors that measure(albedo, depth, errors) adds for all albedos and depths.
+/// The share of the probed values that must be within a choice's limit.
+constexpr double probed_share = 0.999;
+
+/// The errors that measure(albedo, depth, errors) adds for all albedos and depths.
+Errors errors_of_layers(
+    const Probes& probes, std::size_t albedos, std::size_t depths,
+    const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
+
+/// What 99.9 % of them are within.
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);

@@ -49,7 +49,7 @@ class Rounding {
 
 /// What is solved at once, on one thread: some albedos at the depths of one run of doubling.
 struct Unit {
-    std::size_t mixture;
+    std::size_t member;
     int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
     std::size_t first_albedo, albedo_count;
 };
@@ -60,15 +60,17 @@ class TableSolver {
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         place_axes();
         table_.path_law = path_law_of(recipe);
-        for (const double share : recipe.mixture ? table_.mixture.values : std::vector<double>{1}) {
-            mixtures_.push_back(at_mixture(recipe, share));
-            const Recipe& mixed = mixtures_.back();
-            const std::vector<double> exponents = decay_exponents(mixed, table_.albedo.values);
+        for (std::size_t m = 0; m < table_.member_count(); ++m) {
+            members_.push_back(at_member(recipe, member_at(table_.family, m)));
+            const Recipe& member = members_.back();
+            const std::vector<double> exponents = decay_exponents(member, table_.albedo.values);
+            table_.extrapolation_lengths.push_back(
+                extrapolation_length(member.phase_function, member.lower_boundary));
             table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
                                              exponents.end());
-            grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, mu_,
-                                table_.azimuth.values, recipe.discretisation.modes, table_.path_law,
-                                pairs_);
+            grids_.emplace_back(member.phase_function, member.lower_boundary, mu_,
+                                table_.azimuth.values, recipe.discretisation.modes,
+                                path_law_of(member), pairs_);
         }
     }
 
@@ -96,13 +98,19 @@ class TableSolver {
         const auto layers_of = [&](const Unit& unit) {
             return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
         };
-        const Unit& timed = units.front();
+        // Few albedos, of which the modes alone fill the registers.
+        Unit timed = units.front();
+        const int modes = recipe_.discretisation.modes;
+        timed.albedo_count = std::min<std::size_t>(timed.albedo_count, modes >= 32   ? 1
+                                                                       : modes >= 16 ? 2
+                                                                       : modes >= 8  ? 4
+                                                                                     : 8);
         const double started = processor_seconds();
         for (const auto& of_albedo : solutions_of(timed))
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate(solution, side, grids_[timed.mixture]);
+                        evaluate_tabulated(solution, side, grids_[timed.member]);
         const double seconds = processor_seconds() - started;
         double layers = 0;
         for (const Unit& unit : units) layers += layers_of(unit);
@@ -119,8 +127,8 @@ class TableSolver {
         table_.highest_order = recipe_.orders;
         table_.extrapolation_length =
             extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
-        if (recipe_.mixture) {
-            table_.mixture = mixture_axis(*recipe_.mixture, d.mixture_samples);
+        table_.family = family_axes(recipe_);
+        if (mixture_of(recipe_) != nullptr) {
             table_.second_phase_function = recipe_.second_phase_function;
             table_.second_extrapolation_length =
                 extrapolation_length(recipe_.second_phase_function, recipe_.lower_boundary);
@@ -150,7 +158,7 @@ class TableSolver {
     }
 
     void make_room() {
-        const std::size_t rows = table_.mixture_count() * table_.albedo.values.size() *
+        const std::size_t rows = table_.member_count() * table_.albedo.values.size() *
                                  table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * table_.mu_out.values.size() * table_.azimuth.values.size();
@@ -173,10 +181,10 @@ class TableSolver {
     std::vector<Unit> divide_work() const {
         const std::size_t albedos = table_.albedo.values.size();
         std::vector<Unit> units;
-        for (std::size_t mixture = 0; mixture < mixtures_.size(); ++mixture)
+        for (std::size_t member = 0; member < members_.size(); ++member)
             for (std::size_t first = 0; first < albedos; first += albedos_at_once)
                 for (int run = 0; run < runs(); ++run)
-                    units.push_back({mixture, run, first,
+                    units.push_back({member, run, first,
                                      std::min<std::size_t>(albedos_at_once, albedos - first)});
         return units;
     }
@@ -192,7 +200,7 @@ class TableSolver {
     std::vector<std::vector<LayerSolution>> solutions_of(const Unit& unit) const {
         const auto first =
             table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
-        return solve_material(recipe_.layers, mixtures_[unit.mixture].phase_function,
+        return solve_material(recipe_.layers, members_[unit.member].phase_function,
                               {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
                               ladder_of(unit), mu_, solver_options(recipe_),
                               recipe_.lower_boundary);
@@ -204,7 +212,7 @@ class TableSolver {
         const std::size_t depths = table_.optical_depth.values.size();
         std::vector<std::size_t> rows;
         for (std::size_t a = 0; a < unit.albedo_count; ++a) {
-            const std::size_t first = (unit.mixture * albedos + unit.first_albedo + a) * depths;
+            const std::size_t first = (unit.member * albedos + unit.first_albedo + a) * depths;
             for (int d = 0; d < ladder.octaves; ++d)
                 rows.push_back(first + static_cast<std::size_t>(unit.run + d * runs()));
             if (ladder.to_infinity) rows.push_back(first + depths - 1);
@@ -217,12 +225,12 @@ class TableSolver {
         const std::vector<std::size_t> rows = rows_of(unit, ladder);
         std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
                             std::to_string(unit.first_albedo);
-        if (recipe_.mixture) piece = "mixture " + std::to_string(unit.mixture) + ", " + piece;
+        if (table_.has_family()) piece = "member " + std::to_string(unit.member) + ", " + piece;
         if (take_finished(piece, rows)) return;
         const auto solutions = solutions_of(unit);
         const std::size_t depths = rows.size() / unit.albedo_count;
         for (std::size_t n = 0; n < rows.size(); ++n)
-            store(solutions[n / depths][n % depths], grids_[unit.mixture], rows[n]);
+            store(solutions[n / depths][n % depths], grids_[unit.member], rows[n]);
         keep(piece, rows);
     }
 
@@ -314,7 +322,7 @@ class TableSolver {
 
     void store_side(const LayerSolution& solution, Side side, const DirectionGrid& grid,
                     float* out) const {
-        const std::vector<double> samples = evaluate(solution, side, grid).tabulated;
+        const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
         std::transform(samples.begin(), samples.end(), out, rounded_);
     }
 
@@ -322,8 +330,8 @@ class TableSolver {
     const BakeOptions& options_;
     const Rounding rounded_;
     Table table_;
-    std::vector<Recipe> mixtures_;      // one where the recipe does not mix
-    std::vector<DirectionGrid> grids_;  // of each mixture
+    std::vector<Recipe> members_;       // one where the recipe has no family
+    std::vector<DirectionGrid> grids_;  // of each member
     std::vector<double> mu_;            // of solutions
     CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
@@ -343,7 +351,9 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
                                                      {"mu_samples", d.mu_samples},
                                                      {"azimuth_samples", d.azimuth_samples},
                                                      {"albedo_samples", d.albedo_samples}};
-    if (resolved.mixture) choices.push_back({"mixture_samples", d.mixture_samples});
+    for (std::size_t k = 0; k < resolved.family.size(); ++k)
+        if (resolved.family[k].values.empty())
+            choices.push_back({parameter_name(resolved.family[k].parameter), d.family_samples[k]});
     for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
     check_directions(resolved);

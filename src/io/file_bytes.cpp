@@ -51,6 +51,10 @@ void Descriptor::write_at(std::uint64_t offset, std::span<const char> bytes) con
     }
 }
 
+void Descriptor::resize(std::uint64_t size) const {
+    if (::ftruncate(number_, static_cast<off_t>(size)) != 0) throw last_error();
+}
+
 bool Descriptor::lock() const {
     int failure = 0;
     do failure = ::flock(number_, LOCK_EX | LOCK_NB) != 0 ? errno : 0;

@@ -48,6 +48,9 @@ class Descriptor {
     void read_at(std::uint64_t offset, std::span<char> bytes) const;
     void write_at(std::uint64_t offset, std::span<const char> bytes) const;
 
+    /// Cuts the file off after `size` bytes, or fills it up with zeros.
+    void resize(std::uint64_t size) const;
+
     /// Locks the file until it is closed; false if it is locked already. Always succeeds on file
     /// systems without locks.
     bool lock() const;

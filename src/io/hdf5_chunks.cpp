@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <deque>
+#include <future>
 #include <memory>
 #include <new>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace stratus::io::hdf5 {
@@ -49,6 +53,34 @@ void shuffle(std::span<const float> values, std::span<unsigned char> bytes) {
     }
 }
 
+/// A chunk as the file holds it.
+struct Deflated {
+    std::vector<unsigned char> bytes;
+    unsigned filters_left_out;  // of chunks that deflating makes no smaller
+};
+
+/// The chunk of `length` samples that begins with `values` and ends with zeros.
+Deflated deflated(std::span<const float> values, std::size_t length) {
+    std::vector<unsigned char> shuffled(length * sizeof(float)), bytes(shuffled.size());
+    shuffle(values, shuffled);
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(deflate_level), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    const std::size_t size = libdeflate_zlib_compress(compressor.get(), shuffled.data(),
+                                                      shuffled.size(), bytes.data(), bytes.size());
+    if (size == 0) return {std::move(shuffled), not_deflated};
+    bytes.resize(size);
+    return {std::move(bytes), 0};
+}
+
+/// Chunks that are deflated while one waits to be written: two for each thread, so that none is
+/// idle while the first of them is not ready.
+std::size_t chunks_ahead(int threads) {
+    const unsigned all = threads > 0 ? static_cast<unsigned>(threads)
+                                     : std::max(1u, std::thread::hardware_concurrency());
+    return all == 1 ? 1 : 2 * std::size_t{all};
+}
+
 }  // namespace
 
 void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
@@ -60,34 +92,31 @@ void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
 }
 
 void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
-                  std::span<const float> values) {
+                  std::span<const float> values, int threads) {
     const Chunks chunks(extents);
-    const std::size_t split = chunks.split, chunk_bytes = chunks.length() * sizeof(float);
-    std::vector<unsigned char> shuffled(chunk_bytes), deflated(chunk_bytes);
-    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-        libdeflate_alloc_compressor(deflate_level), libdeflate_free_compressor);
-    if (!compressor) throw std::bad_alloc();
+    const std::size_t split = chunks.split;
     std::vector<hsize_t> at(extents.size(), 0);
-    for (std::size_t first = 0; first < values.size();) {
-        const std::size_t rows = std::min<std::size_t>(chunks.chunk[split],
-                                                       extents[split] - at[split]),
-                          count = rows * chunks.inner;
-        if (count < chunks.length()) std::ranges::fill(shuffled, '\0');
-        shuffle(values.subspan(first, count), shuffled);
-        const std::size_t size = libdeflate_zlib_compress(
-            compressor.get(), shuffled.data(), chunk_bytes, deflated.data(), chunk_bytes);
-        const bool smaller = size > 0;
-        checked(H5Dwrite_chunk(dataset, H5P_DEFAULT, smaller ? 0 : not_deflated, at.data(),
-                               smaller ? size : chunk_bytes,
-                               smaller ? deflated.data() : shuffled.data()),
+    const auto write_next = [&](const Deflated& chunk) {
+        checked(H5Dwrite_chunk(dataset, H5P_DEFAULT, chunk.filters_left_out, at.data(),
+                               chunk.bytes.size(), chunk.bytes.data()),
                 "write dataset " + name);
-        first += count;
-        at[split] += rows;
+        at[split] = std::min<hsize_t>(extents[split], at[split] + chunks.chunk[split]);
         for (std::size_t d = split; d > 0 && at[d] == extents[d]; --d) {
             at[d] = 0;
             ++at[d - 1];
         }
+    };
+    const std::size_t run = extents[split] * chunks.inner;  // samples that whole chunks end with
+    std::deque<std::future<Deflated>> ahead;
+    for (std::size_t first = 0, count; first < values.size(); first += count) {
+        count = std::min(chunks.length(), run - first % run);
+        ahead.push_back(std::async(std::launch::async, deflated, values.subspan(first, count),
+                                   chunks.length()));
+        if (ahead.size() < chunks_ahead(threads)) continue;
+        write_next(ahead.front().get());
+        ahead.pop_front();
     }
+    for (std::future<Deflated>& last : ahead) write_next(last.get());
 }
 
 }  // namespace stratus::io::hdf5

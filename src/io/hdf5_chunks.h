@@ -14,8 +14,10 @@ void set_chunks(hid_t creation, std::span<const std::size_t> extents);
 
 /// Writes all chunks of a dataset from `values`, which has the size of its extents.
 ///
+/// Threads  `threads` deflate (0: as many as the machine has), this one alone calls HDF5; the file
+///          is the same for any number of them.
 /// Errors   std::runtime_error for a chunk that HDF5 cannot write.
 void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
-                  std::span<const float> values);
+                  std::span<const float> values, int threads);
 
 }  // namespace stratus::io::hdf5

@@ -37,6 +37,17 @@ Handle new_dataspace(std::span<const std::size_t> extents) {
             "create a dataspace"};
 }
 
+Handle create_file(const std::string& name, const Handle& access) {
+    constexpr unsigned ordered = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+    checked(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110),
+            "choose the format version");
+    const Handle creation = new_property_list(H5P_FILE_CREATE);
+    checked(H5Pset_link_creation_order(creation, ordered), "track the order of datasets");
+    checked(H5Pset_attr_creation_order(creation, ordered), "track the order of attributes");
+    checked(H5Pset_obj_track_times(creation, false), "leave out times");
+    return {H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose, "create the file"};
+}
+
 std::vector<std::string> attribute_names(hid_t object) {
     std::vector<std::string> names;
     checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, append_name, &names),

@@ -72,6 +72,10 @@ class Handle {
 Handle new_property_list(hid_t kind);
 Handle new_dataspace(std::span<const std::size_t> extents);
 
+/// A new file by an access property list. Its root keeps the order in which datasets and attributes
+/// are made, and no times.
+Handle create_file(const std::string& name, const Handle& access);
+
 /// Names in no particular order.
 std::vector<std::string> attribute_names(hid_t object);
 

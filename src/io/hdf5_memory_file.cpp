@@ -56,18 +56,7 @@ std::string name_in_memory() {
 
 }  // namespace
 
-Handle create_file(Bytes& bytes) {
-    constexpr unsigned ordered = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
-    const Handle access = access_to(bytes);
-    checked(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110),
-            "choose the format version");
-    const Handle creation = new_property_list(H5P_FILE_CREATE);
-    checked(H5Pset_link_creation_order(creation, ordered), "track the order of datasets");
-    checked(H5Pset_attr_creation_order(creation, ordered), "track the order of attributes");
-    checked(H5Pset_obj_track_times(creation, false), "leave out times");
-    return {H5Fcreate(name_in_memory().c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose,
-            "create the file"};
-}
+Handle create_file(Bytes& bytes) { return create_file(name_in_memory(), access_to(bytes)); }
 
 Handle open_file(const Bytes& bytes) {
     Bytes& image = const_cast<Bytes&>(bytes);  // only read

@@ -6,8 +6,7 @@
 
 namespace stratus::io::hdf5 {
 
-/// A new file whose bytes are in `bytes` once it is closed; `bytes` must outlive it. Its root keeps
-/// the order in which datasets and attributes are made, and no times.
+/// A new file whose bytes are in `bytes` once it is closed; `bytes` must outlive it.
 Handle create_file(Bytes& bytes);
 
 /// Opens the file in `bytes`, which must outlive it, for reading.

@@ -5,6 +5,7 @@
 // are those of HDF5 1.10, whose own checksums the library compares.
 #include "hdf5_attributes.h"
 #include "hdf5_chunks.h"
+#include "hdf5_disk_file.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"
 #include "table_content.h"
@@ -62,7 +63,7 @@ Handle creation_properties(std::span<const std::size_t> extents) {
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
-                     const std::vector<Number>& values) {
+                     const std::vector<Number>& values, int threads = 1) {
     const std::string task = "write dataset " + name;
     const Handle space = new_dataspace(extents);
     const Handle creation = creation_properties(extents);
@@ -70,7 +71,7 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
     if constexpr (std::is_same_v<Number, float>)
-        if (is_chunked(extents)) write_chunks(dataset, name, extents, values);
+        if (is_chunked(extents)) write_chunks(dataset, name, extents, values, threads);
     if (!is_chunked(extents))
         checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                          values.data()),
@@ -81,11 +82,12 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
     return dataset;
 }
 
-void write_axis(hid_t file, const AxisField& field, const Axis& axis) {
+void write_axis(hid_t file, const AxisField& field, const Table& table) {
+    const Axis& axis = axis_of(table, field);
     const std::size_t count = axis.values.size();
     const Handle dataset =
         write_dataset(file, field.name, field.long_name, field.units, {&count, 1}, axis.values);
-    write_text(dataset, "scale", stored_scale_name(field, axis));
+    write_text(dataset, "scale", stored_scale_name(field, table));
     checked(H5DSset_scale(dataset, field.name),
             std::string("make a dimension scale of ") + field.name);
 }
@@ -150,7 +152,7 @@ std::vector<Number> read_over_axes(const Source& source, const std::string& name
     return read_values<Number>(source, dataset, name, extents);
 }
 
-void read_axis(const Source& source, const AxisField& field, Axis& axis) {
+void read_axis(const Source& source, const AxisField& field, Table& table) {
     const std::string name = field.name;
     const Handle dataset = open_dataset(source.file, name);
     const std::vector<std::size_t> extents = dataset_extents(dataset, name, 1);
@@ -159,8 +161,28 @@ void read_axis(const Source& source, const AxisField& field, Axis& axis) {
                                  " samples");
     const auto scale = read_text(dataset, "scale");
     if (!scale) throw std::runtime_error(name + " has no attribute scale");
-    read_scale(field, axis, *scale);
-    axis.values = read_values<double>(source, dataset, name, extents);
+    read_scale(field, table, *scale);
+    axis_of(table, field).values = read_values<double>(source, dataset, name, extents);
+}
+
+}  // namespace
+
+namespace {
+
+void fill(hid_t file, const Table& table, const Metadata& metadata, int threads) {
+    const std::vector<AxisField> axes = axis_fields_of(table);
+    for (const AxisField& field : axes) write_axis(file, field, table);
+    const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
+                                     const auto& values) {
+        const std::vector<std::size_t> sizes = extents(table, rank);
+        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values, threads),
+                    std::span(axes).first(sizes.size()));
+    };
+    write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
+                    table.diffusion_exponent);
+    for (const SampleField& field : listed_samples(metadata))
+        write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
+    write_metadata(file, metadata);
 }
 
 }  // namespace
@@ -169,21 +191,16 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     const QuietErrors quiet;
     Bytes bytes;
     Handle file = create_file(bytes);
-    const std::vector<AxisField> axes = axis_fields_of(table);
-    for (const AxisField& field : axes) write_axis(file, field, table.*field.axis);
-    const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
-                                     const auto& values) {
-        const std::vector<std::size_t> sizes = extents(table, rank);
-        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values),
-                    std::span(axes).first(sizes.size()));
-    };
-    write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
-                    table.diffusion_exponent);
-    for (const SampleField& field : listed_samples(metadata))
-        write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
-    write_metadata(file, metadata);
+    constexpr int all_threads = 0;
+    fill(file, table, metadata, all_threads);
     file.close("finish the file");
     return bytes;
+}
+
+void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
+                int threads) {
+    const QuietErrors quiet;
+    write_file(path, [&](hid_t file) { fill(file, table, metadata, threads); });
 }
 
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
@@ -194,8 +211,8 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
     const Source source{file, bytes.size(), options.ignore_checksums};
     const Metadata metadata = read_metadata(file, options.ignore_checksums);
     Table table = table_without_samples(metadata, options.notes);
-    for (const AxisField& field : axis_fields_of(metadata, has_dataset(file, mixture_field.name)))
-        read_axis(source, field, table.*field.axis);
+    check_mixture_axis(metadata, has_dataset(file, parameter_name(PhaseParameter::mixture)));
+    for (const AxisField& field : axis_fields_of(table)) read_axis(source, field, table);
     check_azimuths(metadata, table);
     table.diffusion_exponent =
         read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));

@@ -14,12 +14,17 @@ namespace {
 struct Format {
     std::string_view magic;
     const char* kind;
-    io::Bytes (*encode)(const Table&, const io::Metadata&);
+    void (*write)(const Table&, const io::Metadata&, const std::filesystem::path&, int threads);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
-constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::encode_hdf5, io::decode_hdf5};
-constexpr Format exr{io::exr_magic, "an OpenEXR", io::encode_exr, io::decode_exr};
+void write_exr(const Table& table, const io::Metadata& metadata, const std::filesystem::path& path,
+               int) {
+    io::write_bytes(path, io::encode_exr(table, metadata));
+}
+
+constexpr Format hdf5{io::hdf5_magic, "an HDF5", io::write_hdf5, io::decode_hdf5};
+constexpr Format exr{io::exr_magic, "an OpenEXR", write_exr, io::decode_exr};
 
 const Format& format_of(const std::filesystem::path& path, const char* function) {
     const std::string extension = path.extension().string();
@@ -28,14 +33,9 @@ const Format& format_of(const std::filesystem::path& path, const char* function)
     return extension == ".h5" ? hdf5 : exr;
 }
 
-io::Bytes encode(const Table& table, const std::filesystem::path& path, const Format& format) {
-    io::check_table(table);
-    return io::naming(path, [&] { return format.encode(table, io::metadata_of(table)); });
-}
-
 void write_directly(const Table& table, const std::filesystem::path& path, const Format& format) {
-    const io::Bytes bytes = encode(table, path, format);
-    io::naming(path, [&] { io::write_bytes(path, bytes); });
+    io::check_table(table);
+    io::naming(path, [&] { format.write(table, io::metadata_of(table), path, 0); });
 }
 
 /// Reads a table, and names the path in errors and notes.
@@ -80,10 +80,12 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options) 
     return read(path, options, format_of(path, "read_table"));
 }
 
-void write_table(const Table& table, const std::filesystem::path& path) {
+void write_table(const Table& table, const std::filesystem::path& path, int threads) {
     const Format& format = format_of(path, "write_table");
-    const io::Bytes bytes = encode(table, path, format);
-    write_atomically(path, [&](const auto& temporary) { io::write_bytes(temporary, bytes); });
+    io::check_table(table);
+    write_atomically(path, [&](const auto& temporary) {
+        io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, threads); });
+    });
 }
 
 }  // namespace stratus

@@ -1,5 +1,5 @@
 // What a packed table's file is read into (packed_names.h says what it holds): the table without its
-// samples, and both sides for each sample of the mixture.
+// samples, and both sides for each member of a family.
 #pragma once
 
 #include <stratus/runtime/argument.h>
@@ -17,6 +17,9 @@ namespace stratus {
 constexpr const char* packed_caller = "packed table";
 constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
 
+/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+
 /// One side, with the memory that its view points to.
 struct SideMemory {
     PackedSide view{};
@@ -30,8 +33,8 @@ struct SideMemory {
     std::vector<FunctionRowOf<float>> no_functions;
 };
 
-/// The sides at one sample of the mixture.
-struct MixtureSample {
+/// The sides of one member.
+struct PackedMember {
     double extrapolation_length;
     SideMemory side[2];
 };
@@ -41,8 +44,14 @@ struct MixtureSample {
 /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
 Table packed_header(const TensorFile& file);
 
-/// Sample m of the mixture, or the only one, whose numbers stay in the file. Errors as above.
-MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m);
+/// Member m of the family, or the only one, whose numbers stay in the file, as does the sheet. Errors
+/// as above.
+PackedMember packed_member(const TensorFile& file, const Table& header, std::size_t m,
+                           const PathSheetView& sheet);
+
+/// The path law of a file: where that has none of it, `own` is worked out and referred to; nothing of
+/// families whose members differ in it. Errors as above.
+PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
 
 /// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
 PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,

@@ -7,6 +7,7 @@
 
 #include "layer_fluxes.h"
 #include "planet_shine.h"
+#include "ring_orders.h"
 #include "ring_shine.h"
 
 #include <algorithm>
@@ -22,6 +23,14 @@ Opposition opposition_of(const Scene& scene) {
     const bool on = scene.effects.opposition && scene.effects.single;
     if (!on) return {};
     return seen_opposition(scene.layer.opposition, scene.effects.density ? scene.layer.density : 0);
+}
+
+/// Whether a picture has so many samples, all of one sun, that RingOrders saves more than it costs.
+bool tabulates_orders(const Scene& scene, const Rings& rings) noexcept {
+    constexpr double lookups = 200;  // for each row of the profile
+    const double samples = 1.0 * scene.width * scene.height * scene.samples * scene.samples;
+    const bool one_sun = scene.sun_diameter == 0 || !scene.effects.sun_size;
+    return one_sun && samples > lookups * static_cast<double>(rings.profile.radius.size());
 }
 
 }  // namespace
@@ -78,15 +87,14 @@ LayerLight::LayerLight(const Scene& scene, const TableView& table)
 void LayerLight::shine(int threads) {
     const Rings* const rings = std::get_if<Rings>(&scene_.subject);
     if (!rings) return;
-    if (scene_.effects.ringshine) {
-        Scene more = scene_;
-        more.effects.single = more.effects.ringshine = more.effects.planetshine = false;
-        const LayerLight light(more, tables_);
-        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, light, threads);
+    if (tables_ && tabulates_orders(scene_, *rings)) {
+        const auto orders = std::make_shared<const RingOrders>(scene_, *rings, *this, threads);
+        if (!orders->empty()) ring_orders_ = orders;
     }
+    if (scene_.effects.ringshine)
+        ring_shine_ = std::make_shared<const RingShine>(scene_, *rings, *this, threads);
     if (scene_.effects.planetshine && !rings->surface.is_black())
-        planet_shine_ =
-            std::make_shared<const PlanetShine>(scene_, *rings, *this, tables_, threads);
+        planet_shine_ = std::make_shared<const PlanetShine>(scene_, *rings, *this, threads);
 }
 
 Rgb3 LayerLight::ringshine(const Vector3& point) const noexcept {
@@ -153,49 +161,66 @@ Matter LayerLight::channel_matter(const Matter& matter, std::size_t c) const noe
     return own;
 }
 
-Rgb3 LayerLight::packed_light(const Matter& matter, const Geometry& geometry,
-                              Side side) const noexcept {
-    const bool reflected = side == Side::reflection;
-    const double cosine = reflected ? cos_scattering_angle_reflected(geometry)
-                                    : cos_scattering_angle_transmitted(geometry);
+Scattering LayerLight::scattering(Side side, const Geometry& geometry) const noexcept {
+    const double cosine = side == Side::reflection ? cos_scattering_angle_reflected(geometry)
+                                                   : cos_scattering_angle_transmitted(geometry);
+    Scattering made{side, geometry, cosine, {}};
     const auto& components = scene_.layer.components;
-    double phase = 0;
-    if (scene_.effects.single) {
-        phase = components[0](cosine);
-        if (components.size() > 1)
-            phase = matter.mixture * phase + (1 - matter.mixture) * components[1](cosine);
+    if (scene_.effects.single && is_wanted(side))
+        for (std::size_t k = 0; k < components.size(); ++k) made.phase[k] = components[k](cosine);
+    return made;
+}
+
+double LayerLight::single(double mixture, double optical_depth,
+                          const Scattering& scattering) const noexcept {
+    const auto& [side, geometry, cosine, phases] = scattering;
+    double phase = phases[0];
+    if (scene_.layer.components.size() > 1) phase = mixture * phase + (1 - mixture) * phases[1];
+    if (phase == 0) return 0;
+    if (side == Side::transmission)
+        return single_transmission(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
+    const double light =
+        single_reflection(phase, 1, optical_depth, geometry.mu_in, geometry.mu_out);
+    if (opposition_.law == Opposition::Law::none) return light;
+    return light * opposition_table_.factor(cosine, optical_depth, geometry.mu_in, geometry.mu_out);
+}
+
+Rgb3 LayerLight::multiple(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!tables_ || !is_wanted(scattering.side) || matter.optical_depth == 0) return {};
+    PackedLayers layers;
+    for (std::size_t c = 0; c < 3; ++c) {
+        layers.albedo[c] = matter.albedo[c];
+        layers.optical_depth[c] = seen_depth_of(matter, c);
     }
-    const auto single_of = [&](double depth) {  // of albedo 1
-        return reflected
-                   ? single_reflection(phase, 1, depth, geometry.mu_in, geometry.mu_out) *
-                         opposition_table_.factor(cosine, depth, geometry.mu_in, geometry.mu_out)
-                   : single_transmission(phase, 1, depth, geometry.mu_in, geometry.mu_out);
-    };
-    double multiple[3] = {};
-    if (tables_) {
-        PackedLayers layers;
-        for (std::size_t c = 0; c < 3; ++c) {
-            layers.albedo[c] = matter.albedo[c];
-            layers.optical_depth[c] = seen_depth_of(matter, c);
+    double value[3] = {};
+    tables_->packed->multiple(scattering.side, layers, scattering.geometry, matter.mixture, value);
+    return {value[0], value[1], value[2]};
+}
+
+Rgb3 LayerLight::once(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!scene_.effects.single || !is_wanted(scattering.side)) return {};
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 value{};
+    double light = 0;
+    for (std::size_t c = 0; c < value.size(); ++c) {
+        if (c == 0 || extinction[c] != extinction[c - 1]) {
+            const double depth = seen_depth_of(matter, c);
+            light = depth == 0 ? 0 : single(matter.mixture, depth, scattering);
         }
-        tables_->packed->multiple(side, layers, geometry, matter.mixture, multiple);
+        value[c] = matter.albedo[c] * light;
     }
-    double single_depth = 0, single = 0;  // of the last channel
-    return each_channel(matter, [&](const Channel& channel) {
-        const double albedo = channel.albedo, depth = channel.optical_depth;
-        if (depth == 0) return 0.0;
-        if (scene_.effects.single && depth != single_depth) {
-            single_depth = depth;
-            single = single_of(depth);
-        }
-        return albedo * single + multiple[channel.index];
-    });
+    return value;
+}
+
+Rgb3 LayerLight::light(const Matter& matter, const Scattering& scattering) const noexcept {
+    if (!is_wanted(scattering.side) || matter.optical_depth == 0) return {};
+    if (recorded_) recorded_->add(matter, scattering.geometry, scattering.side);
+    return once(matter, scattering) + multiple(matter, scattering);
 }
 
 Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side) const noexcept {
     const bool reflected = side == Side::reflection;
-    const bool wanted = reflected ? scene_.effects.reflection : scene_.effects.transmission;
-    if (!wanted || matter.optical_depth == 0) return {};
+    if (!is_wanted(side) || matter.optical_depth == 0) return {};
     if (recorded_) recorded_->add(matter, geometry, side);
     if (!channels_.empty())
         return of_channels([&](const LayerLight& light, std::size_t c) {
@@ -214,7 +239,8 @@ Rgb3 LayerLight::light(const Matter& matter, const Geometry& geometry, Side side
     }
     if (const RgbSlice* const coloured = std::get_if<RgbSlice>(&slice_))
         return widened(value(*coloured));
-    return packed_light(matter, geometry, side);
+    const Scattering ready = scattering(side, geometry);
+    return once(matter, ready) + multiple(matter, ready);
 }
 
 bool LayerLight::has_sums() const noexcept {
@@ -272,9 +298,13 @@ void LightSum::finish() noexcept {
 }
 
 Rgb3 LayerLight::beam(const Matter& matter, double mu) const noexcept {
-    return each_channel(matter, [&](const Channel& channel) {
-        return direct_transmittance(channel.optical_depth, mu);
-    });
+    const auto& extinction = scene_.layer.extinction;
+    Rgb3 value;
+    for (std::size_t c = 0; c < value.size(); ++c)
+        value[c] = c > 0 && extinction[c] == extinction[c - 1]
+                       ? value[c - 1]
+                       : direct_transmittance(seen_depth_of(matter, c), mu);
+    return value;
 }
 
 /// Where channels find their fluxes at a cosine, one after another: what they share is found once.

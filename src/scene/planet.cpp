@@ -4,6 +4,18 @@
 #include <cmath>
 
 namespace stratus {
+namespace {
+
+/// Distance at which a ray enters the unit sphere; negative: nowhere.
+double distance_to_sphere(const Ray& ray) noexcept {
+    const double along = dot(ray.origin, ray.direction);
+    // By the ray's nearest point, as below.
+    const Vector3 nearest = ray.origin - along * ray.direction;
+    const double under = 1 - dot(nearest, nearest);
+    return under > 0 ? -along - std::sqrt(under) : -1;
+}
+
+}  // namespace
 
 double distance_to_globe(const Ray& ray, double flattening) noexcept {
     const double stretch = 1 / (1 - flattening);
@@ -11,10 +23,10 @@ double distance_to_globe(const Ray& ray, double flattening) noexcept {
     const Vector3 d{ray.direction.x, ray.direction.y, ray.direction.z * stretch};
     const double a = dot(d, d), b = dot(o, d);
     // By the ray's nearest point: b^2 - a c would cancel far from the globe.
-    const Vector3 nearest = o - (b / a) * d;
-    const double under = (1 - dot(nearest, nearest)) / a;
-    if (!(under > 0)) return -1;
-    return -b / a - std::sqrt(under);
+    const double inverse = 1 / a, along = b * inverse;
+    const Vector3 nearest = o - along * d;
+    const double under = (1 - dot(nearest, nearest)) * inverse;
+    return under > 0 ? -along - std::sqrt(under) : -1;
 }
 
 Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
@@ -23,7 +35,7 @@ Vector3 globe_normal(const Vector3& point, double flattening) noexcept {
 }
 
 Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
-    const double distance = distance_to_globe(view.ray, 0);
+    const double distance = distance_to_sphere(view.ray);
     if (distance < 0)
         return background_along(view.scene, view.ray.direction) +
                sun_along(view.scene, view.ray.direction);
@@ -34,10 +46,11 @@ Rgb3 radiance_of(const Planet& planet, const View& view) noexcept {
     const bool placed = layer.optical_depth.uses_image_place() || planet.surface.uses_image_place();
     const SurfacePoint point = placed ? sphere_point(normal) : SurfacePoint{normal, 0, 0};
     const Matter matter{layer.optical_depth.at(point), layer.albedo, 1};
-    return layer_light(view, matter, geometry, Side::reflection) +
-           irradiance(view, geometry.mu_in) *
-               (view.light.total_transmittance(matter, geometry.mu_out) *
-                view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
+    const Rgb3 light = layer_light(view, matter, geometry, Side::reflection);
+    if (planet.surface.is_black()) return light;
+    return light + irradiance(view, geometry.mu_in) *
+                       (view.light.total_transmittance(matter, geometry.mu_out) *
+                        view.light.ground(matter, geometry.mu_in, planet.surface.at(point)));
 }
 
 }  // namespace stratus

@@ -29,10 +29,6 @@ constexpr int azimuth_count = 24;
 /// Linear interpolation between radii holds where neither changes by more.
 constexpr double max_step = 0.05, max_intercepted_step = 0.1;
 
-Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
-    return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
-}
-
 std::vector<double> radii_of(const RingProfile& profile) {
     std::vector<double> radii{profile.inner()};
     for (std::size_t k = 1; k < profile.radius.size(); ++k) {
@@ -114,15 +110,6 @@ Sources<large_cells> merged(const Sources<small_cells>& sources) noexcept {
     return few;
 }
 
-Sources<small_cells> between(const Sources<small_cells>& near, const Sources<small_cells>& far,
-                             double share_of_far) noexcept {
-    Sources<small_cells> both;
-    for (std::size_t s = 0; s < both.size(); ++s)
-        both[s] = {(1 - share_of_far) * near[s].direction + share_of_far * far[s].direction,
-                   (1 - share_of_far) * near[s].irradiance + share_of_far * far[s].irradiance};
-    return both;
-}
-
 /// What the rings scatter of it towards the eye.
 template <class SomeSources>
 Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter& matter,
@@ -139,21 +126,50 @@ Rgb3 scattered(const SomeSources& sources, const LayerLight& light, const Matter
     return sum;
 }
 
-Scene with(Scene scene, bool SceneEffects::*effect, bool on) {
-    scene.effects.*effect = on;
-    return scene;
+/// A source, and its light's way to the eye.
+struct Lamp {
+    Rgb3 irradiance;
+    Scattering scattering;
+};
+
+template <class SomeSources>
+std::vector<Lamp> lamps_of(const SomeSources& sources, const LayerLight& light,
+                           const Vector3& to_eye) {
+    std::vector<Lamp> lamps;
+    for (const Source& source : sources) {
+        if (source.irradiance == Rgb3{}) continue;
+        const Vector3 direction = normalised(source.direction);
+        const Side side =
+            (direction.z > 0) == (to_eye.z > 0) ? Side::reflection : Side::transmission;
+        lamps.push_back(
+            {source.irradiance,
+             light.scattering(side, scattering_geometry({0, 0, 1}, direction, to_eye))});
+    }
+    return lamps;
+}
+
+/// The globe as one point of the rings sees it: for single scattering, and for orders n >= 2.
+struct GlobeLamps {
+    std::vector<Lamp> small, large;
+};
+
+/// What some of the rings' matter there scatters towards the eye.
+Rgb3 scattered(const GlobeLamps& lamps, const Scene& scene, const LayerLight& light,
+               const Matter& matter) noexcept {
+    const double depth = seen_depth(scene, matter.optical_depth);
+    Rgb3 once{}, more{};
+    for (const Lamp& lamp : lamps.small)
+        once = once + light.single(matter.mixture, depth, lamp.scattering) * lamp.irradiance;
+    for (const Lamp& lamp : lamps.large)
+        more = more + lamp.irradiance * light.multiple(matter, lamp.scattering);
+    return matter.albedo * once + more;
 }
 
 }  // namespace
 
 PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                         const LayerTables* tables, int threads)
+                         int threads)
     : radius_(radii_of(rings.profile)), grid_(radius_.size() * azimuth_count) {
-    Scene alone = scene;
-    alone.effects.ringshine = alone.effects.planetshine = false;
-    const Scene once = with(alone, &SceneEffects::multiple, false),
-                more = with(alone, &SceneEffects::single, false);
-    const LayerLight of_once(once, nullptr), of_more(more, tables);
     const auto globe_radius = [&](std::size_t r) {
         const double share = static_cast<double>(r) / (globe_radii - 1);
         return rings.profile.inner() +
@@ -161,11 +177,14 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
     };
     const auto azimuth_of = [](int k) { return direction_at(0, 2 * pi * k / azimuth_count); };
     parallel_for(azimuth_count, threads, [&](int k) {
-        std::vector<Sources<small_cells>> globe;
+        std::vector<GlobeLamps> globe;
         for (std::size_t r = 0; r < globe_radii; ++r) {
-            const Vector3 point = globe_radius(r) * azimuth_of(k);
-            const Ray ray{point, -to_camera(scene.camera, point)};
-            globe.push_back(sources_at(rings, {scene, light, ray, scene.to_sun}, point));
+            const Vector3 point = globe_radius(r) * azimuth_of(k),
+                          to_eye = stratus::to_camera(scene.camera, point);
+            const Ray ray{point, -to_eye};
+            const auto sources = sources_at(rings, {scene, light, ray, scene.to_sun}, point);
+            globe.push_back(
+                {lamps_of(sources, light, to_eye), lamps_of(merged(sources), light, to_eye)});
         }
         std::size_t above = 1;
         for (std::size_t row = 0; row < radius_.size(); ++row) {
@@ -173,44 +192,31 @@ PlanetShine::PlanetShine(const Scene& scene, const Rings& rings, const LayerLigh
             const Matter matter = rings.profile.at(radius, scene.layer.albedo);
             if (matter.optical_depth == 0) continue;
             while (above + 1 < globe_radii && globe_radius(above) < radius) ++above;
-            const double below = globe_radius(above - 1);
-            const Sources<small_cells> sources = between(
-                globe[above - 1], globe[above], (radius - below) / (globe_radius(above) - below));
-            const Vector3 to_eye = to_camera(scene.camera, radius * azimuth_of(k));
-            Rgb3& value = grid_[row * azimuth_count + static_cast<std::size_t>(k)];
-            value = scattered(sources, of_once, matter, to_eye);
-            if (scene.effects.multiple)
-                value = value + scattered(merged(sources), of_more, matter, to_eye);
+            const double below = globe_radius(above - 1),
+                         share = (radius - below) / (globe_radius(above) - below);
+            grid_[row * azimuth_count + static_cast<std::size_t>(k)] =
+                (1 - share) * scattered(globe[above - 1], scene, light, matter) +
+                share * scattered(globe[above], scene, light, matter);
         }
     });
 }
 
-Rgb3 PlanetShine::light(const Rings& rings, const View& view, const Vector3& point, double radius,
-                        const Matter& matter) const noexcept {
-    if (length(to_camera(view.scene.camera, point) + view.ray.direction) > 1e-9) {
-        const Ray& ray = view.ray;
-        const View alone{view.scene, view.light, ray, view.to_sun};
-        const Vector3 at = radius / std::hypot(point.x, point.y) * point;
-        return scattered(sources_at(rings, alone, at), view.light, matter, -ray.direction);
-    }
+AzimuthPlace PlanetShine::place(const Vector3& point) noexcept { return {point, azimuth_count}; }
+
+Rgb3 PlanetShine::to_camera(const AzimuthPlace& place, double radius) const noexcept {
     const auto above = std::lower_bound(radius_.begin() + 1, radius_.end() - 1, radius);
     const auto row = static_cast<std::size_t>(above - radius_.begin());
     const double share =
         std::clamp((radius - radius_[row - 1]) / (radius_[row] - radius_[row - 1]), 0.0, 1.0);
-    // Cubic between four azimuths, which go round.
-    const double turn = std::atan2(point.y, point.x) / (2 * pi);
-    const double place = (turn - std::floor(turn)) * azimuth_count, first = std::floor(place),
-                 t = place - first;
-    const double weight[] = {-t * (t - 1) * (t - 2) / 6, (t * t - 1) * (t - 2) / 2,
-                             -t * (t + 1) * (t - 2) / 2, t * (t * t - 1) / 6};
-    Rgb3 sum{};
-    for (int k = 0; k < 4; ++k) {
-        const auto azimuth = static_cast<std::size_t>(
-            (static_cast<int>(first) + k - 1 + azimuth_count) % azimuth_count);
-        sum = sum + weight[k] * ((1 - share) * grid_[(row - 1) * azimuth_count + azimuth] +
-                                 share * grid_[row * azimuth_count + azimuth]);
-    }
-    return sum;
+    return (1 - share) * place.interpolated(&grid_[(row - 1) * azimuth_count]) +
+           share * place.interpolated(&grid_[row * azimuth_count]);
+}
+
+Rgb3 PlanetShine::to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
+                               double radius, const Matter& matter) noexcept {
+    const View alone{view.scene, view.light, view.ray, view.to_sun};
+    const Vector3 at = radius / std::hypot(point.x, point.y) * point;
+    return scattered(sources_at(rings, alone, at), view.light, matter, -view.ray.direction);
 }
 
 }  // namespace stratus

@@ -14,6 +14,8 @@
 
 #include <stratus/scene/layer_light.h>
 
+#include "azimuth_place.h"
+
 #include <vector>
 
 namespace stratus {
@@ -27,13 +29,16 @@ class PlanetShine {
     /// `light` without planetshine.
     ///
     /// Accuracy 2e-3 of the rings' radiance, or of 5e-3 where they are darker.
-    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light,
-                const LayerTables* tables, int threads);
+    PlanetShine(const Scene& scene, const Rings& rings, const LayerLight& light, int threads);
 
     /// Of the rings' matter at a radius, in the direction from their centre to `point`, where the
-    /// view's ray meets them. Interpolated for rays to the camera, integrated for others.
-    Rgb3 light(const Rings& rings, const View& view, const Vector3& point, double radius,
-               const Matter& matter) const noexcept;
+    /// view's ray meets them: for rays to the camera, interpolated.
+    Rgb3 to_camera(const AzimuthPlace& place, double radius) const noexcept;
+    static AzimuthPlace place(const Vector3& point) noexcept;
+
+    /// For others, integrated.
+    static Rgb3 to_elsewhere(const Rings& rings, const View& view, const Vector3& point,
+                             double radius, const Matter& matter) noexcept;
 
   private:
     std::vector<double> radius_;  // every row of the profile, and between where depth changes

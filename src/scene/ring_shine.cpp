@@ -7,6 +7,7 @@
 #include "subjects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -51,7 +52,7 @@ Rgb3 interpolated(const Rgb3* values, int width, const Stencil& row,
 /// Light that leaves the rings, averaged over ringlets, for the sun's own direction: what was
 /// scattered once over the phase function, which may be narrow, apart from the orders n >= 2.
 struct RingShine::Light {
-    Light(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
+    Light(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
         : inner(rings.profile.inner()),
           width((rings.profile.outer() - inner) / ringlets),
           to_sun(std::max(std::abs(scene.to_sun.z), 1e-6)),
@@ -64,7 +65,7 @@ struct RingShine::Light {
         parallel_for(ringlets, threads, [&](int ringlet) {
             const auto parts = parts_of(scene, rings, ringlet);
             if (scene.effects.single) fill_once(scene, parts, ringlet);
-            if (has_more) fill_orders(more, parts, ringlet);
+            if (has_more) fill_orders(layer, parts, ringlet);
         });
     }
 
@@ -108,16 +109,19 @@ struct RingShine::Light {
                 }
     }
 
-    void fill_orders(const LayerLight& more, const Parts& parts, int ringlet) {
+    void fill_orders(const LayerLight& light, const Parts& parts, int ringlet) {
         std::size_t at = orders_row(ringlet);
         for (const double mu : cosine.values)
             for (const double phi : azimuth.values) {
                 const Geometry geometry{to_sun, mu, phi};
                 for (const auto& [part, matter] : parts) {
                     orders[0][at] =
-                        orders[0][at] + part * to_sun * more.transmission(matter, geometry);
+                        orders[0][at] +
+                        part * to_sun *
+                            light.multiple(matter, {Side::transmission, geometry, 0, {}});
                     orders[1][at] =
-                        orders[1][at] + part * to_sun * more.reflection(matter, geometry);
+                        orders[1][at] +
+                        part * to_sun * light.multiple(matter, {Side::reflection, geometry, 0, {}});
                 }
                 ++at;
             }
@@ -130,18 +134,24 @@ struct RingShine::Light {
         return (static_cast<std::size_t>(ringlet) * components.size() + component) * cosine_count;
     }
 
-    /// Towards `to_point`, of a sun on the z > 0 side, above the x axis.
-    Rgb3 at(int ringlet, const Vector3& sun, const Vector3& to_point, bool lit) const noexcept {
-        const Stencil along = cosine_view.stencil(std::abs(to_point.z));
-        const double scattering = -dot(sun, to_point);
-        Rgb3 sum{};
-        for (std::size_t k = 0; k < components.size(); ++k)
-            sum = sum +
-                  components[k](scattering) * interpolated(&once[lit][once_row(ringlet, k)], along);
+    /// Towards a point that `towards` leads to, whose z counts up from the rings: on the unlit and
+    /// on the lit side, of a sun above the x axis.
+    std::array<Rgb3, 2> at(int ringlet, const Vector3& sun, const Vector3& towards) const noexcept {
+        const Stencil along = cosine_view.stencil(towards.z);
+        std::array<Rgb3, 2> sum{};
+        for (const std::size_t side : {0u, 1u}) {
+            const double scattering = (side == 0 ? 1 : -1) * sun.z * towards.z - sun.x * towards.x;
+            for (std::size_t k = 0; k < components.size(); ++k)
+                sum[side] = sum[side] + components[k](scattering) *
+                                            interpolated(&once[side][once_row(ringlet, k)], along);
+        }
         if (!has_more) return sum;
-        const double around = std::atan2(std::abs(to_point.y), -to_point.x);
-        return sum + interpolated(&orders[lit][orders_row(ringlet)], azimuth_count, along,
-                                  azimuth_view.mirrored_stencil(around));
+        const Stencil around =
+            azimuth_view.mirrored_stencil(std::atan2(std::abs(towards.y), -towards.x));
+        for (const std::size_t side : {0u, 1u})
+            sum[side] = sum[side] + interpolated(&orders[side][orders_row(ringlet)], azimuth_count,
+                                                 along, around);
+        return sum;
     }
 
     double inner, width, to_sun;
@@ -156,36 +166,38 @@ struct RingShine::Light {
     std::vector<Rgb3> once[2], orders[2];
 };
 
-RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& more, int threads)
+RingShine::RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads)
     : to_sun_(scene.to_sun),
       flattening_(rings.flattening),
       shadows_(scene.effects.shadows),
       latitude_(
           make_axis(AxisScale::linear, 0, std::acos(1 / rings.profile.outer()), latitude_count)),
       solar_time_(make_axis(AxisScale::linear, 0, pi, solar_time_count)) {
-    const Light light(scene, rings, more, threads);
+    const Light light(scene, rings, layer, threads);
     for (auto& side : grid_) side.resize(latitude_count * solar_time_count);
     parallel_for(latitude_count, threads, [&](int i) {
-        for (std::size_t k = 0; k < solar_time_count; ++k)
-            for (const bool lit : {false, true})
-                grid_[lit][static_cast<std::size_t>(i) * solar_time_count + k] =
-                    integral(light, latitude_.values[static_cast<std::size_t>(i)],
-                             solar_time_.values[k], lit);
+        const auto row = static_cast<std::size_t>(i);
+        for (std::size_t k = 0; k < solar_time_count; ++k) {
+            const auto sides = integrals(light, latitude_.values[row], solar_time_.values[k]);
+            for (const std::size_t side : {0u, 1u})
+                grid_[side][row * solar_time_count + k] = sides[side];
+        }
     });
 }
 
-Rgb3 RingShine::integral(const Light& light, double latitude, double solar_time, bool lit) const {
+std::array<Rgb3, 2> RingShine::integrals(const Light& light, double latitude,
+                                         double solar_time) const {
     const GaussLegendre& gauss = light.gauss;
     const double pole = 1 - flattening_;
     const Vector3 sun{std::hypot(to_sun_.x, to_sun_.y), 0, std::abs(to_sun_.z)};  // z > 0 is lit
+    // Of either side; the one above the rings stands for both.
     const Vector3 point{std::cos(latitude) * std::cos(solar_time),
-                        std::cos(latitude) * std::sin(solar_time),
-                        (lit ? 1 : -1) * pole * std::sin(latitude)};
+                        std::cos(latitude) * std::sin(solar_time), pole * std::sin(latitude)};
     const Vector3 normal = globe_normal(point, flattening_);
     // A point is in shadow where, stretched along z until the globe is a sphere, it is within 1 of
     // the line from the globe's centre away from the sun.
     const double stretched = sun.x * sun.x + sun.z * sun.z / (pole * pole);
-    Rgb3 sum{};
+    std::array<Rgb3, 2> sum{};
     for (int ringlet = 0; ringlet < ringlets; ++ringlet) {
         const double to = light.inner + (ringlet + 1) * light.width,
                      from = std::max(to - light.width, 1 / std::cos(latitude));
@@ -207,8 +219,10 @@ Rgb3 RingShine::integral(const Light& light, double latitude, double solar_time,
                 const double inverse = 1 / length(v);
                 const double area = radius * (to - from) * gauss.weight[k] * (end - begin) / 2;
                 const double cosines = dot(normal, v) * std::abs(v.z) * inverse * inverse;
-                sum = sum + area * cosines * inverse * inverse / pi *
-                                light.at(ringlet, sun, -inverse * v, lit);
+                const double weight = area * cosines * inverse * inverse / pi;
+                const std::array<Rgb3, 2> sides = light.at(ringlet, sun, -inverse * v);
+                for (const std::size_t side : {0u, 1u})
+                    sum[side] = sum[side] + weight * sides[side];
             }
         }
     }

@@ -15,25 +15,27 @@
 #include <stratus/runtime/axis.h>
 #include <stratus/scene/layer_light.h>
 
+#include <array>
 #include <vector>
 
 namespace stratus {
 
 class RingShine {
   public:
-    /// Works E out on a grid of latitudes and local solar times. `more` is the layer's light without
-    /// that which is scattered once.
+    /// Works E out on a grid of latitudes and local solar times. `layer` gives its
+    /// orders n >= 2.
     ///
     /// Accuracy 5e-3 of E, 5e-6 where the rings hardly rise above the horizon; of light scattered
     ///          once for phase functions to asymmetry 0.9, of higher orders to 0.5.
-    RingShine(const Scene& scene, const Rings& rings, const LayerLight& more, int threads);
+    RingShine(const Scene& scene, const Rings& rings, const LayerLight& layer, int threads);
 
     /// E at a point of the globe, of a white sun.
     Rgb3 irradiance(const Vector3& point) const noexcept;
 
   private:
     struct Light;
-    Rgb3 integral(const Light& light, double latitude, double solar_time, bool lit) const;
+    /// At the places of both hemispheres: in darkness above its rings, and not.
+    std::array<Rgb3, 2> integrals(const Light& light, double latitude, double solar_time) const;
 
     Vector3 to_sun_;
     double flattening_;

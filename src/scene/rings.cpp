@@ -2,6 +2,7 @@
 
 #include "planet_shine.h"
 #include "ring_footprint.h"
+#include "ring_orders.h"
 #include "subjects.h"
 
 #include <algorithm>
@@ -61,12 +62,6 @@ Rgb3 ring_shadow(const Rings& rings, const View& view, const Vector3& point) noe
     return share;
 }
 
-/// Sunlight that the rings' matter scatters where it is not in the planet's shadow.
-Rgb3 ring_light(const Matter& matter, const View& view, const Geometry& geometry) noexcept {
-    const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
-    return layer_light(view, matter, geometry, lit ? Side::reflection : Side::transmission);
-}
-
 }  // namespace
 
 Matter RingProfile::at(double at_radius, const std::array<double, 3>& tint) const noexcept {
@@ -114,21 +109,43 @@ Rgb3 radiance_of(const Rings& rings, const View& view) noexcept {
     const bool dark =
         view.scene.effects.shadows && distance_to_globe({point, view.to_sun}, rings.flattening) > 0;
     const PlanetShine* const shine = view.light.planetshine();
+    const bool is_to_camera =
+                   length(to_camera(view.scene.camera, point) + view.ray.direction) <= 1e-9,
+               is_suns_centre = length(view.to_sun - view.scene.to_sun) <= 1e-9;
     const Geometry geometry = scattering_geometry({0, 0, 1}, view.to_sun, -view.ray.direction);
     const double mu = geometry.mu_out;
-    Rgb3 light{}, beam{}, background_share{};  // what the rings send, and let pass
-    footprint.visit(rings.profile, view.scene.layer.albedo,
-                    seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
-                    [&](const Matter& matter, double radius, double part) {
-                        if (!dark) light = light + part * ring_light(matter, view, geometry);
-                        if (shine && matter.optical_depth > 0)
-                            light = light + part * shine->light(rings, view, point, radius, matter);
-                        if (!view.scene.effects.background) return;
-                        beam = beam + part * view.light.beam(matter, mu);
-                        if (to_planet <= 0)
-                            background_share =
-                                background_share + part * view.light.background(matter, mu);
-                    });
+    Scattering scattering;  // of sunlight
+    if (!dark) {
+        const bool lit = (view.to_sun.z > 0) == (view.ray.direction.z < 0);
+        scattering = view.light.scattering(lit ? Side::reflection : Side::transmission, geometry);
+    }
+    const bool background_behind = to_planet <= 0 && !view.scene.background.is_black(),
+               beam_behind = to_planet > 0 || view.scene.sun_visible;
+    const RingOrders* const orders =
+        is_to_camera && is_suns_centre ? view.light.ring_orders() : nullptr;
+    const AzimuthPlace orders_place = orders ? orders->place(point) : AzimuthPlace(),
+                       shine_place =
+                           shine && is_to_camera ? PlanetShine::place(point) : AzimuthPlace();
+    Rgb3 sunlight{}, planetlight{}, beam{}, background_share{};
+    footprint.visit(
+        rings.profile, view.scene.layer.albedo,
+        seen_depth(view.scene, 1) * (1 / mu + 1 / geometry.mu_in),
+        [&](const Matter& matter, double radius, double part) {
+            if (!dark && matter.optical_depth > 0)
+                sunlight = sunlight + part * (orders ? view.light.once(matter, scattering) +
+                                                           orders->light(orders_place, radius)
+                                                     : view.light.light(matter, scattering));
+            if (shine && matter.optical_depth > 0)
+                planetlight =
+                    planetlight + part * (is_to_camera ? shine->to_camera(shine_place, radius)
+                                                       : PlanetShine::to_elsewhere(
+                                                             rings, view, point, radius, matter));
+            if (!view.scene.effects.background) return;
+            if (beam_behind) beam = beam + part * view.light.beam(matter, mu);
+            if (background_behind)
+                background_share = background_share + part * view.light.background(matter, mu);
+        });
+    const Rgb3 light = irradiance(view, geometry.mu_in) * sunlight + planetlight;
     if (!view.scene.effects.background) return light;
     return to_planet > 0 ? light + beam * planet()
                          : light + background_share * background() + beam * sun();

@@ -41,6 +41,11 @@ Rgb3 globe_light(const Rings& rings, const View& view, const Vector3& point) noe
 /// The normal of that globe at one of its points.
 Vector3 globe_normal(const Vector3& point, double flattening) noexcept;
 
+/// The direction along which a camera sees a point, towards it.
+inline Vector3 to_camera(const Camera& camera, const Vector3& point) noexcept {
+    return camera.orthographic ? -camera.forward() : normalised(camera.position - point);
+}
+
 /// Of a surface that sees the sun at cosine `mu`, over that of one that faces a white sun.
 inline Rgb3 irradiance(const View& view, double mu) noexcept {
     const auto& colour = view.scene.sun_colour;

@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* ending = packed_ending;
+constexpr const char* former_ending = ".h5";  // of files that this version does not read
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -37,7 +38,8 @@ std::string hash_of(const std::string& text) {
 
 /// What may be wider than asked, in the order of a file's name.
 std::vector<Range> ranges_of(const Recipe& recipe) {
-    return {recipe.optical_depth, recipe.albedo, recipe.mixture.value_or(Range{1, 1}),
+    const Range* const mixture = mixture_of(recipe);
+    return {recipe.optical_depth, recipe.albedo, mixture ? *mixture : Range{1, 1},
             recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
 
@@ -52,7 +54,7 @@ std::string kind_of(Recipe recipe) {
     recipe.albedo = {1, 1};
     recipe.mu_in = recipe.mu_out = {0, 1};
     recipe.azimuth = {0, 180};
-    if (recipe.mixture) recipe.mixture = Range{0, 1};
+    if (Range* const mixture = mixture_of(recipe)) *mixture = {0, 1};
     recipe.reflection = recipe.transmission = true;
     return baking_program() + "\n" +
            (infinite      ? "infinite depth alone\n"
@@ -73,7 +75,7 @@ std::string key_of(const Recipe& recipe) { return name_of(recipe) + "\n" + kind_
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> fields_of(const fs::path& path) {
-    if (path.extension() != ending) return {};
+    if (path.extension() != ending && path.extension() != former_ending) return {};
     const std::string stem = path.stem().string();
     std::vector<std::string> fields;
     std::size_t start = 0;
@@ -91,7 +93,8 @@ std::vector<std::string> fields_of(const fs::path& path) {
 bool serves(const fs::path& path, const Recipe& recipe, const std::string& kind) {
     const std::vector<std::string> fields = fields_of(path);
     const std::vector<Range> asked = ranges_of(recipe);
-    if (fields.size() != 2 + 2 * asked.size() || fields[0] != kind) return false;
+    if (path.extension() != ending || fields.size() != 2 + 2 * asked.size() || fields[0] != kind)
+        return false;
     const auto has = [&](char side) { return fields[1].find(side) != std::string::npos; };
     if ((recipe.reflection && !has('r')) || (recipe.transmission && !has('t'))) return false;
     for (std::size_t k = 0; k < asked.size(); ++k) {

@@ -3,7 +3,9 @@
 // albedo [0, 1] and optical_depth [0, inf) are those of the layer at this point; mu_in and mu_out,
 // (0, 1], are cosines to the normal of the directions to the light and to the eye; azimuth, in
 // radians, lies between the two directions of propagation: 0 is forward. R = 1 is a white Lambert
-// surface: BRDF = R / pi. Light that goes straight through is stratus_direct alone.
+// surface: BRDF = R / pi. Light that goes straight through is stratus_direct alone. Over a lower
+// boundary R is that of both, and T is 0. A stack has an albedo and a depth of its own: those given
+// count for nothing. Both are lit from above.
 //
 //   stratus_reflection(albedo, optical_depth, mu_in, mu_out, azimuth)     R: .single, .multiple
 //   stratus_transmission(albedo, optical_depth, mu_in, mu_out, azimuth)   diffuse T, likewise
@@ -46,6 +48,16 @@ StratusAttenuation stratus_attenuation(float x) {
     return of;
 }
 
+float stratus_transmitted(float x) {
+    StratusAttenuation of = stratus_attenuation(x);
+    return of.transmitted;
+}
+
+float stratus_extinguished(float x) {
+    StratusAttenuation of = stratus_attenuation(x);
+    return of.extinguished;
+}
+
 float stratus_log2(float x) {
     int exponent = stratus_exponent(x);
     float mantissa = x * stratus_power_of_two(-exponent);
@@ -77,13 +89,20 @@ float stratus_sine_squared(float x) {
     return min(sine * sine, 1.0f);
 }
 
+// ---- components of what functions return: OSL selects those of variables alone
+
+float stratus_x(vec4 v) { return v.x; }
+float stratus_y(vec4 v) { return v.y; }
+float stratus_z(vec4 v) { return v.z; }
+float stratus_w(vec4 v) { return v.w; }
+
 // ---- what the textures hold: a record of 16 texels for each side, then arrays (docs/shaders.md)
 
 vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 
 // Of sample k of the albedo: diffusion exponent, 1 / deficit and scale of the deepest finite sample.
 vec4 stratus_of_albedo(int side, int k) {
-    return stratus_number(int(stratus_field(side, 13).x) + k);
+    return stratus_number(int(stratus_x(stratus_field(side, 13))) + k);
 }
 
 float stratus_component(vec4 v, int i) {
@@ -166,21 +185,71 @@ float stratus_lobe(vec4 lobe, StratusPath path) {
     return lobe.x / (square * sqrt(square));
 }
 
-// Phase functions side by side: of the layer, of a layer that is its lower boundary.
-vec4 stratus_phases(int side, StratusPath path) {
-    vec4 polynomial = stratus_field(side, 0);
+// Phase functions side by side: of the layer, of a layer that is its lower boundary. Texel curve is
+// the first of three; texel samples is that of their samples, if there are any.
+vec4 stratus_phases_of(int curve, int samples, StratusPath path) {
+    vec4 polynomial = stratus_number(curve);
     if (polynomial.w > 0.0f) {
         float x = (sqrt(path.forward * 0.5f) - sqrt(path.backward * 0.5f)) * 0.5f + 0.5f;
         float place = stratus_clamp(x, 0.0f, 0.999999f) * polynomial.w;
         float sample_before = floor(place);
         float t = place - sample_before;
-        vec4 at = stratus_number(int(stratus_field(side, 13).z) + int(sample_before));
+        vec4 at = stratus_number(samples + int(sample_before));
         return vec4(at.x + t * (at.z - at.x), at.y + t * (at.w - at.y), 0.0f, 0.0f);
     }
     return vec4(path.forward * (path.forward * polynomial.z + polynomial.y) + polynomial.x +
-                    stratus_lobe(stratus_field(side, 1), path) +
-                    stratus_lobe(stratus_field(side, 2), path),
+                    stratus_lobe(stratus_number(curve + 1), path) +
+                    stratus_lobe(stratus_number(curve + 2), path),
                 0.0f, 0.0f, 0.0f);
+}
+
+vec4 stratus_phases(int side, StratusPath path) {
+    return stratus_phases_of(side * 16, int(stratus_z(stratus_field(side, 13))), path);
+}
+
+float stratus_once_transmitted(float phase, float albedo, float depth, StratusPath path) {
+    float steep = 1.0f / max(path.mu_in, path.mu_out);
+    float shallow = 1.0f / min(path.mu_in, path.mu_out);
+    float excess = max((shallow - steep) * depth, 1e-18f);
+    StratusAttenuation beam = stratus_attenuation(steep * depth);
+    StratusAttenuation more = stratus_attenuation(excess);
+    return phase * beam.transmitted * (steep * depth) * shallow * (more.extinguished / excess) *
+           albedo * 0.25f;
+}
+
+// Of the layers of a stack: each one's own, through those above it and, where light leaves below,
+// those beneath it.
+float stratus_single_of_layers(int side, StratusPath path) {
+    vec4 stack = stratus_field(side, 15);
+    float above = 0.0f;
+    float sum = 0.0f;
+    for (int k = 0; k < int(stack.y); ++k) {
+        int curve = int(stack.x) + 4 * k;
+        vec4 of = stratus_number(curve + 3);  // albedo, depth, first of its phase samples
+        float phase = stratus_x(stratus_phases_of(curve, int(of.z), path));
+        float through;
+        float once;
+        if (side == STRATUS_REFLECTION) {
+            float lost = stratus_extinguished(of.y / path.mu_in + of.y / path.mu_out);
+            through = stratus_transmitted(above / path.mu_in + above / path.mu_out);
+            once = phase * lost * of.x * 0.25f / (path.mu_in + path.mu_out);
+        } else {
+            float below = max(stack.z - above - of.y, 0.0f);
+            through = stratus_transmitted(above / path.mu_in + below / path.mu_out);
+            once = stratus_once_transmitted(phase, of.x, of.y, path);
+        }
+        sum = sum + through * once;
+        above = above + of.y;
+    }
+    return sum;
+}
+
+bool stratus_is_stack() { return stratus_y(stratus_field(STRATUS_REFLECTION, 15)) > 0.0f; }
+
+// Optical depth, [0, 1e30], of the layer or of all layers of a stack.
+float stratus_depth(float optical_depth) {
+    vec4 stack = stratus_field(STRATUS_REFLECTION, 15);
+    return stratus_clamp(stack.y > 0.0f ? stack.z : optical_depth, 0.0f, 1e30f);
 }
 
 float stratus_single_reflection(float albedo, float depth, StratusPath path) {
@@ -189,19 +258,15 @@ float stratus_single_reflection(float albedo, float depth, StratusPath path) {
     StratusAttenuation into = stratus_attenuation(depth / path.mu_in);
     StratusAttenuation back = stratus_attenuation(depth / path.mu_out);
     float beam = into.transmitted * back.transmitted;
+    float sum = path.mu_in + path.mu_out;
+    float below = phases.y * beam * boundary.y / sum + beam * boundary.x;
+    if (stratus_is_stack()) return stratus_single_of_layers(STRATUS_REFLECTION, path) + below;
     float lost = into.extinguished + back.extinguished - into.extinguished * back.extinguished;
-    return (phases.x * lost * albedo * 0.25f + phases.y * beam * boundary.y) /
-               (path.mu_in + path.mu_out) +
-           beam * boundary.x;
+    return phases.x * lost * albedo * 0.25f / sum + below;
 }
 
 float stratus_single_transmission(float albedo, float depth, StratusPath path) {
-    float steep = 1.0f / max(path.mu_in, path.mu_out);
-    float shallow = 1.0f / min(path.mu_in, path.mu_out);
-    float excess = max((shallow - steep) * depth, 1e-18f);
-    StratusAttenuation beam = stratus_attenuation(steep * depth);
-    StratusAttenuation more = stratus_attenuation(excess);
-    return stratus_phases(STRATUS_TRANSMISSION, path).x * beam.transmitted * (steep * depth) *
-           shallow * (more.extinguished / excess) * albedo * 0.25f;
+    if (stratus_is_stack()) return stratus_single_of_layers(STRATUS_TRANSMISSION, path);
+    float phase = stratus_x(stratus_phases(STRATUS_TRANSMISSION, path));
+    return stratus_once_transmitted(phase, albedo, depth, path);
 }
-

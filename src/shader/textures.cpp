@@ -112,7 +112,41 @@ void append_cells(const PackedSide& side, std::size_t rows, Texels& to) {
     }
 }
 
-void append_side(const PackedTable& table, Side which, Texels& to) {
+/// The three texels that a phase function begins with: polynomial and last sample, two lobes.
+std::array<Texel, 3> of_phase(const PhaseCurveView& curve) {
+    const auto lobe = [&](int k) {
+        const PhaseLobe& of = curve.lobe[k];
+        return Texel{of.scale, of.offset, of.forward, of.backward};
+    };
+    return {{{curve.polynomial[0], curve.polynomial[1], curve.polynomial[2], exactly(curve.last)},
+             lobe(0),
+             lobe(1)}};
+}
+
+/// The layers of a stack, four texels each, and samples of their phase functions: first texel,
+/// layers, depth of all.
+Texel append_layers(const TableView& view, std::vector<Texel>& numbers) {
+    if (!view.is_stack()) return {0, 0, 0, 0};
+    const std::vector<StackLayer>& layers = *view.layers;
+    const std::size_t first = numbers.size();
+    numbers.resize(first + 4 * layers.size());
+    double depth = 0;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const StackLayer& layer = layers[k];
+        const PhaseCurve curve(layer.phase_function);
+        const std::array<Texel, 3> phase = of_phase(curve.view());
+        std::copy(phase.begin(), phase.end(),
+                  numbers.begin() + static_cast<std::ptrdiff_t>(first + 4 * k));
+        numbers[first + 4 * k + 3] = {static_cast<float>(layer.albedo),
+                                      static_cast<float>(std::min(layer.optical_depth, 1e30)),
+                                      exactly(numbers.size()), 0};
+        append_phase(curve.view(), 1, numbers);
+        depth += layer.optical_depth;
+    }
+    return {exactly(first), exactly(layers.size()), static_cast<float>(std::min(depth, 1e30)), 0};
+}
+
+void append_side(const PackedTable& table, Side which, const Texel& stack, Texels& to) {
     const PackedSide& side = table.side(which);
     const TableView view = table.view();
     const bool lit = which == Side::reflection;
@@ -131,15 +165,11 @@ void append_side(const PackedTable& table, Side which, Texels& to) {
     const std::size_t cells = to.numbers.size();
     if (held) append_cells(side, FunctionLayout(view).rows(), to);
 
-    const PhaseCurveView& curve = side.phase;
-    const auto lobe = [&](int k) {
-        const PhaseLobe& of = curve.lobe[k];
-        return Texel{of.scale, of.offset, of.forward, of.backward};
-    };
+    const std::array<Texel, 3> curve = of_phase(side.phase);
     const Texel record[record_texels] = {
-        {curve.polynomial[0], curve.polynomial[1], curve.polynomial[2], exactly(curve.last)},
-        lobe(0),
-        lobe(1),
+        curve[0],
+        curve[1],
+        curve[2],
         of_axis(side.albedo, as_float(side.fourth_root_of_albedo)),
         of_axis(side.optical_depth, as_float(side.ends_at_infinity)),
         of_axis(side.mu_in, as_float(side.symmetric)),
@@ -157,7 +187,7 @@ void append_side(const PackedTable& table, Side which, Texels& to) {
          exactly(side.path.channel / 2)},
         {exactly(of_albedo), exactly(cells), exactly(phase), exactly(path)},
         {as_float(held), as_float(view.has_lower_boundary()), 0, 0},
-        {0, 0, 0, 0}};
+        stack};
     std::copy_n(record, record_texels, to.numbers.begin() + (lit ? 0 : record_texels));
 }
 
@@ -176,14 +206,15 @@ ShaderTexture texture(std::string name, bool halves, const void* data, std::size
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     constexpr const char* caller = "shader";
     const TableView view = table.view();
-    require(!view.has_mixture(), caller, "TABLE", "one that mixes nothing",
-            "one with a mixture axis");
-    require(!view.is_stack(), caller, "TABLE", "of one layer", "of a stack");
+    require(!view.has_family(), caller, "TABLE", "of one mixture: table_of_share(), --mixture",
+            "one with a mixture axis or another family");
     Texels texels;
     for (const Side side : {Side::reflection, Side::transmission})
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())
             texels.halves = texels.halves && table.side(side).halves;
-    for (const Side side : {Side::reflection, Side::transmission}) append_side(table, side, texels);
+    const Texel stack = append_layers(view, texels.numbers);
+    for (const Side side : {Side::reflection, Side::transmission})
+        append_side(table, side, stack, texels);
     constexpr std::size_t most = std::size_t{1} << 24;  // whole numbers that a float holds
     const std::size_t count = std::max(texels.numbers.size(), texels.function_texels());
     require(count <= most, caller, "texels of TABLE", "at most 16777216", count);

@@ -31,50 +31,55 @@ MatrixXd tabulate_cosines(const std::vector<double>& azimuths, int modes) {
 
 /// Quantities shared by all solutions at one pair of cosines and a list of azimuths.
 struct PairTable {
-    const MatrixXd& cosines;  // DirectionGrid::cosines
     std::span<const double> cos_scattering_angle, phase, boundary_phase;
 };
 
-void sum_modes(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
-               std::span<double> values) {
-    Eigen::Map<VectorXd> sum(values.data(), table.cosines.rows());
-    sum.setZero();
+/// The Fourier series between mu(in) and each of some mu(out), azimuths x out.
+MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<const int> out,
+                   const MatrixXd& cosines) {
     const auto& modes =
         side == Side::reflection ? layer.reflection_modes : layer.transmission_modes;
-    for (std::size_t m = 0; m < modes.size(); ++m)
-        sum += modes[m](in, out) * table.cosines.col(static_cast<Eigen::Index>(m));
+    const auto count = static_cast<Eigen::Index>(modes.size());
+    MatrixXd terms(count, static_cast<Eigen::Index>(out.size()));
+    for (Eigen::Index j = 0; j < terms.cols(); ++j)
+        for (Eigen::Index m = 0; m < count; ++m)
+            terms(m, j) = modes[static_cast<std::size_t>(m)](in, out[static_cast<std::size_t>(j)]);
+    return cosines.leftCols(count) * terms;
 }
 
-/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table, in two parts.
+/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table, in two parts; `rest`
+/// holds the Fourier series.
 struct MultipleParts {
-    std::span<double> path, rest;
+    std::span<double> path, rest;  // path: empty where it is not asked for
 };
 
 void split_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
                     const PathOrders& path_law, const MultipleParts& parts) {
-    sum_modes(layer, side, in, out, table, parts.rest);
     const PathWeights weights = layer.path_weights(side, in, out);
     const VectorXd rest = layer.path->rest(weights);
     const std::vector<double> along_path = sum_legendre(
         std::span(rest.data(), static_cast<std::size_t>(rest.size())), table.cos_scattering_angle);
-    for (std::size_t k = 0; k < parts.rest.size(); ++k) {
+    for (std::size_t k = 0; k < parts.rest.size(); ++k) parts.rest[k] += along_path[k];
+    for (std::size_t k = 0; k < parts.path.size(); ++k) {
         const double cosine = table.cos_scattering_angle[k];
-        parts.rest[k] += along_path[k];
         parts.path[k] = path_law(weights, 1 - cosine, 1 + cosine);
     }
 }
 
-/// Multiple scattering between mu(in) and mu(out) at all azimuths of the table.
-void sum_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
-                  std::span<double> multiple) {
-    sum_modes(layer, side, in, out, table, multiple);
+/// Makes the Fourier series all multiple scattering between mu(in) and mu(out), at all azimuths of
+/// the table.
+void add_corrections(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
+                     std::span<double> multiple) {
     const bool reflected = side == Side::reflection;
     const PeakCorrection peak =
         reflected ? layer.reflection_correction(in, out) : layer.transmission_correction(in, out);
-    const std::vector<double> scattered_again =
-        sum_legendre(peak.legendre, table.cos_scattering_angle);
-    for (std::size_t k = 0; k < multiple.size(); ++k)
-        multiple[k] += peak.single * table.phase[k] + scattered_again[k];
+    for (std::size_t k = 0; k < multiple.size() && peak.single != 0; ++k)
+        multiple[k] += peak.single * table.phase[k];
+    if (!peak.legendre.empty()) {
+        const std::vector<double> scattered_again =
+            sum_legendre(peak.legendre, table.cos_scattering_angle);
+        for (std::size_t k = 0; k < multiple.size(); ++k) multiple[k] += scattered_again[k];
+    }
     if (!layer.lower_boundary.is_present()) return;
     const double correction = layer.boundary_correction(in, out);
     for (std::size_t k = 0; k < multiple.size(); ++k)
@@ -107,8 +112,9 @@ std::vector<SolvedValue> values_of(const LayerSolution& layer, Side side, int in
     }
     const MatrixXd series_cosines =
         tabulate_cosines(azimuths, static_cast<int>(layer.reflection_modes.size()));
-    std::vector<double> multiple(azimuths.size());
-    sum_multiple(layer, side, in, out, {series_cosines, cosines, phase, boundary_phase}, multiple);
+    const VectorXd series = sum_modes(layer, side, in, {&out, 1}, series_cosines);
+    std::vector<double> multiple(series.begin(), series.end());
+    add_corrections(layer, side, in, out, {cosines, phase, boundary_phase}, multiple);
     std::vector<SolvedValue> values;
     for (std::size_t k = 0; k < azimuths.size(); ++k) {
         const double single = single_scattering(layer, side, phase[k], in, out) +
@@ -127,7 +133,7 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                           grid.pairs().out[static_cast<std::size_t>(j)], grid.azimuth());
             for (std::size_t k = 0; k < here.size(); ++k) {
                 const std::size_t at = grid.at(i, j, static_cast<int>(k));
-                values.closed_form[at] = here[k].single;
+                if (!values.closed_form.empty()) values.closed_form[at] = here[k].single;
                 values.tabulated[at] = here[k].multiple;
             }
         }
@@ -160,14 +166,19 @@ DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBou
             }
 }
 
-GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
+namespace {
+
+/// As `evaluate`; `closed_form` is empty unless asked for.
+GridValues evaluate_parts(const LayerSolution& solution, Side side, const DirectionGrid& grid,
+                          bool asks_closed_form) {
     const auto n = static_cast<Eigen::Index>(grid.mu().size());
     require(solution.mu.size() == n, "evaluate", "cosines of the solution", std::to_string(n),
             solution.mu.size());
     const auto modes = static_cast<Eigen::Index>(solution.reflection_modes.size());
     require(modes <= grid.cosines().cols(), "evaluate", "modes of the solution",
             "at most " + std::to_string(grid.cosines().cols()), modes);
-    GridValues values{std::vector<double>(grid.size()), std::vector<double>(grid.size())};
+    GridValues values{std::vector<double>(asks_closed_form ? grid.size() : 0),
+                      std::vector<double>(grid.size())};
     if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
     const PathOrders* const path_law = grid.path_law();
     require(path_law == nullptr || solution.path != nullptr, "evaluate", "path law",
@@ -178,29 +189,51 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
     }
     const std::size_t azimuths = grid.azimuth().size();
     const bool symmetric = grid.pairs().are_symmetric();
-    for (int i = 0; i < grid.in_count(); ++i)
-        for (int j = symmetric ? i : 0; j < grid.out_count(); ++j) {
-            const int in = grid.pairs().in[static_cast<std::size_t>(i)];
+    for (int i = 0; i < grid.in_count(); ++i) {
+        const int in = grid.pairs().in[static_cast<std::size_t>(i)], first_out = symmetric ? i : 0;
+        const MatrixXd series =
+            sum_modes(solution, side, in,
+                      std::span(grid.pairs().out).subspan(static_cast<std::size_t>(first_out)),
+                      grid.cosines());
+        for (int j = first_out; j < grid.out_count(); ++j) {
             const int out = grid.pairs().out[static_cast<std::size_t>(j)];
             const std::size_t first = grid.at(i, j, 0);
-            const auto part = [&](auto& all) { return std::span(all).subspan(first, azimuths); };
-            const PairTable table{grid.cosines(), part(grid.cos_scattering_angle(side)),
-                                  part(grid.phase(side)), part(grid.boundary_phase())};
+            const auto part = [&](auto& all) {
+                return all.empty() ? std::span(all) : std::span(all).subspan(first, azimuths);
+            };
+            std::ranges::copy(series.col(j - first_out), part(values.tabulated).begin());
+            const PairTable table{part(grid.cos_scattering_angle(side)), part(grid.phase(side)),
+                                  part(grid.boundary_phase())};
             if (path_law != nullptr)
                 split_multiple(solution, side, in, out, table, *path_law,
                                {part(values.closed_form), part(values.tabulated)});
             else
-                sum_multiple(solution, side, in, out, table, part(values.tabulated));
-            const double once = single_scattering(solution, side, 1, in, out);
-            const double boundary = seen_boundary(solution, 1, in, out);
-            for (std::size_t at = first; at < first + azimuths; ++at)
-                values.closed_form[at] +=
-                    once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+                add_corrections(solution, side, in, out, table, part(values.tabulated));
+            if (asks_closed_form) {
+                const double once = single_scattering(solution, side, 1, in, out);
+                const double boundary = seen_boundary(solution, 1, in, out);
+                for (std::size_t at = first; at < first + azimuths; ++at)
+                    values.closed_form[at] +=
+                        once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+            }
             if (!symmetric) continue;
             for (std::vector<double>* all : {&values.closed_form, &values.tabulated})
-                std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
+                if (!all->empty())
+                    std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
         }
+    }
     return values;
+}
+
+}  // namespace
+
+GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
+    return evaluate_parts(solution, side, grid, true);
+}
+
+std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
+                                       const DirectionGrid& grid) {
+    return evaluate_parts(solution, side, grid, false).tabulated;
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {

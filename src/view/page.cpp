@@ -6,10 +6,14 @@
 
 #include "page_parts.h"
 
+#include <libdeflate.h>
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +35,18 @@ std::string base64(const char* data, std::size_t size) {
             text += first + k > size ? '=' : letters[three >> (18 - 6 * k) & 63];
     }
     return text;
+}
+
+/// As browsers' DecompressionStream("deflate") takes it.
+std::string deflated(const std::vector<char>& bytes) {
+    constexpr int level = 9;
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(level), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    std::vector<char> packed(libdeflate_zlib_compress_bound(compressor.get(), bytes.size()));
+    const std::size_t size = libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(),
+                                                      packed.data(), packed.size());
+    return base64(packed.data(), size);
 }
 
 /// A JSON string that may stand in HTML.
@@ -91,6 +107,26 @@ std::string shortened(const std::string& text) {
     return text.size() <= most ? text : text.substr(0, most) + " ...";
 }
 
+/// What light is scattered by.
+std::string matter(const Table& table) {
+    std::string text = "Phase function: " + shortened(table.phase_function.text());
+    if (table.is_stack()) {
+        std::vector<std::string> layers;
+        for (const StackLayer& layer : table.layers)
+            layers.push_back(shortened(layer.phase_function.text()) + " (τ " +
+                             shortest_text(layer.optical_depth) + ", w " +
+                             shortest_text(layer.albedo) + ")");
+        text = "Layers from the top: " + joined(layers);
+    }
+    const LowerBoundary& below = table.lower_boundary;
+    if (below.kind == LowerBoundary::Kind::surface)
+        text += "; below: Lambert ground of albedo " + shortest_text(below.albedo);
+    if (below.kind == LowerBoundary::Kind::layer)
+        text += "; below: a deep layer, " + shortened(below.phase_function.text()) + " (w " +
+                shortest_text(below.albedo) + ")";
+    return text;
+}
+
 std::string facts(const Table& table, const std::vector<ShaderTexture>& textures) {
     std::vector<std::string> described;
     for (const ShaderTexture& texture : textures)
@@ -99,7 +135,9 @@ std::string facts(const Table& table, const std::vector<ShaderTexture>& textures
                                     {"height", std::to_string(texture.height)},
                                     {"halves", texture.halves ? "true" : "false"}}));
     return object({{"title", quoted(attribute(table, "title"))},
-                   {"phase_function", quoted(shortened(table.phase_function.text()))},
+                   {"matter", quoted(matter(table))},
+                   {"is_stack", table.is_stack() ? "true" : "false"},
+                   {"has_ground", table.lower_boundary.is_present() ? "true" : "false"},
                    {"tolerance", shortest_text(table.tolerance)},
                    {"errors", errors(table)},
                    {"highest_order", std::to_string(table.highest_order)},
@@ -109,10 +147,14 @@ std::string facts(const Table& table, const std::vector<ShaderTexture>& textures
                    {"textures", list(described)}});
 }
 
-/// Diffuse transmittance over (albedo, optical depth, mu), then spherical albedo over the first two.
+/// Diffuse transmittance over (albedo, optical depth, mu), then spherical albedo over the first two,
+/// of light from below; nothing over a lower boundary.
 std::string fluxes(const Table& table) {
     std::vector<float> all = table.diffuse_transmittance;
-    all.insert(all.end(), table.spherical_albedo.begin(), table.spherical_albedo.end());
+    if (table.is_stack())
+        all.push_back(static_cast<float>(table.spherical_albedo_below));
+    else if (!all.empty())
+        all.insert(all.end(), table.spherical_albedo.begin(), table.spherical_albedo.end());
     return base64(reinterpret_cast<const char*>(all.data()), all.size() * sizeof(float));
 }
 
@@ -120,12 +162,13 @@ void check(const Table& table, const TableView& view) {
     const auto must = [](bool holds, const char* allowed, const char* met) {
         require(holds, "view", "TABLE", allowed, met);
     };
-    must(!view.has_mixture(), "of one phase function", "one with a mixture axis");
-    must(!view.is_stack(), "of one layer", "one of a stack");
-    must(!view.has_lower_boundary(), "of a layer over nothing", "one over a lower boundary");
-    must(view.has_reflection() && view.has_transmission(), "of both sides", "one of one side");
-    must(view.has_all_directions() && !table.diffuse_transmittance.empty(), "of all directions",
-         "one of some");
+    must(!view.has_family(), "of one mixture: table_of_share(), --mixture",
+         "one with a mixture axis or another family");
+    must(view.has_reflection() && (view.has_transmission() || view.has_lower_boundary()),
+         "of both sides", "one of one side");
+    must(view.has_all_directions() &&
+             (view.has_lower_boundary() || !table.diffuse_transmittance.empty()),
+         "of all directions", "one of some");
     must(view.optical_depth.count > 0, "of finite optical depths", "one of infinite depth alone");
 }
 
@@ -150,7 +193,7 @@ std::string view_page(const PackedTable& table) {
     std::string scripts;
     for (const ShaderTexture& texture : textures)
         scripts += "<script type=\"text/plain\" id=\"" + texture.name + "\">" +
-                   base64(texture.bytes.data(), texture.bytes.size()) + "</script>\n";
+                   deflated(texture.bytes) + "</script>\n";
     return filled(
         page_html,
         {{"style", page_style},

@@ -3,6 +3,18 @@ const byId = (id) => document.getElementById(id);
 const radians = (degrees) => degrees * Math.PI / 180;
 const degrees = (angle) => angle * 180 / Math.PI;
 
+const table = new Table(JSON.parse(byId("table").textContent), new Float32Array(bytesIn("flux-samples").buffer));
+
+/** Lit from above alone; and what is not to be chosen, with the value that counts. */
+const isOneSided = table.is_stack || table.has_ground;
+const fixed = {
+  ...(isOneSided && { opposition: 0 }),
+  ...(table.has_ground && { ground: 0 }),
+  ...(table.is_stack && { density: 0, tint: "grey" }),
+};
+const scenes = ["sphere", "rings", "slab", "lobes"].filter((name) =>
+  !(isOneSided && name === "rings") && !(table.has_ground && name === "slab"));
+
 /** Optical depths of the rings from the inside outward, as shares of the slider's. */
 const ringShares = [0.08, 1, 0.04, 0.4];
 
@@ -15,7 +27,8 @@ const beginnings = {
 };
 
 const notes = {
-  sphere: "A planet of Lambert ground under the layer.",
+  sphere: table.has_ground ? "A planet covered by the layer and what lies below it."
+    : "A planet of Lambert ground under the layer.",
   rings: `Optical depths from the inside outward: ${ringShares.join(", ")} of τ. Light between planet and rings is left out.`,
   slab: "A cloud over squares of ground, of its albedo and half of it.",
   lobes: "Light from the left. Distance from the middle is R above the layer and T below it, in the plane of incidence.",
@@ -48,11 +61,11 @@ function formatted(value) {
   return size >= 1e-3 && size < 1e4 ? String(Number(value.toPrecision(4))) : value.toExponential(2);
 }
 
-const table = new Table(JSON.parse(byId("table").textContent), new Float32Array(bytesIn("flux-samples").buffer));
 const state = { scene: null, pointer: [0.42, 0.4], own: {} };
 let picture = null;
 
-const value = (id) => Number(byId(id).value);
+const setting = (id) => fixed[id] ?? byId(id).value;
+const value = (id) => Number(setting(id));
 
 // ---- the layer
 
@@ -76,7 +89,7 @@ function seenDepths() {
 
 function albedos() {
   const range = table.albedo;
-  return tints[byId("tint").value].map((power) => clamped(1 - (1 - sliderAlbedo()) * power, range.lowest, range.highest));
+  return tints[setting("tint")].map((power) => clamped(1 - (1 - sliderAlbedo()) * power, range.lowest, range.highest));
 }
 
 // ---- what is seen
@@ -123,7 +136,7 @@ function draw(samples) {
   if (canvas.width !== width || canvas.height !== size) [canvas.width, canvas.height] = [width, size];
   if (isPlot) {
     state.lobes = [false, true].map((all) => picture.lobes(view(), lobeAngles, all));
-    drawLobes(canvas, state.lobes, radians(value("sun-elevation")), byId("tint").value === "grey");
+    drawLobes(canvas, state.lobes, radians(value("sun-elevation")), setting("tint") === "grey");
   } else {
     picture.draw(view(), size, samples);
   }
@@ -207,17 +220,21 @@ function showErrors() {
   }
   const summary = marks.map(([name, error]) => `${name} ${formatted(Number(error.toPrecision(3)))}`).join(", ");
   byId("errors").innerHTML = `<svg viewBox="0 0 600 70" role="img" aria-label="Relative errors: tolerance ${table.tolerance}; ${summary}">${parts.join("")}</svg>`;
-  const range = (axis) => `${formatted(axis.lowest)} to ${formatted(axis.highest)}`;
+  const range = (axis) =>
+    axis.lowest === axis.highest ? formatted(axis.lowest) : `${formatted(axis.lowest)} to ${formatted(axis.highest)}`;
   byId("facts").textContent = `Relative errors of R and T. Asked for: ${table.tolerance}; met by the bake at random points ` +
-    `(dots): ${summary}. The table covers optical depths ${range(table.depth)}${table.depth.endsAtInfinity ? " and ∞" : ""}, ` +
-    `albedos ${range(table.albedo)}; orders ${table.highest_order === 0 ? "all" : "up to " + table.highest_order}.`;
+    `(dots): ${summary}. ` +
+    (table.is_stack ? `In all the optical depth is ${range(table.depth)}, the mean albedo ${range(table.albedo)}; ` :
+      `The table covers optical depths ${range(table.depth)}${table.depth.endsAtInfinity ? " and ∞" : ""}, ` +
+      `albedos ${range(table.albedo)}; `) +
+    `orders ${table.highest_order === 0 ? "all" : "up to " + table.highest_order}.`;
 }
 
 function showTitle() {
-  const { title, phase_function: phase } = table;
+  const { title, matter } = table;
   byId("title").textContent = title || "A layer that scatters light";
-  document.title = `${title || phase} – Stratus`;
-  byId("phase-function").textContent = `Phase function: ${phase}. Light is I/F: 1 is a white surface that faces the sun.`;
+  document.title = `${title || matter} – Stratus`;
+  byId("phase-function").textContent = `${matter}. Light is I/F: 1 is a white surface that faces the sun.`;
 }
 
 // ---- controls
@@ -251,12 +268,13 @@ function chooseScene(name) {
   state.scene = name;
   const { unused, pointer, ...first } = beginnings[name];
   state.pointer = pointer;
-  const limited = name === "slab";
-  byId("sun-elevation").min = limited ? 2 : -90;
-  byId("camera-elevation").min = limited ? 3 : -90;
+  byId("sun-elevation").min = name === "slab" || (name === "lobes" && isOneSided) ? 2 : -90;
+  byId("camera-elevation").min = name === "slab" ? 3 : -90;
   for (const [id, start] of Object.entries(state.own[name] ?? first)) byId(id).value = start;
-  for (const label of document.querySelectorAll("#controls label"))
-    label.hidden = unused.includes(label.querySelector("input, select").id);
+  for (const label of document.querySelectorAll("#controls label")) {
+    const { id } = label.querySelector("input, select");
+    label.hidden = unused.includes(id) || id in fixed || (table.is_stack && ["depth", "albedo"].includes(id));
+  }
   for (const group of document.querySelectorAll("fieldset"))
     group.hidden = [...group.querySelectorAll("label")].every((label) => label.hidden);
   byId("plot").hidden = name !== "lobes";
@@ -282,9 +300,8 @@ function prepareSliders() {
 function takeHash() {
   const settings = new URLSearchParams(location.hash.slice(1));
   const scene = settings.get("scene");
-  const radio = document.querySelector(`input[name=scene][value="${CSS.escape(scene ?? "")}"]`);
-  if (radio) {
-    radio.checked = true;
+  if (scenes.includes(scene)) {
+    document.querySelector(`input[name=scene][value=${scene}]`).checked = true;
     chooseScene(scene);
   }
   for (const [id, text] of settings) {
@@ -355,21 +372,25 @@ function notify(sentence) {
   byId("notice").hidden = false;
 }
 
-function start() {
+/** Without WebGL2, or the means to unpack the table, the page says so. */
+async function start() {
   showTitle();
   showErrors();
   prepareSliders();
-  picture = Picture.on(byId("picture"), table);
-  if (!picture) {
-    notify("This browser offers no WebGL2, without which the page cannot draw. " +
-      "Another browser, or its setting for hardware acceleration, may help.");
+  for (const radio of document.querySelectorAll("input[name=scene]"))
+    radio.parentElement.hidden = !scenes.includes(radio.value);
+  const canvas = byId("picture"), gl = Picture.contextOf(canvas);
+  if (!gl || typeof DecompressionStream === "undefined") {
+    notify(`This browser offers no ${gl ? "DecompressionStream" : "WebGL2"}, without which the page cannot draw. ` +
+      (gl ? "A later one does." : "Another browser, or its setting for hardware acceleration, may help."));
     for (const id of ["stage", "controls"]) byId(id).hidden = true;
     return;
   }
-  byId("picture").addEventListener("webglcontextlost", () => notify("The graphics card has stopped drawing this page. Load it again."));
+  picture = new Picture(gl, table, await Promise.all(table.textures.map(({ name }) => inflated(name))));
+  canvas.addEventListener("webglcontextlost", () => notify("The graphics card has stopped drawing this page. Load it again."));
   listen();
   chooseScene("sphere");
   takeHash();
 }
 
-start();
+const started = start();

@@ -5,12 +5,12 @@ const infiniteDepth = 1e20;
 
 class Picture {
   /** Null without WebGL2. */
-  static on(canvas, table) {
-    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
-    return gl ? new Picture(gl, table) : null;
+  static contextOf(canvas) {
+    return canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
   }
 
-  constructor(gl, table) {
+  /** Texels of the table's textures in their order. */
+  constructor(gl, table, texels) {
     this.gl = gl;
     this.table = table;
     this.program = linked(gl);
@@ -23,10 +23,9 @@ class Picture {
       for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
       gl.uniform1i(this.place(name), unit);
     });
-    for (const { name, width, height, halves } of table.textures) {
-      const { buffer } = bytesIn(name);
-      this.fill(name, width, height, halves, halves ? new Uint16Array(buffer) : new Float32Array(buffer));
-    }
+    table.textures.forEach(({ name, width, height, halves }, n) => {
+      this.fill(name, width, height, halves, halves ? new Uint16Array(texels[n]) : new Float32Array(texels[n]));
+    });
     gl.uniform1i(this.place("cosines"), table.mu.count);
     gl.uniform2f(this.place("cosine_axis"), table.mu.first, table.mu.perUnit);
     this.probed = probeTarget(gl);

@@ -8,6 +8,10 @@ function bytesOf(base64) {
   return bytes;
 }
 
+/** What was deflated. */
+const inflated = (id) =>
+  new Response(new Blob([bytesIn(id)]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+
 const bytesIn = (id) => bytesOf(document.getElementById(id).textContent);
 
 /** What samples of an axis are even in. */
@@ -52,7 +56,7 @@ class Axis {
 
 class Table {
   constructor(facts, fluxes) {
-    Object.assign(this, facts);  // title, phase_function, tolerance, errors, highest_order, textures
+    Object.assign(this, facts);  // title, matter, is_stack, has_ground, tolerance, errors, highest_order, textures
     this.albedo = new Axis(facts.albedo);
     this.depth = new Axis(facts.optical_depth);
     this.mu = new Axis(facts.mu_in);
@@ -64,6 +68,7 @@ class Table {
   /** A flux of `width` numbers; in proportion to the depth of layers thinner than the table's. */
   flux(values, width, albedo, depth) {
     const sum = new Array(width).fill(0);
+    if (values.length === 0) return sum;
     const inAlbedo = this.albedo.window(albedo), inDepth = this.depth.window(depth);
     const thinner = Math.min(1, depth / this.depth.lowest);
     inAlbedo.weights.forEach((w, a) => inDepth.weights.forEach((v, d) => {

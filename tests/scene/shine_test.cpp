@@ -203,5 +203,33 @@ TEST(Planetshine, LeavesWhiteRingsAsItFellOnThem) {
     EXPECT_NEAR((scattered + passed) / fallen, 1, 0.01);
 }
 
+// From afar and from close by, off the lit side and through the rings.
+TEST(RingOrders, OfPicturesAreThoseOfSingleRays) {
+    Scene scene = without_shine(shining());
+    scene.camera.orthographic = false;
+    scene.camera.width = radians(90);
+    const auto tables = bake_for({scene});
+    for (const double distance : {20.0, 3.5})
+        for (const double elevation : {35.0, -20.0}) {
+            scene.camera.position = distance * direction_at(radians(elevation), radians(10));
+            Scene large = scene;
+            large.width = large.height = 512;
+            const LayerLight tabulated(large, tables[0].get()), looked_up(scene, tables[0].get());
+            ASSERT_NE(tabulated.ring_orders(), nullptr);
+            ASSERT_EQ(looked_up.ring_orders(), nullptr);
+            for (int k = 0; k < 400; ++k) {
+                const double radius = 1.26 + 1.03 * k / 400;
+                const Vector3 point = radius * direction_at(0, k * std::numbers::phi);
+                const Ray ray{scene.camera.position, normalised(point - scene.camera.position)};
+                const Rgb3 expected = radiance_along(scene, looked_up, ray, scene.to_sun),
+                           got = radiance_along(large, tabulated, ray, scene.to_sun);
+                for (std::size_t c = 0; c < 3; ++c)
+                    EXPECT_NEAR(got[c], expected[c],
+                                0.1 * scene.tolerance * std::max(expected[c], faint))
+                        << distance << ' ' << elevation << ' ' << radius << ' ' << c;
+            }
+        }
+}
+
 }  // namespace
 }  // namespace stratus

@@ -22,11 +22,11 @@ struct Lookup {
 using Light = std::array<float, 4>;
 
 /// Albedos and depths over all of the table's range and some beyond, depths evenly in their
-/// logarithm.
+/// logarithm; of a stack its own.
 inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
     const TableView view = table.view();
     const AxisView &albedo = view.albedo, &depth = view.optical_depth;
-    const double shallowest = depth.lowest / 2,
+    const double shallowest = depth.lowest / (view.is_stack() ? 1 : 2),
                  deepest = depth.highest * (depth.ends_at_infinity ? 4 : 1);
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);

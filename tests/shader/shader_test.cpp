@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -38,15 +39,24 @@ struct Kind {
     int azimuths = 9;
     LowerBoundary below = {};
     bool narrowed = false, one_side = false;
+    std::vector<StackLayer> layers = {};
 };
 
 Table table_of(const Kind& kind) {
     const bool over = kind.below.is_present();
     const Depths depths{0.05, 8, kind.to_infinity && !over};
     Table table = empty_table({6, 9, 12, kind.narrowed ? 7 : 12, kind.azimuths}, depths);
-    table.phase_function = parse_phase_function(kind.phase);
+    if (kind.layers.empty()) table.phase_function = parse_phase_function(kind.phase);
     table.lower_boundary = kind.below;
     table.tolerance = 1e-3;
+    if (!kind.layers.empty()) {
+        const StackLayer mean = mean_layer(kind.layers);
+        table.layers = kind.layers;
+        table.phase_function = mean.phase_function;
+        table.albedo.values = {mean.albedo};
+        table.optical_depth.values = {mean.optical_depth};
+        table.diffusion_exponent = {small_table_exponent(mean.albedo)};
+    }
     if (kind.narrowed) {
         table.mu_out = make_axis(table.mu_out.scale, 0.2, 0.8, 7);
         table.azimuth = make_axis(AxisScale::square_root, 0.3, 2, kind.azimuths);
@@ -78,9 +88,25 @@ const std::vector<Kind>& kinds() {
     return all;
 }
 
-/// Light in so narrow a peak that directions are drawn in other coordinates.
-const Kind droplets{"droplets", "mie:radius=10um,variance=0.1,wavelength=0.55um,material=water",
-                    false};
+const std::vector<StackLayer> haze{
+    {PhaseFunction::rayleigh(), 1, 0.2},
+    {parse_phase_function("tabulated:points=0 3/30 1.5/90 0.5/180 1"), 0.7, 0.3},
+    {PhaseFunction::henyey_greenstein(0.6), 0.95, 1.5}};
+
+/// One material, all depths its own.
+const std::vector<Kind>& stacks() {
+    static const std::vector<Kind> all = [] {
+        std::vector<StackLayer> endless = haze;
+        endless.back().optical_depth = infinity;
+        const auto ground = LowerBoundary::surface(0.3);
+        const auto dust = LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6);
+        return std::vector<Kind>{{"stack", "", false, 9, {}, false, false, haze},
+                                 {"stack_over_surface", "", false, 9, ground, false, false, haze},
+                                 {"stack_over_layer", "", false, 9, dust, false, false, haze},
+                                 {"endless_stack", "", false, 9, {}, false, true, endless}};
+    }();
+    return all;
+}
 
 std::string name_of(const testing::TestParamInfo<Kind>& row) { return row.param.name; }
 
@@ -107,12 +133,70 @@ TEST_P(ShaderOf, IsTheRuntimeAsCxx) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderOf, testing::ValuesIn(kinds()), name_of);
+INSTANTIATE_TEST_SUITE_P(Stacks, ShaderOf, testing::ValuesIn(stacks()), name_of);
 
-constexpr Medium<3> medium{{0.4, 1, 6}, {0.9, 0.7, 0.99}};
+/// Light in so narrow a peak that directions are drawn in other coordinates, and so deep that its
+/// path law is the difference of numbers nearly alike.
+const Kind droplets{"droplets", "mie:radius=10um,variance=0.1,wavelength=0.55um,material=water",
+                    false};
+
+TEST(Shader, IsTheRuntimeBehindDeepDroplets) {
+    Table path_law_alone = table_of(droplets);
+    for (float& sample : path_law_alone.transmission_multiple) sample = 0;
+    const PackedTable table(pack(path_law_alone));
+    shader::AsCxx shader(shader_textures(table));
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int n = 0; n < 1000; ++n) {
+        const float w = 0.9f + 0.1f * uniform(random), tau = 30 + 20 * uniform(random),
+                    mu_in = 0.9f + 0.1f * uniform(random), mu_out = mu_in - 0.1f * uniform(random),
+                    azimuth = 0.3f * uniform(random);
+        const double expected = table
+                                    .transmission(double{w}, double{tau},
+                                                  {double{mu_in}, double{mu_out}, double{azimuth}})
+                                    .multiple;
+        const float found = shader.stratus_transmission(w, tau, mu_in, mu_out, azimuth).multiple;
+        EXPECT_NEAR(double{found}, expected, 1e-3 * std::abs(expected) + 2e-8);
+    }
+}
+
+TEST(Shader, TakesOneMixtureOfATable) {
+    Kind other = kinds()[0];
+    other.phase = "rayleigh";
+    Table second = table_of(other);
+    for (float& sample : second.reflection_multiple) sample *= 1.2f;
+    const Table mixture = mixed(table_of(kinds()[0]), second);
+    const PackedTable packed(pack(mixture)), one(pack(table_of_share(mixture, 0.4)));
+    const std::vector<Lookup> lookups = test::random_lookups(one, 1000);
+    std::vector<Light> expected;
+    for (const auto& [w, tau, mu_in, mu_out, azimuth] : lookups) {
+        const Geometry along{double{mu_in}, double{mu_out}, double{azimuth}};
+        const Scattered r = packed.reflection(double{w}, double{tau}, along, 0.4),
+                        t = packed.transmission(double{w}, double{tau}, along, 0.4);
+        expected.push_back({static_cast<float>(r.single), static_cast<float>(r.multiple),
+                            static_cast<float>(t.single), static_cast<float>(t.multiple)});
+    }
+    const Differences off = differences(as_cxx(one, lookups), expected);
+    EXPECT_LE(off.median, 1e-4);
+    EXPECT_LE(off.worst, 1e-3);  // the table's tolerance
+    expect_refusal<std::invalid_argument>([&] { table_of_share(mixture, 1.5); },
+                                          {"mixture", "[0, 1]", "1.5"});
+    expect_refusal<std::invalid_argument>([&] { table_of_share(second, 0.5); },
+                                          {"table", "mixture axis"});
+}
+
+constexpr Medium<3> three_layers{{0.4, 1, 6}, {0.9, 0.7, 0.99}};
+
+/// What is bound: of a stack itself.
+Medium<3> medium_of(const PackedTable& table) {
+    if (!table.view().is_stack()) return three_layers;
+    const double depth = table.view().optical_depth.lowest, albedo = table.view().albedo.lowest;
+    return {{depth, depth, depth}, {albedo, albedo, albedo}};
+}
 
 std::vector<ShaderTexture> with_layer(const PackedTable& table) {
     std::vector<ShaderTexture> textures = shader_textures(table);
-    textures.push_back(shader_layer(table, medium));
+    textures.push_back(shader_layer(table, medium_of(table)));
     return textures;
 }
 
@@ -122,6 +206,7 @@ class ShaderLayerOf : public testing::TestWithParam<Kind> {};
 TEST_P(ShaderLayerOf, IsTheTableAtThatLayer) {
     const PackedTable table(pack(table_of(GetParam())));
     shader::AsCxx shader(with_layer(table));
+    const Medium<3> medium = medium_of(table);
     for (const Lookup& at : test::random_lookups(table, 300)) {
         const auto r = shader.stratus_layer_reflection(at.mu_in, at.mu_out, at.azimuth);
         const auto t = shader.stratus_layer_transmission(at.mu_in, at.mu_out, at.azimuth);
@@ -145,7 +230,7 @@ TEST_P(ShaderLayerOf, IsTheTableAtThatLayer) {
 
 TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
     const PackedTable table(pack(table_of(GetParam())));
-    const RgbBsdf bsdf(RgbSlice(table.view(), medium));
+    const RgbBsdf bsdf(RgbSlice(table.view(), medium_of(table)));
     shader::AsCxx shader(with_layer(table));
     EXPECT_EQ(shader.stratus_is_peaked(), std::string(GetParam().name) == "droplets");
     for (const Lookup& at : test::random_lookups(table, 300)) {
@@ -167,12 +252,17 @@ TEST_P(ShaderLayerOf, DrawsTheDirectionsOfABsdf) {
                     double{pdf}, 1e-3 * double{pdf});
         const auto value = shader.stratus_layer_bsdf({wi.x, wi.y, wi.z}, found.wo);
         EXPECT_EQ(value.y, found.value.y);
+        const auto [red, green, blue] = bsdf.eval(wi, {found.wo.x, found.wo.y, found.wo.z});
+        EXPECT_NEAR(double{value.y}, double{green}, 1e-3 * double{green});
     }
+    if (!table.view().is_stack() && !table.view().has_lower_boundary()) return;
+    EXPECT_EQ(shader.stratus_layer_bsdf({0, 0.6f, -0.8f}, {0, 0.6f, 0.8f}).y, 0);
+    EXPECT_EQ(shader.stratus_bsdf({0, 0.6f, -0.8f}, {0, 0.6f, -0.8f}, 0.9f, 1), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderLayerOf,
                          testing::Values(kinds()[0], kinds()[1], kinds()[2], kinds()[3], kinds()[5],
-                                         kinds()[6], droplets),
+                                         kinds()[6], stacks()[0], stacks()[1], droplets),
                          name_of);
 
 TEST(Shader, RefusesWhatItDoesNotRead) {
@@ -181,7 +271,7 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
     expect_refusal<std::invalid_argument>([&] { shader_textures(mixture); },
                                           {"shader", "TABLE", "mixture"});
     const PackedTable narrowed(pack(table_of(kinds()[7])));
-    expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, medium); },
+    expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, three_layers); },
                                           {"shader", "TABLE", "narrowed"});
     const PackedTable finite(pack(table_of(kinds()[2])));
     expect_refusal<std::invalid_argument>(
@@ -194,7 +284,7 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
 #ifdef STRATUS_RUN_CHROMIUM
 TEST(ShaderInABrowser, DrawsTheDirectionsOfABsdf) {
     const PackedTable table(pack(table_of(kinds()[0])));
-    const RgbBsdf bsdf(RgbSlice(table.view(), medium));
+    const RgbBsdf bsdf(RgbSlice(table.view(), medium_of(table)));
     const std::vector<Lookup> lookups = test::random_lookups(table, 1000);
     const std::vector<Light> found = test::by_browser(with_layer(table), lookups, R"glsl(
         vec3 wi = vec3(sqrt((1.0 - along.x) * (1.0 + along.x)), 0.0, along.x);
@@ -230,7 +320,9 @@ TEST_P(ShaderInABrowserOf, IsTheRuntime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ShaderInABrowserOf,
-                         testing::Values(kinds()[0], kinds()[3], kinds()[6]), name_of);
+                         testing::Values(kinds()[0], kinds()[3], kinds()[6], stacks()[0],
+                                         stacks()[2]),
+                         name_of);
 #endif
 
 }  // namespace

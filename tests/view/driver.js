@@ -38,25 +38,7 @@
     });
     return result;
   };
-  try {
-    const size = 96, images = {};
-    for (const name of Object.keys(rendered)) {
-      images[name] = new Image();
-      const loaded = new Promise((resolve) => { images[name].onload = resolve; });
-      images[name].src = rendered[name];
-      await loaded;
-    }
-    byId("frame").style.width = `${2 * size + 2}px`;
-    for (const [name, settings] of Object.entries(scenesToCompare)) {
-      document.querySelector(`input[value=${name}]`).click();
-      for (const [id, value] of Object.entries(settings)) move(id, value);
-      await settled();
-      draw(1);
-      for (const [half, orders] of ["once", "all"].entries()) {
-        for (const [what, number] of Object.entries(compared(images[name], half, size)))
-          report[`${name}-${orders}-${what}`] = number;
-      }
-    }
+  const moveSliders = async () => {
     document.querySelector("input[value=sphere]").click();
     await settled();
     const before = pixelsOf(1, size);
@@ -70,6 +52,30 @@
     document.querySelector("input[value=lobes]").click();
     await settled();
     report.lobe = Math.max(...state.lobes[1][0]) / Math.max(...state.lobes[0][0]);
+  };
+  const size = 96;
+  try {
+    const images = {};
+    for (const name of Object.keys(rendered)) {
+      images[name] = new Image();
+      const loaded = new Promise((resolve) => { images[name].onload = resolve; });
+      images[name].src = rendered[name];
+      await loaded;
+    }
+    await started;
+    byId("frame").style.width = `${2 * size + 2}px`;
+    for (const [name, settings] of Object.entries(scenesToCompare)) {
+      document.querySelector(`input[value=${name}]`).click();
+      for (const [id, value] of Object.entries(settings)) move(id, value);
+      await settled();
+      draw(1);
+      for (const [half, orders] of ["once", "all"].entries()) {
+        for (const [what, number] of Object.entries(compared(images[name], half, size)))
+          report[`${name}-${orders}-${what}`] = number;
+      }
+    }
+    report.scenes = scenes.join();
+    if (!isOneSided) await moveSliders();
   } catch (error) {
     pageErrors.push(String(error));
   }

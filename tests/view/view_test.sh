@@ -107,23 +107,29 @@ TOML
 for scene in sphere slab rings; do
     expect_ok render $scene.toml --table haze.stratus -o $scene.png --quiet
 done
-{
-    sed '/^<head>$/a <script>const pageErrors = []; addEventListener("error", (event) => pageErrors.push(event.message)); \
-        console.error = console.warn = (text) => pageErrors.push(String(text)); \
-        requestAnimationFrame = (draw) => setTimeout(draw, 0);</script>' haze.html
-    echo '<script>const scenesToCompare = {
-sphere: { depth: 0, albedo: 0.9, ground: 0.3, exposure: 1, "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": -15 },
-slab: { ground: 0, "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 40, "camera-azimuth": 30 },
-rings: { albedo: 0.9, depth: Math.log10(2), ground: 0.5, "sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 20, "camera-azimuth": 30 } };
-const rendered = {'
-    for scene in sphere slab rings; do echo "$scene: \"data:image/png;base64,$(base64 -w 0 $scene.png)\","; done
-    echo '};'
-    cat "$driver"
-    echo '</script>'
-} >driven.html
-browse driven.html --enable-logging=stderr --use-angle=swiftshader --enable-unsafe-swiftshader
+# drive NAME SCENES...: the page NAME.html with the driver and what it is to compare, `settings` and pictures of the renderer.
+drive() {
+    local name=$1 scene
+    shift
+    {
+        sed '/^<head>$/a <script>const pageErrors = []; addEventListener("error", (event) => pageErrors.push(event.message)); \
+            console.error = console.warn = (text) => pageErrors.push(String(text)); \
+            requestAnimationFrame = (draw) => setTimeout(draw, 0);</script>' "$name.html"
+        echo "<script>const scenesToCompare = { $settings }; const rendered = {"
+        for scene in "$@"; do echo "${scene##*_}: \"data:image/png;base64,$(base64 -w 0 "$scene.png")\","; done
+        echo '};'
+        cat "$driver"
+        echo '</script>'
+    } >driven.html
+    browse driven.html --enable-logging=stderr --use-angle=swiftshader --enable-unsafe-swiftshader
+    expect_says "$out" 'report errors = none'
+}
 reported() { sed -n "s/^report $1 = //p" "$out"; }
-expect_says "$out" 'report errors = none'
+seen_from='"sun-elevation": 20, "sun-azimuth": 50, "camera-elevation": 10, "camera-azimuth": -15'
+settings="sphere: { depth: 0, albedo: 0.9, ground: 0.3, exposure: 1, $seen_from },
+slab: { ground: 0, \"sun-elevation\": 20, \"sun-azimuth\": 50, \"camera-elevation\": 40, \"camera-azimuth\": 30 },
+rings: { albedo: 0.9, depth: Math.log10(2), ground: 0.5, \"sun-elevation\": 20, \"sun-azimuth\": 50, \"camera-elevation\": 20, \"camera-azimuth\": 30 }"
+drive haze sphere slab rings
 for orders in once all; do
     for scene in sphere slab; do expect_near "$(reported $scene-$orders-largest)" 0 1; done
     # The renderer takes rings by area: a quarter of these few pixels lies at an edge of them.
@@ -137,13 +143,56 @@ expect_near "$(reported depth)" 0.5012 1e-3
 expect_near "$(reported turned)" -3 0
 awk -v ratio="$(reported lobe)" 'BEGIN { exit !(ratio > 1.1 && ratio < 10) }' || fail "lobes of all orders are not the larger ones"
 
+# What is lit from above alone: a stack, and the haze in a table over the ground that the renderer puts beneath it.
+cat >layers.toml <<'TOML'
+tolerance = 2e-3
+[[layers]]
+phase_function = "rayleigh"
+albedo = 1.0
+optical_depth = 0.3
+[[layers]]
+phase_function = "henyey_greenstein:g=0.5"
+albedo = 0.9
+optical_depth = 0.7
+TOML
+cat >grounded.toml <<'TOML'
+phase_function = "rayleigh"
+tolerance = 1e-3
+optical_depth = { min = 0.5, max = 2.0 }
+albedo = { min = 0.95, max = 1.0 }
+[below]
+lambert_albedo = 0.3
+TOML
+for table in layers grounded; do
+    expect_ok bake $table.toml -o $table.h5 --quiet
+    expect_ok view $table.h5 -o $table.html --quiet
+done
+expect_ok shader layers.h5 --language glsl -o layers
+expect_says "$err" "5 files"  # a stack is bound without being asked for
+sed '/^phase_function/d; /^albedo/d; s/^optical_depth.*/stack = "layers.toml"/' sphere.toml >stack_sphere.toml
+expect_ok render stack_sphere.toml --table layers.h5 -o stack_sphere.png --quiet
+check_sphere() {
+    drive "$@"
+    for orders in once all; do
+        expect_near "$(reported sphere-$orders-largest)" 0 1
+        [ "$(reported sphere-$orders-lit)" -gt 5000 ] || fail "$1, $orders: hardly anything is lit"
+    done
+    expect_says "$out" "report scenes = ${scenes?}"
+}
+settings="sphere: { ground: 0.3, exposure: 1, $seen_from }" scenes=sphere,slab,lobes check_sphere layers stack_sphere
+settings="sphere: { depth: 0, albedo: 0.9, exposure: 1, $seen_from }" scenes=sphere,lobes check_sphere grounded sphere
+
 browse haze.html --disable-gpu --disable-3d-apis
 expect_says "$out" '<p id="notice" role="alert">This browser offers no WebGL2'
 
 expect_refused 2 --output .html haze.htm -- view haze.stratus -o haze.htm
 expect_refused 1 absent.stratus -- view absent.stratus -o new.html
 "$make_fixture" mixed mixed.h5
-expect_refused 2 TABLE "of one phase function" "a mixture axis" -- view mixed.h5 -o new.html
+expect_refused 2 --mixture "given, in [0, 1]" "got nothing" -- view mixed.h5 -o new.html
+expect_refused 2 --mixture "left out" "got 0.5" -- view haze.h5 --mixture 0.5 -o new.html
+expect_ok view mixed.h5 --mixture 0.4 -o mixed.html --quiet
+grep -qF '0.6*isotropic' mixed.html || fail "the page does not tell the mixture"
+expect_refused 2 --mixture "given, in [0, 1]" -- shader mixed.h5 --language glsl -o mixed
 "$make_fixture" endless endless.h5
 expect_refused 2 TABLE "of both sides" -- view endless.h5 -o new.html
 finish

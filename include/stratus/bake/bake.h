@@ -14,7 +14,7 @@ struct BakeOptions {
     int threads = 0;  // 0: all
     /// One line on what was chosen and why.
     std::function<void(const std::string& line)> note;
-    /// Share of the bake done, called from one thread at a time.
+    /// Share of the stage done, and what the stage is; called from one thread at a time.
     std::function<void(double done, const std::string& stage)> progress;
     /// Told once, by `bake`, where the table misses its tolerance: by how much, and which axes are
     /// at their caps. Left empty, it goes to `note`.

@@ -23,6 +23,8 @@ constexpr int table_format_major_of_path_law = 2;  // of files whose samples lea
 constexpr int table_format_minor_of_path_law = 2;
 constexpr int table_format_major_of_stack = 3;  // of files whose material is a stack of layers
 constexpr int table_format_minor_of_stack = 0;
+constexpr int table_format_major_of_family = 4;  // of families but mixtures, path law or not
+constexpr int table_format_minor_of_family = 0;
 
 struct ReadOptions {
     /// Limit in bytes for the file, its samples and, of OpenEXR files, the buffers to inflate them;
@@ -48,9 +50,10 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options =
 ///
 /// Range    names of `attributes` are 1 to 200 bytes long, without line breaks, and not reserved by
 ///          the format (`format`, `moments`, `checksum`, ...); names and texts have no zero bytes,
-///          texts any length.
+///          texts any length. `threads` compress, 0: as many as the machine has; the file is the
+///          same for any number of them.
 /// Errors   std::invalid_argument for another ending, or a table that no reader would accept;
 ///          std::runtime_error "PATH: reason" for errors of the system.
-void write_table(const Table& table, const std::filesystem::path& path);
+void write_table(const Table& table, const std::filesystem::path& path, int threads = 0);
 
 }  // namespace stratus

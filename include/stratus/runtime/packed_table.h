@@ -13,10 +13,11 @@
 // with sixteen functions, cubic in both cosines and azimuth at the table's own samples.
 //
 // Slices and BSDFs bind its view, and lookups of a view read it, too. Numbers are single precision,
-// functions halves where these suffice; limits and clamping are those of lookup.h, except that
-// below the first cosine the multiply scattered part is scaled by the shares intercepted at the
-// cosine itself. A table that was narrowed to some directions is clamped to them. No lookup
-// allocates, throws, or takes a lock; any number of threads may share a packed table.
+// functions halves where these suffice, with what rounding leaves of the first of them; limits and
+// clamping are those of lookup.h, except that below the first cosine the multiply scattered part is
+// scaled by the shares intercepted at the cosine itself. A table that was narrowed to some
+// directions is clamped to them. No lookup allocates, throws, or takes a lock; any number of threads
+// may share a packed table.
 //
 // A file may come from a stranger: every offset, shape and number is checked before it is used. The
 // layout is that of `safetensors`, described in docs/packed.md.
@@ -50,7 +51,7 @@ struct PackedLayers {
 
 /// The file of a table.
 ///
-/// Accuracy lookups in 99.9 % of cases add at most 0.4 of the table's tolerance to its errors,
+/// Accuracy lookups in 99.9 % of cases add at most 0.5 of the table's tolerance to its errors,
 ///          relative to R or T, but not to less than 1 % of a layer's largest.
 /// Cost     up to seconds for tables of 100 MB.
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.
@@ -82,11 +83,16 @@ class PackedTable {
     TableView view() const noexcept;
 
     /// As the functions of the same names in lookup.h. Mixture [0, 1]: the share of the first phase
-    /// function, which tables without a mixture axis ignore.
+    /// function, which tables without a family ignore. Families of other parameters answer with
+    /// not-a-number: look them up through view().at(point), here and below.
     Scattered reflection(double albedo, double optical_depth, const Geometry& geometry,
                          double mixture = 1) const noexcept;
     Scattered transmission(double albedo, double optical_depth, const Geometry& geometry,
                            double mixture = 1) const noexcept;
+
+    /// Orders n >= 2 alone, around a point of a family without its path law.
+    double multiple(Side side, double albedo, double optical_depth, const Geometry& geometry,
+                    const FamilyStencil& members) const noexcept;
 
     /// Orders n >= 2 of three layers along the same directions: the same numbers, faster than one
     /// by one.
@@ -103,12 +109,13 @@ class PackedTable {
     /// Orders n >= 2 without the path law, over (mu_in, mu_out, azimuth) at the samples of a view's
     /// axes, divided by the shares intercepted along both directions; over a lower boundary as they
     /// are. What slices are bound from.
-    std::vector<float> layer(Side side, double albedo, double optical_depth, double mixture) const;
+    std::vector<float> layer(Side side, double albedo, double optical_depth,
+                             const FamilyStencil& members) const;
 
     /// The table with its samples, as the functions give them.
     Table unpacked() const;
 
-    /// What lookups of a side read, of the first sample of a mixture.
+    /// What lookups of a side read, of the first member of a family.
     const PackedSide& side(Side side) const noexcept;
 
     /// Size of the file.

@@ -37,7 +37,16 @@ struct LookupRange {
     void add(const Matter& matter, const Geometry& geometry, Side side) noexcept;
 };
 
+/// Directions of one scattering in a layer that varies, with all that does not depend on its matter.
+struct Scattering {
+    Side side = Side::reflection;
+    Geometry geometry{};
+    double cosine = 0;              // of the scattering angle
+    std::array<double, 2> phase{};  // of each component; 0 where single scattering is left out
+};
+
 class LayerFluxes;
+class RingOrders;
 class RingShine;
 class PlanetShine;
 
@@ -61,6 +70,17 @@ class LayerLight {
     Rgb3 transmission(const Matter& matter, const Geometry& geometry) const noexcept {
         return light(matter, geometry, Side::transmission);
     }
+
+    // The same of a layer that varies, whose colours share their phase functions.
+
+    Scattering scattering(Side side, const Geometry& geometry) const noexcept;
+    Rgb3 light(const Matter& matter, const Scattering& scattering) const noexcept;
+    /// Scattered once by matter of albedo 1 and a depth as seen.
+    double single(double mixture, double optical_depth,
+                  const Scattering& scattering) const noexcept;
+    Rgb3 once(const Matter& matter, const Scattering& scattering) const noexcept;
+    /// Orders n >= 2.
+    Rgb3 multiple(const Matter& matter, const Scattering& scattering) const noexcept;
 
     /// Whether a LightSum finds this layer's light: that of a uniform layer.
     bool has_sums() const noexcept;
@@ -89,6 +109,11 @@ class LayerLight {
 
     /// Irradiance of a point of the globe by its rings, over the sun's on a surface that faces it.
     Rgb3 ringshine(const Vector3& point) const noexcept;
+
+    /// Null where rings' orders n >= 2 are not tabulated for the camera.
+    const RingOrders* ring_orders() const noexcept {
+        return recorded_ ? nullptr : ring_orders_.get();
+    }
 
     /// Null where a planet does not light its rings.
     const PlanetShine* planetshine() const noexcept { return planet_shine_.get(); }
@@ -119,7 +144,9 @@ class LayerLight {
     void shine(int threads);
     void bind(const TableView* table, bool multiple);
     Rgb3 light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
-    Rgb3 packed_light(const Matter& matter, const Geometry& geometry, Side side) const noexcept;
+    bool is_wanted(Side side) const noexcept {
+        return side == Side::reflection ? scene_.effects.reflection : scene_.effects.transmission;
+    }
     class FluxLookup;
     double transmittance(const Channel& channel, FluxLookup& fluxes) const noexcept;
     double spherical_albedo(const Channel& channel, FluxLookup& fluxes) const noexcept;
@@ -137,6 +164,7 @@ class LayerLight {
     OppositionTable opposition_table_;                     // where the layer varies
     std::vector<SingleDiffuseTransmittance> scattered_once_;  // of each component, where needed
     bool background_scatters_ = false;
+    std::shared_ptr<const RingOrders> ring_orders_;
     std::shared_ptr<const RingShine> ring_shine_;
     std::shared_ptr<const PlanetShine> planet_shine_;
     LookupRange* recorded_ = nullptr;

@@ -13,8 +13,8 @@ namespace stratus {
 
 /// The page's text.
 ///
-/// Errors   std::invalid_argument for a table that mixes phase functions, of a stack, over a lower boundary, of one side or
-///          some directions alone, or without finite optical depths.
+/// Errors   std::invalid_argument for a table that mixes phase functions (table_of_share in stratus/shader/shader.h), of
+///          some directions or, over nothing, one side alone, or without finite optical depths.
 std::string view_page(const PackedTable& table);
 
 }  // namespace stratus

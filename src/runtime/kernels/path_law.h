@@ -26,32 +26,42 @@ STRATUS_INLINE auto path_angle(const PathSheetView& sheet, const LightPathOf<F>&
                                                                reciprocal(x)};
 }
 
-/// H and dH/ds.
+/// H between two neighbouring depths of a sheet, but for the angle's scale.
 template <class F>
-struct PathValue {
-    F value, slope;
+struct PathPiece {
+    F here, next;   // H at the upper depth, at both angles around that of the light path
+    F rest, slope;  // what H gains from there on, and dH/ds
 };
 
-/// Of the channel whose samples begin at `first`, but for the angle's scale.
+/// later - earlier at the light path's angle. H of depths far beyond the peak are nearly alike:
+/// samples are subtracted from one another before anything else is rounded.
+template <class F>
+STRATUS_INLINE F interpolated_rise(F fraction, F earlier, F earlier_next, F later, F later_next) {
+    const F rise = later - earlier;
+    return rise + fraction * ((later_next - earlier_next) - rise);
+}
+
+/// Of the channel whose samples begin at `first`.
 template <class F, class Index, class First>
-STRATUS_INLINE PathValue<F> path_value(const PathSheetView& sheet, First first,
+STRATUS_INLINE PathPiece<F> path_piece(const PathSheetView& sheet, First first,
                                        const PathAngle<F, Index>& angle, F depth) {
     const auto place = octave_place<PathSheet::depth_bits>(minimum(depth + 1.0f, sheet.last_depth));
     constexpr int first_depth = bits_of_1 >> (23 - PathSheet::depth_bits);
     const int row = 4 * sheet.angles;
     const auto at = (place.sample + -first_depth) * row + angle.sample * 2 + first;
-    const auto corner = [&](int from) {
-        const Neighbours<F> here = neighbours<1, F>(sheet.sample + from, at);
-        const Neighbours<F> next = neighbours<1, F>(sheet.sample + from + 2, at);
-        return PathValue<F>{here.here + angle.fraction * (next.here - here.here),
-                            here.next + angle.fraction * (next.next - here.next)};
-    };
-    const PathValue<F> low = corner(0), high = corner(row);
+    const auto sample = [&](int from) { return neighbours<1, F>(sheet.sample + from, at); };
+    const Neighbours<F> upper = sample(0), upper_next = sample(2), lower = sample(row),
+                        lower_next = sample(row + 2);
     constexpr float cells = 1 << PathSheet::depth_bits;
     const F width = place.octave * (1 / cells), t = place.fraction;
-    const F rise = high.value - low.value, start = low.slope * width, end = high.slope * width;
+    const F rise =
+        interpolated_rise(angle.fraction, upper.here, upper_next.here, lower.here, lower_next.here);
+    const auto end_slope = [&](const Neighbours<F>& here, const Neighbours<F>& next) {
+        return (here.next + angle.fraction * (next.next - here.next)) * width;
+    };
+    const F start = end_slope(upper, upper_next), end = end_slope(lower, lower_next);
     const F b = rise * 3.0f - start * 2.0f - end, c = start + end - rise * 2.0f;
-    return {low.value + t * (start + t * (b + t * c)),
+    return {upper.here, upper_next.here, t * (start + t * (b + t * c)),
             (start + t * (b * 2.0f + t * c * 3.0f)) * (place.octave_inverse * cells)};
 }
 
@@ -60,8 +70,9 @@ template <class F, class Index, class First>
 STRATUS_INLINE F path_reflected(const PathSheetView& sheet, First first,
                                 const PathAngle<F, Index>& angle, F depth_of_both,
                                 F reciprocal_sum) {
-    return path_value(sheet, first, angle, depth_of_both).value * angle.scale * 0.25f *
-           reciprocal_sum;
+    const PathPiece<F> at = path_piece(sheet, first, angle, depth_of_both);
+    const F value = at.here + angle.fraction * (at.next - at.here) + at.rest;
+    return value * angle.scale * 0.25f * reciprocal_sum;
 }
 
 /// T likewise, between the slant depths `depth` and `depth` + `excess`: the mean slope of H between
@@ -71,11 +82,12 @@ STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
                                   const PathAngle<F, Index>& angle, F depth, F excess, F shallow) {
     constexpr float close = 0.05f;
     const F few = (depth + 1.0f) * close;
-    const PathValue<F> low =
-        path_value(sheet, first, angle, choose_less(excess, few, depth + excess * 0.5f, depth));
-    const PathValue<F> high = path_value(sheet, first, angle, depth + excess);
-    const F mean =
-        choose_less(excess, few, low.slope, (high.value - low.value) * reciprocal(excess));
+    const PathPiece<F> low =
+        path_piece(sheet, first, angle, choose_less(excess, few, depth + excess * 0.5f, depth));
+    const PathPiece<F> high = path_piece(sheet, first, angle, depth + excess);
+    const F rise = interpolated_rise(angle.fraction, low.here, low.next, high.here, high.next) +
+                   (high.rest - low.rest);
+    const F mean = choose_less(excess, few, low.slope, rise * reciprocal(excess));
     return choose_less(depth + 1.0f, F(sheet.last_depth), mean, F(0.0f)) * angle.scale * depth *
            shallow * 0.25f;
 }

@@ -1,0 +1,133 @@
+"""A Blender material from an atlas of `stratus export ... --format exr-atlas`, by shader nodes alone, for Cycles and Eevee.
+
+    blender scene.blend --python atlas_nodes.py -- rings.exr
+
+adds the material `rings`, its .json beside it. It shows the light of one sun, whose direction and irradiance are values of the
+node group: pi makes a white Lambert surface 1. The sun casts no shadow on it. What is behind shines through with exp(-tau / mu_out).
+"""
+import json
+import math
+import pathlib
+import sys
+
+import bpy
+
+
+class Nodes:
+    """Math nodes of a node tree, written as functions."""
+
+    def __init__(self, tree):
+        self.tree = tree
+
+    def add(self, kind, *inputs, **settings):
+        node = self.tree.nodes.new(kind)
+        for name, setting in settings.items():
+            setattr(node, name, setting)
+        for socket, value in zip(node.inputs, inputs):
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            elif value is not None:
+                socket.default_value = value
+        return node
+
+    def math(self, operation, *inputs, clamp=False):
+        return self.add("ShaderNodeMath", *inputs, operation=operation, use_clamp=clamp).outputs[0]
+
+    def vector(self, operation, *inputs):
+        node = self.add("ShaderNodeVectorMath", *inputs, operation=operation)
+        return node.outputs["Value" if operation in ("DOT_PRODUCT", "LENGTH") else "Vector"]
+
+    def scaled(self, vector, factor):
+        node = self.add("ShaderNodeVectorMath", vector, operation="SCALE")
+        self.tree.links.new(factor, node.inputs["Scale"])
+        return node.outputs["Vector"]
+
+
+def add_socket(group, name, kind, side="INPUT"):
+    if hasattr(group, "interface"):  # Blender 4
+        group.interface.new_socket(name, in_out=side, socket_type=kind)
+    else:
+        (group.inputs if side == "INPUT" else group.outputs).new(kind, name)
+
+
+def atlas_group(picture):
+    """The node group of an atlas: Sun (towards it, world space, of length 1) and Irradiance in, Shader out."""
+    layout = json.loads(pathlib.Path(picture).with_suffix(".json").read_text())
+    columns, width, height = layout["columns"], layout["tile_width"], layout["tile_height"]
+    rows = len(layout["rows"])
+    transmits = "transmission" in layout["rows"]
+    if rows > 2:
+        raise ValueError(f"{picture}: must be of a layer, or of a stack over ground; this stack looks otherwise from below")
+    image = bpy.data.images.load(picture)
+    image.colorspace_settings.name = "Non-Color"
+
+    tree = bpy.data.node_groups.new(pathlib.Path(picture).stem, "ShaderNodeTree")
+    add_socket(tree, "Sun", "NodeSocketVector")
+    add_socket(tree, "Irradiance", "NodeSocketColor")
+    add_socket(tree, "Shader", "NodeSocketShader", "OUTPUT")
+    n = Nodes(tree)
+    given = n.add("NodeGroupInput").outputs
+    seen = n.add("ShaderNodeNewGeometry").outputs
+
+    def evened(mu):  # asin(sqrt(mu)) 2 / pi
+        return n.math("MULTIPLY", n.math("ARCSINE", n.math("SQRT", mu)), 2 / math.pi)
+
+    # Up is the side that is seen. Both directions point away from the layer.
+    facing = n.vector("DOT_PRODUCT", seen["Normal"], seen["Incoming"])
+    up = n.scaled(seen["Normal"], n.math("SIGN", facing))
+    cos_in = n.vector("DOT_PRODUCT", given["Sun"], up)
+    mu_in = n.math("MINIMUM", n.math("ABSOLUTE", cos_in), 1)
+    mu_out = n.math("MINIMUM", n.math("ABSOLUTE", facing), 1)
+    along_in = n.vector("SUBTRACT", given["Sun"], n.scaled(up, cos_in))
+    along_out = n.vector("SUBTRACT", seen["Incoming"], n.scaled(up, mu_out))
+    lengths = n.math("MULTIPLY", n.vector("LENGTH", along_in), n.vector("LENGTH", along_out))
+    cosine = n.math("DIVIDE", n.vector("DOT_PRODUCT", along_in, along_out), lengths)  # 0 where a length is 0
+    cosine = n.math("MAXIMUM", n.math("MINIMUM", cosine, 1), -1)
+    azimuth = n.math("SUBTRACT", math.pi, n.math("ARCCOSINE", cosine))  # 0 is forward
+
+    lit = n.math("GREATER_THAN", cos_in, 0)
+    row = n.math("SUBTRACT", 1, lit) if transmits else 0.0
+    column = n.math("MULTIPLY", evened(mu_in), columns - 1)
+    first = n.math("MINIMUM", n.math("FLOOR", column), columns - 2)
+    x = n.math("MULTIPLY_ADD", azimuth, (width - 1) / math.pi, 0.5)
+    y = n.math("MULTIPLY_ADD", row, height, n.math("MULTIPLY_ADD", evened(mu_out), height - 1, 0.5))
+    v = n.math("MULTIPLY_ADD", y, -1 / (rows * height), 1)  # 0 is the picture's lower edge
+
+    def tile(number):
+        u = n.math("DIVIDE", n.math("MULTIPLY_ADD", number, width, x), columns * width)
+        place = n.add("ShaderNodeCombineXYZ", u, v).outputs[0]
+        return n.add("ShaderNodeTexImage", place, image=image, interpolation="Linear", extension="EXTEND").outputs["Color"]
+
+    # Two tiles blended are pi f (mu_in + mu_out).
+    share = n.math("SUBTRACT", column, first)
+    blend = n.add("ShaderNodeMixRGB", share, tile(first), tile(n.math("ADD", first, 1))).outputs[0]
+    colour = n.add("ShaderNodeMixRGB", 1.0, blend, given["Irradiance"], blend_type="MULTIPLY").outputs[0]
+    strength = n.math("DIVIDE", mu_in, n.math("MULTIPLY", n.math("ADD", mu_in, mu_out), math.pi))
+    if not transmits:
+        strength = n.math("MULTIPLY", strength, lit)
+    light = n.add("ShaderNodeEmission", colour, strength).outputs[0]
+    if transmits:
+        beam = [n.math("POWER", math.exp(-tau), n.math("DIVIDE", 1, mu_out)) for tau in layout["optical_depth"]]
+        behind = n.add("ShaderNodeBsdfTransparent", n.add("ShaderNodeCombineColor", *beam).outputs[0]).outputs[0]
+        light = n.add("ShaderNodeAddShader", light, behind).outputs[0]
+    n.add("NodeGroupOutput", light)
+    return tree
+
+
+def atlas_material(picture, sun=(0, 0, 1), irradiance=(math.pi, math.pi, math.pi)):
+    """A material of the atlas alone."""
+    material = bpy.data.materials.new(pathlib.Path(picture).stem)
+    material.use_nodes = True
+    material.node_tree.nodes.clear()
+    material.blend_method = "BLEND"  # Eevee: what is behind shows
+    n = Nodes(material.node_tree)
+    group = n.add("ShaderNodeGroup", node_tree=atlas_group(picture))
+    group.inputs["Sun"].default_value = sun
+    group.inputs["Irradiance"].default_value = (*irradiance, 1)
+    n.add("ShaderNodeOutputMaterial", group.outputs[0])
+    return material
+
+
+if __name__ == "__main__":
+    for picture in sys.argv[sys.argv.index("--") + 1:]:
+        atlas_material(picture)

@@ -1,0 +1,155 @@
+#include "hdf5_disk_file.h"
+
+#include "file_bytes.h"
+
+#include <algorithm>
+#include <exception>
+#include <fcntl.h>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <new>
+
+namespace stratus::io::hdf5 {
+namespace {
+
+/// The file of the system, and what went wrong with it. Once that is known all that HDF5 writes is
+/// dropped, so that it can close its file.
+struct Output {
+    explicit Output(const std::filesystem::path& path)
+        : descriptor(path, O_RDWR | O_CREAT | O_TRUNC) {}
+
+    /// Whether work() succeeds, which is not tried after a failure.
+    template <class Work>
+    bool attempt(const Work& work) {
+        if (failure) return false;
+        try {
+            work();
+        } catch (...) {
+            failure = std::current_exception();
+        }
+        return !failure;
+    }
+
+    Descriptor descriptor;
+    haddr_t end = 0;
+    std::exception_ptr failure;
+};
+
+/// What HDF5 holds of an open file, and gives to the functions below.
+struct OpenFile : H5FD_t {
+    explicit OpenFile(std::shared_ptr<Output> output_) : H5FD_t{}, output(std::move(output_)) {}
+
+    std::shared_ptr<Output> output;
+    haddr_t allocated = 0;
+};
+
+OpenFile& of(H5FD_t* file) { return *static_cast<OpenFile*>(file); }
+const OpenFile& of(const H5FD_t* file) { return *static_cast<const OpenFile*>(file); }
+
+/// The property list tells the driver which file it is.
+H5FD_t* open_output(const char*, unsigned, hid_t access, haddr_t) {
+    const auto* const output =
+        static_cast<const std::shared_ptr<Output>*>(H5Pget_driver_info(access));
+    return new (std::nothrow) OpenFile(*output);
+}
+
+herr_t close_output(H5FD_t* file) {
+    delete &of(file);
+    return 0;
+}
+
+void* copy_of_output(const void* output) {
+    return new (std::nothrow)
+        std::shared_ptr<Output>(*static_cast<const std::shared_ptr<Output>*>(output));
+}
+
+herr_t forget_output(void* output) {
+    delete static_cast<std::shared_ptr<Output>*>(output);
+    return 0;
+}
+
+/// As HDF5's memory driver, so that the bytes are the same.
+herr_t features(const H5FD_t*, unsigned long* flags) {
+    if (flags)
+        *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
+                 H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_AGGREGATE_SMALLDATA;
+    return 0;
+}
+
+haddr_t allocated(const H5FD_t* file, H5FD_mem_t) { return of(file).allocated; }
+
+herr_t allocate(H5FD_t* file, H5FD_mem_t, haddr_t end) {
+    of(file).allocated = end;
+    return 0;
+}
+
+haddr_t written(const H5FD_t* file, H5FD_mem_t) { return of(file).output->end; }
+
+herr_t read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, void* bytes) {
+    Output& output = *of(file).output;
+    const bool done = output.attempt([&] {
+        output.descriptor.read_at(at, {static_cast<char*>(bytes), size});
+    });
+    return done ? 0 : -1;
+}
+
+herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t at, size_t size, const void* bytes) {
+    Output& output = *of(file).output;
+    output.attempt([&] {
+        output.descriptor.write_at(at, {static_cast<const char*>(bytes), size});
+    });
+    output.end = std::max(output.end, at + size);
+    return 0;
+}
+
+herr_t end_where_allocated(H5FD_t* file, hid_t, hbool_t) {
+    Output& output = *of(file).output;
+    output.attempt([&] { output.descriptor.resize(of(file).allocated); });
+    output.end = of(file).allocated;
+    return 0;
+}
+
+hid_t driver() {
+    static const hid_t registered = [] {
+        H5FD_class_t functions{};
+        functions.name = "stratus";
+        functions.maxaddr = std::numeric_limits<haddr_t>::max() / 2;
+        functions.fc_degree = H5F_CLOSE_STRONG;
+        functions.fapl_size = sizeof(std::shared_ptr<Output>);
+        functions.fapl_copy = copy_of_output;
+        functions.fapl_free = forget_output;
+        functions.open = open_output;
+        functions.close = close_output;
+        functions.query = features;
+        functions.get_eoa = allocated;
+        functions.set_eoa = allocate;
+        functions.get_eof = written;
+        functions.read = read;
+        functions.write = write;
+        functions.truncate = end_where_allocated;
+        constexpr H5FD_mem_t same[] = H5FD_FLMAP_DICHOTOMY;
+        std::copy(std::begin(same), std::end(same), functions.fl_map);
+        return H5FDregister(&functions);
+    }();
+    return checked(registered, "use a driver");
+}
+
+}  // namespace
+
+void write_file(const std::filesystem::path& path, const std::function<void(hid_t file)>& fill) {
+    const auto output = std::make_shared<Output>(path);
+    try {
+        const Handle access = new_property_list(H5P_FILE_ACCESS);
+        checked(H5Pset_driver(access, driver(), &output), "use a driver");
+        Handle file = create_file(path.string(), access);
+        fill(file);
+        file.close("finish the file");
+    } catch (...) {
+        if (!output->failure) throw;
+    }
+    if (output->failure) std::rethrow_exception(output->failure);
+    output->descriptor.close();
+}
+
+}  // namespace stratus::io::hdf5

@@ -49,22 +49,31 @@ void set_size(SimdLayer& layer, int gauss, int directions) {
     layer.elimination_stride = odd(gauss + directions + 1);
 }
 
-/// Grazing directions are those below one of the widest gap between cosines of about this size: the
-/// more of them, the more doublings are spared, and the more scattering mixes both groups.
-constexpr double lowest_limit = 0.0025, highest_limit = 0.006;
+/// Where cosines count as grazing: the higher, the more doublings are spared, and the more
+/// scattering mixes both groups. `strength`: the largest share of light scattered into a term of the
+/// phase function's series.
+double grazing_limit(double strength) { return 0.006 / std::sqrt(std::max(strength, 1e-3)); }
+
+double strength_of(const std::vector<DoublingTask>& tasks, const std::vector<double>& moments) {
+    double strength = 0;
+    for (const DoublingTask& task : tasks)
+        for (auto l = static_cast<std::size_t>(task.mode); l < moments.size(); ++l)
+            strength = std::max(strength, task.albedo * std::abs(moments[l]));
+    return strength;
+}
 
 /// Doublings spared that pay for parting the directions.
 constexpr int worthwhile_doublings = 4;
 
 }  // namespace
 
-DirectionGroups group_directions(const Directions& directions, double optical_depth) {
+DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit) {
     std::vector<double> mu(directions.mu.begin(), directions.mu.end());
     std::sort(mu.begin(), mu.end());
     std::size_t first_steep = 0;
     double widest = 1;
     for (std::size_t i = 1; i < mu.size(); ++i)
-        if (mu[i - 1] < highest_limit && mu[i] > lowest_limit && mu[i] / mu[i - 1] > widest) {
+        if (mu[i - 1] < limit && mu[i] > 0.4 * limit && mu[i] / mu[i - 1] > widest) {
             widest = mu[i] / mu[i - 1];
             first_steep = i;
         }
@@ -172,7 +181,8 @@ DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<d
         }
     }
     steps_.phase_kernels(phase, layer_);
-    directions_of_groups_ = group_directions(directions, deepest);
+    directions_of_groups_ =
+        group_directions(directions, deepest, grazing_limit(strength_of(tasks, moments)));
     if (!directions_of_groups_.grazing.places.empty()) {
         allocate(directions_of_groups_);
         if (steps_.decouple(layer_, groups_)) doubled_ = {&groups_.grazing, &groups_.steep};

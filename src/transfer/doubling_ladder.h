@@ -20,8 +20,7 @@ struct DoublingTask {
     double first_depth;
 };
 
-/// Places of the grazing and of the steep directions, Gauss nodes first; no grazing ones where it
-/// does not pay to part them.
+/// Places of the grazing and of the steep directions, Gauss nodes first.
 struct DirectionGroups {
     struct Group {
         int gauss = 0;
@@ -31,7 +30,9 @@ struct DirectionGroups {
     Group grazing, steep;
 };
 
-DirectionGroups group_directions(const Directions& directions, double optical_depth);
+/// Grazing directions are those below the widest gap between cosines of about `limit`; none where
+/// a depth takes so few doublings that it does not pay to part them.
+DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit);
 
 class DoublingLadder {
   public:

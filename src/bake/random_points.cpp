@@ -261,12 +261,12 @@ class Cosines {
 /// Points of the first layers of a random ladder.
 class LadderPoints {
   public:
-    LadderPoints(const PhaseFunction& phase_function, const PointRange& range, int most,
-                 unsigned seed)
+    LadderPoints(const PhaseFunction& phase_function, const PointRange& range, bool peaked,
+                 int most, unsigned seed)
         : phase_function_(phase_function), range_(range), mu_(floor_cosines()) {
         std::mt19937 random(seed);
         ladder_ = random_ladder(range, random);
-        PointSource source(range, range.all_kinds && has_peak(phase_function, range), random);
+        PointSource source(range, peaked, random);
         sides_ = source.sides();
         const int layers = layers_of(ladder_.depths);
         while (points_ < most && static_cast<int>(layers_.size()) < layers) {
@@ -361,10 +361,11 @@ int points_of_ladder(const PointRange& range) {
 std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function,
                                              const PointRange& range, const SolverOptions& solver,
                                              const VerifyOptions& options) {
+    const bool peaked = range.all_kinds && has_peak(phase_function, range);
     std::vector<LadderPoints> ladders;
     for (int left = options.samples; left > 0;) {
         const unsigned seed = options.seed * 1000003u + static_cast<unsigned>(ladders.size());
-        ladders.emplace_back(phase_function, range, left, seed);
+        ladders.emplace_back(phase_function, range, peaked, left, seed);
         left -= ladders.back().points();
     }
     std::vector<std::vector<ErrorSample>> of_ladder(ladders.size());

@@ -46,7 +46,7 @@ std::unique_ptr<LayerModel> ring_table_model() { return table_model(test::ring_t
 std::unique_ptr<LayerModel> one_kind_table_model() {
     static const Table table = [] {
         Recipe recipe = test::ring_recipe();
-        recipe.mixture.reset();
+        recipe.family.clear();
         return solve_table(recipe);
     }();
     return table_model(table.view());

@@ -14,6 +14,7 @@
 #include "signals_held.h"
 #include "started_ranks.h"
 #include "stop_on_signal.h"
+#include "sweep.h"
 
 #include <algorithm>
 #include <atomic>
@@ -31,7 +32,7 @@ namespace stratus {
 namespace {
 
 struct BakeCommand {
-    std::string recipe, output, exr;
+    std::string recipe, output, exr, sweep;
     int threads = 0;
     bool quiet = false;
     bool resume = false;
@@ -102,7 +103,8 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr, command.threads); });
+        picture = std::async(std::launch::async,
+                             [&] { write_table(table, command.exr, command.threads); });
     write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
@@ -244,7 +246,15 @@ void bake_on_ranks(BakeCommand command, std::unique_ptr<RankTransport> transport
 
 void run_bake(const BakeCommand& command) {
     if (command.dry_run) return run_dry(command);
-    if (auto transport = started_ranks()) return bake_on_ranks(command, std::move(transport));
+    auto transport = started_ranks();
+    if (!command.sweep.empty()) {
+        if (transport && transport->count() > 1)
+            throw std::invalid_argument("bake: --sweep must be on one rank, got " +
+                                        std::to_string(transport->count()));
+        return run_sweep({command.recipe, command.sweep, command.output, command.threads,
+                          command.quiet, command.resume, command.accept});
+    }
+    if (transport) return bake_on_ranks(command, std::move(transport));
     bake_to_file(command, nullptr);
 }
 
@@ -255,17 +265,28 @@ void add_bake(CLI::App& app) {
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
     const CLI::Option* const output =
-        bake->add_option("-o,--output", command->output, "Table to write, .h5; required to bake");
-    bake->add_flag("--dry-run", command->dry_run,
-                   "Only choose the discretisation, and print it with the table's size, the time "
-                   "that solving and checking it will take, and every axis at its cap");
+        bake->add_option("-o,--output", command->output,
+                         "Table to write, .h5, or folder of a sweep's tables; required to bake");
+    CLI::Option* const dry_run = bake->add_flag(
+        "--dry-run", command->dry_run,
+        "Only choose the discretisation, and print it with the table's size, the time that solving "
+        "and checking it will take, and every axis at its cap");
     bake->add_option("--ranks", command->ranks,
                      "With --dry-run: also how long it will take on so many ranks of --threads "
                      "threads each (0: one), and what limits it; 1,2,4,1000")
         ->delimiter(',')
-        ->check(whole_number(1, 1000000));
-    bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
-        ->check(file_name());
+        ->check(whole_number(1, 1000000))
+        ->needs(dry_run);
+    CLI::Option* const exr =
+        bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
+            ->check(file_name());
+    bake->add_option("--sweep", command->sweep,
+                     "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
+                     "column name naming the tables. A summary goes to standard output and to "
+                     "summary.csv. --resume bakes what the folder lacks")
+        ->check(file_name())
+        ->excludes(dry_run)
+        ->excludes(exr);
     add_threads(*bake, command->threads);
     bake->add_flag("--resume", command->resume,
                    "Resume an interrupted bake from OUTPUT.checkpoint, which is removed when the "
@@ -291,10 +312,8 @@ void add_bake(CLI::App& app) {
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
-        "saturn_rings.exr");
+        "saturn_rings.exr\n  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
-        if (!command->dry_run && !command->ranks.empty())
-            throw CLI::RequiresError("--ranks", "--dry-run");
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);
     });

@@ -17,6 +17,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -35,7 +36,7 @@ std::string tolerance_text(double tolerance) {
 }
 
 std::string lookup_text(const CostPoint& point) {
-    if (point.kind != CostPoint::Kind::table) return "";
+    if (point.lookup_ns == 0) return "";
     return short_number(point.lookup_ns * 1e-3) + " \u00b5s";
 }
 
@@ -79,6 +80,16 @@ PlotSeries frontier_of(const std::vector<const CostPoint*>& points, const char* 
     return series;
 }
 
+/// Points of another kind beside those of a panel; `label` of each.
+PlotSeries series_of(const CostStudy& study, const char* name,
+                     bool (*holds)(const CostPoint& point),
+                     std::string (*label)(const CostPoint& point)) {
+    PlotSeries series{name, PlotSeries::Role::measured, {}};
+    for (const CostPoint& point : study.points)
+        if (holds(point)) series.points.push_back(plotted(point, label(point)));
+    return series;
+}
+
 /// A series of a panel: points that no tolerance chose.
 struct Group {
     const char* name;
@@ -115,7 +126,16 @@ PlotPanel panel_of_solvers(const CostStudy& study) {
                      [](const CostPoint& p) { return starts(p, ClassicStart::diamond); }},
                     {"classic, single start",
                      [](const CostPoint& p) { return starts(p, ClassicStart::single); }}});
-    panel.title = "Solver: nodes, modes, scheme and start";
+    panel.title = "Solver: nodes, modes, scheme and start; orders; reference methods";
+    const auto no_label = [](const CostPoint&) { return std::string(); };
+    panel.series.push_back(series_of(
+        study, "first n orders (n beside it)",
+        [](const CostPoint& p) { return p.kind == CostPoint::Kind::orders; },
+        [](const CostPoint& p) { return std::to_string(p.solver.orders); }));
+    panel.series.push_back(series_of(
+        study, "Markov chains", [](const CostPoint& p) { return p.sublayers > 0; }, no_label));
+    panel.series.push_back(series_of(
+        study, "photons", [](const CostPoint& p) { return p.photons > 0; }, no_label));
     panel.x_title = "time of one solve, one thread (s)";
     panel.y_title = "relative error of R and T, 99.9 % within";
     return panel;
@@ -130,9 +150,34 @@ PlotPanel panel_of_tables(const CostStudy& study) {
          {"optical depth",
           [](const CostPoint& p) { return p.varied == "optical_depth_samples_per_octave"; }},
          {"albedo", [](const CostPoint& p) { return p.varied == "albedo_samples"; }}});
-    panel.title = "Table: sampling of its axes";
+    panel.title = "Table: sampling of its axes; packed";
+    panel.series.push_back(series_of(
+        study, "packed, by tolerance",
+        [](const CostPoint& p) { return p.kind == CostPoint::Kind::packed; },
+        [](const CostPoint& p) { return lookup_text(p); }));
     panel.x_title = "samples of the table in memory (bytes)";
     panel.y_title = "relative error of lookups, 99.9 % within";
+    return panel;
+}
+
+/// Error over the size of droplets, a series for each number of nodes.
+PlotPanel panel_of_droplets(const CostStudy& study) {
+    PlotPanel panel;
+    for (const CostPoint& point : study.points) {
+        if (point.kind != CostPoint::Kind::droplets) continue;
+        const std::string name = std::to_string(point.solver.nodes) + " nodes";
+        auto series = std::ranges::find(panel.series, name, &PlotSeries::name);
+        if (series == panel.series.end()) {
+            panel.series.push_back({name, PlotSeries::Role::measured, {}});
+            series = panel.series.end() - 1;
+        }
+        series->points.push_back(
+            {point.size_parameter, std::max(point.error_99_9, 1e-16),
+             point.solver.nodes == 32 ? short_number(1e3 * point.solve_seconds) + " ms" : ""});
+    }
+    panel.title = "Droplets: the solver over their size (time of a solve with 32 nodes beside it)";
+    panel.x_title = "size parameter 2\u03c0 radius / wavelength";
+    panel.y_title = "relative error of R and T, 99.9 % within";
     return panel;
 }
 
@@ -158,7 +203,10 @@ void run_cost(const CostCommand& command) {
     if (command.svg.empty()) return;
     const SignalsHeld held;
     write_atomically(command.svg, [&](const std::filesystem::path& temporary) {
-        draw_cost_plot({panel_of_solvers(study), panel_of_tables(study)}, temporary);
+        std::vector<PlotPanel> panels{panel_of_solvers(study), panel_of_tables(study)};
+        if (PlotPanel droplets = panel_of_droplets(study); !droplets.series.empty())
+            panels.push_back(std::move(droplets));
+        draw_cost_plot(panels, temporary);
     });
 }
 
@@ -179,7 +227,7 @@ void add_cost(CLI::App& app) {
     cost->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
     cost->add_option("-o,--output", command->output, "CSV to write. Default or -: standard output")
         ->check(file_name());
-    cost->add_option("--svg", command->svg, "Figure of both frontiers to draw, .svg")
+    cost->add_option("--svg", command->svg, "Figure of all points and both frontiers to draw, .svg")
         ->check(file_name());
     cost->add_option("--seconds", command->options.seconds,
                      "After which no measurement starts; they go from cheap to expensive")
@@ -188,6 +236,9 @@ void add_cost(CLI::App& app) {
     add_threads(*cost, command->options.threads, ". What is timed runs alone on one");
     cost->add_flag("--quiet", command->quiet, "No progress, no notes");
     cost->footer(help_of_columns() +
+                 "Notes tell what grows as which power of what, fitted by least squares in "
+                 "logarithms: time of a solve over nodes and depth, times and sizes over "
+                 "tolerance, errors of reference methods over time.\n"
                  "Errors are relative to the total R or T, as `stratus verify` has them.\n"
                  "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");
     cost->callback([command] { run_cost(*command); });

@@ -1,12 +1,13 @@
 // `stratus eval`: looks up a baked table at the rows of a query, through what renderers call.
 //
 // Rows between the table's samples and without density or opposition are looked up directly
-// (lookup.h), in double precision. All others, and backgrounds, go through slices (slice.h), one
+// (lookup.h), in double precision, or in a packed table as it is mapped. All others, and backgrounds, go through slices (slice.h), one
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/table.h>
 
@@ -18,9 +19,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -334,9 +337,30 @@ void write_row(std::ostream& out, const std::vector<double>& query_row, const An
 
 /// The view without the samples that are not asked for: the lookup then does not touch them.
 TableView without_unasked_samples(TableView table, const Effects& effects) {
-    if (!effects.multiple) table.reflection_multiple = table.transmission_multiple = {};
+    if (effects.multiple) return table;
+    table.reflection_multiple = table.transmission_multiple = {};
+    table.packed = nullptr;
+    table.packed_reflection = table.packed_transmission = false;
     return table;
 }
+
+/// A packed file, mapped, or a table read with its samples.
+class EvalTable {
+  public:
+    EvalTable(const std::string& path, const ReadOptions& options) {
+        if (std::filesystem::path(path).extension() == packed_ending)
+            packed_.emplace(path);
+        else
+            sampled_ = read_noted_table(path, options);
+    }
+
+    const Table& header() const { return packed_ ? packed_->header() : sampled_; }
+    TableView view() const { return packed_ ? packed_->view() : sampled_.view(); }
+
+  private:
+    std::optional<PackedTable> packed_;
+    Table sampled_;
+};
 
 void run_eval(const EvalOptions& options) {
     Effects asked = parse_effects(options.effects);
@@ -347,10 +371,10 @@ void run_eval(const EvalOptions& options) {
         require_different_files("eval", options.table, options.output);
         require_different_files("eval", options.query, options.output);
     }
-    const Table table = read_noted_table(options.table, options.reading);
-    const QueryColumns columns = query_columns(table);
+    const EvalTable table(options.table, options.reading);
+    const QueryColumns columns = query_columns(table.header());
     const CsvTable query = read_query(options.query, columns.required, columns.optional);
-    const std::vector<QueryPoint> points = points_of(query, table);
+    const std::vector<QueryPoint> points = points_of(query, table.header());
 
     const Effects effects = available_effects(asked, table.view(), options.table);
     const TableView view = without_unasked_samples(table.view(), effects);

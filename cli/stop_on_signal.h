@@ -31,7 +31,7 @@ class StopOnSignal {
     StopOnSignal& operator=(const StopOnSignal&) = delete;
 
     /// The signal received; 0: none.
-    int signal() const { return received(); }
+    static int signal() { return received(); }
 
   private:
     static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};

@@ -4,6 +4,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
+#include "cost_growth.h"
+#include "cost_methods.h"
 #include "cost_solvers.h"
 #include "cost_sweep.h"
 #include "cost_tables.h"
@@ -17,16 +19,21 @@ namespace stratus {
 
 namespace {
 
+/// Times the cost of the cheapest of `others` that is as accurate.
+void compare(std::vector<CostPoint>& points, const std::vector<CostPoint>& others) {
+    for (CostPoint& point : points) {
+        double cheapest = point.cost();
+        for (const CostPoint& other : others)
+            if (other.error_99_9 <= point.error_99_9) cheapest = std::min(cheapest, other.cost());
+        point.times_frontier = point.cost() / cheapest;
+    }
+}
+
 void judge(std::vector<CostPoint>& points) {
     std::vector<Trade> trades;
     for (const CostPoint& point : points) trades.push_back({point.cost(), point.error_99_9});
     for (const std::size_t at : find_frontier(trades)) points[at].on_frontier = true;
-    for (CostPoint& point : points) {
-        double cheapest = point.cost();
-        for (const CostPoint& other : points)
-            if (other.error_99_9 <= point.error_99_9) cheapest = std::min(cheapest, other.cost());
-        point.times_frontier = point.cost() / cheapest;
-    }
+    compare(points, points);
 }
 
 void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solvers,
@@ -51,6 +58,10 @@ void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solv
     }
 }
 
+void append(std::vector<CostPoint>& points, const std::vector<CostPoint>& more) {
+    points.insert(points.end(), more.begin(), more.end());
+}
+
 }  // namespace
 
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
@@ -67,18 +78,29 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     TableSweep tables(recipe, budget, solvers.nodes_of_points());
     tables.bake_tolerances();
     solvers.measure_chosen(tables.points());
+    CostStudy study;
+    study.growth = time_growth(recipe, budget);
+    std::vector<CostPoint> others = solvers.measure_orders(tables.nodes());
+    append(others, measure_references(recipe, budget, solvers.reference_nodes()));
+    append(others, measure_droplets(recipe, budget));
     tables.sweep_axes();
     tables.coarsen_chosen();
 
-    CostStudy study;
     study.reference_nodes = solvers.reference_nodes();
     study.reference_change = solvers.reference_change();
     study.points = solvers.points();
-    std::vector<CostPoint> of_tables = tables.points();
+    std::vector<CostPoint> of_tables = tables.points(), packed = tables.packed();
     judge(study.points);
     judge(of_tables);
+    judge(packed);
+    compare(others, study.points);
     tell_distances(budget, study.points, of_tables);
-    study.points.insert(study.points.end(), of_tables.begin(), of_tables.end());
+    append(study.points, others);
+    append(study.points, of_tables);
+    append(study.points, packed);
+    const std::vector<GrowthLaw> of_points = find_growth(study.points);
+    study.growth.insert(study.growth.end(), of_points.begin(), of_points.end());
+    for (const GrowthLaw& law : study.growth) budget.say(sentence_of(law));
     return study;
 }
 

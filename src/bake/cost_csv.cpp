@@ -2,6 +2,7 @@
 #include <stratus/bake/cost.h>
 #include <stratus/runtime/number_text.h>
 
+#include <cstddef>
 #include <ostream>
 
 namespace stratus {
@@ -10,69 +11,97 @@ namespace {
 
 constexpr int digits = 6;  // of numbers
 
+using Kind = CostPoint::Kind;
+
 struct CostColumn {
     const char* name;
     const char* meaning;
-    enum class Scope { both, solver, table } scope;
+    bool (*belongs)(Kind kind);
     std::string (*text)(const CostPoint& point);
 };
 
-using Scope = CostColumn::Scope;
+bool to_all(Kind) { return true; }
+bool to_solvers(Kind kind) { return kind != Kind::table && kind != Kind::packed; }
+bool to_tables(Kind kind) { return !to_solvers(kind); }
+template <Kind one>
+bool to(Kind kind) {
+    return kind == one;
+}
+
+const char* name_of(Kind kind) {
+    constexpr const char* names[] = {"solver",   "orders", "reference",
+                                     "droplets", "table",  "packed"};
+    return names[static_cast<std::size_t>(kind)];
+}
+
+/// A number of things, empty where there are none.
+std::string count_text(double count) { return count > 0 ? short_number(count, 15) : ""; }
+
+std::string scheme_text(const CostPoint& p) {
+    if (p.kind == Kind::reference) return p.photons > 0 ? "photons" : "markov";
+    return p.solver.scheme == Scheme::classic ? "classic" : "harmonic";
+}
 
 constexpr CostColumn columns[] = {
-    {"kind", "solver or table", Scope::both,
-     [](const CostPoint& p) {
-         return std::string(p.kind == CostPoint::Kind::solver ? "solver" : "table");
-     }},
-    {"varied", "tolerance: it chose the point; else what the sweep changed", Scope::both,
+    {"kind", "solver, orders, reference, droplets, table or packed", to_all,
+     [](const CostPoint& p) { return std::string(name_of(p.kind)); }},
+    {"varied", "tolerance: it chose the point; else what the sweep changed", to_all,
      [](const CostPoint& p) { return p.varied; }},
-    {"tolerance", "that chose the point; empty where none did", Scope::both,
+    {"tolerance", "that chose the point; empty where none did", to_all,
      [](const CostPoint& p) { return p.tolerance > 0 ? short_number(p.tolerance, digits) : ""; }},
-    {"scheme", "of the solver: harmonic or classic", Scope::both,
-     [](const CostPoint& p) {
-         return std::string(p.solver.scheme == Scheme::classic ? "classic" : "harmonic");
-     }},
-    {"start", "of the classic scheme: diamond or single", Scope::both,
+    {"scheme", "of the solver: harmonic or classic; of references: markov or photons", to_all,
+     scheme_text},
+    {"start", "of the classic scheme: diamond or single", to_all,
      [](const CostPoint& p) {
          if (p.solver.scheme != Scheme::classic) return std::string();
          return std::string(p.solver.start == ClassicStart::single ? "single" : "diamond");
      }},
-    {"start_depth", "of the classic scheme, at most; 0: 1e-3 of the smallest cosine", Scope::both,
+    {"start_depth", "of the classic scheme, at most; 0: 1e-3 of the smallest cosine", to_all,
      [](const CostPoint& p) {
          return p.solver.scheme == Scheme::classic ? short_number(p.solver.start_depth, digits)
                                                    : "";
      }},
-    {"nodes", "Gauss nodes of the solver", Scope::both,
-     [](const CostPoint& p) { return std::to_string(p.solver.nodes); }},
-    {"modes", "azimuthal modes of the solver", Scope::both,
-     [](const CostPoint& p) { return std::to_string(p.solver.modes); }},
-    {"mu_samples", "of mu_in and mu_out alike", Scope::table,
+    {"nodes", "Gauss nodes of the solver", to_all,
+     [](const CostPoint& p) { return count_text(p.solver.nodes); }},
+    {"modes", "azimuthal modes of the solver; empty: until the rest is negligible", to_all,
+     [](const CostPoint& p) { return count_text(p.solver.modes); }},
+    {"orders", "n: the Neumann series stops at order n", to<Kind::orders>,
+     [](const CostPoint& p) { return count_text(p.solver.orders); }},
+    {"sublayers", "of a Markov chain", to<Kind::reference>,
+     [](const CostPoint& p) { return count_text(p.sublayers); }},
+    {"photons", "for each of two mu_in", to<Kind::reference>,
+     [](const CostPoint& p) { return count_text(p.photons); }},
+    {"size_parameter", "of droplets: 2 pi radius / wavelength", to<Kind::droplets>,
+     [](const CostPoint& p) { return short_number(p.size_parameter, digits); }},
+    {"mu_samples", "of mu_in and mu_out alike", to_tables,
      [](const CostPoint& p) { return std::to_string(p.discretisation.mu_samples); }},
-    {"azimuth_samples", "over 0 to 180 degrees", Scope::table,
+    {"azimuth_samples", "over 0 to 180 degrees", to_tables,
      [](const CostPoint& p) { return std::to_string(p.discretisation.azimuth_samples); }},
-    {"optical_depth_samples_per_octave", "samples in which the depth doubles", Scope::table,
+    {"optical_depth_samples_per_octave", "samples in which the depth doubles", to_tables,
      [](const CostPoint& p) {
          return std::to_string(p.discretisation.optical_depth_samples_per_octave);
      }},
-    {"albedo_samples", "over the recipe's range", Scope::table,
+    {"albedo_samples", "over the recipe's range", to_tables,
      [](const CostPoint& p) { return std::to_string(p.discretisation.albedo_samples); }},
-    {"error_median", "relative error of half of the values", Scope::both,
+    {"error_median", "relative error of half of the values", to_all,
      [](const CostPoint& p) { return short_number(p.error_median, digits); }},
-    {"error_99_9", "relative error of 99.9 % of the values; the frontier's", Scope::both,
+    {"error_99_9", "relative error of 99.9 % of the values; the frontier's", to_all,
      [](const CostPoint& p) { return short_number(p.error_99_9, digits); }},
-    {"error_largest", "largest relative error", Scope::both,
+    {"error_largest", "largest relative error", to_all,
      [](const CostPoint& p) { return short_number(p.error_largest, digits); }},
-    {"solve_seconds", "one layer, deepest and brightest, 14 cosines, one thread", Scope::solver,
-     [](const CostPoint& p) { return short_number(p.solve_seconds, digits); }},
-    {"bake_seconds", "all threads; where tolerance chose, with choosing and checking", Scope::table,
-     [](const CostPoint& p) { return short_number(p.bake_seconds, digits); }},
-    {"bytes", "of the samples of both sides in memory", Scope::table,
+    {"solve_seconds",
+     "one layer, deepest and brightest, 14 cosines, one thread; references: 12 geometries",
+     to_solvers, [](const CostPoint& p) { return short_number(p.solve_seconds, digits); }},
+    {"bake_seconds",
+     "all threads; where tolerance chose, with choosing and checking; packed: of packing",
+     to_tables, [](const CostPoint& p) { return short_number(p.bake_seconds, digits); }},
+    {"bytes", "of the samples of both sides in memory; packed: of the file", to_tables,
      [](const CostPoint& p) { return short_number(p.bytes, digits); }},
-    {"lookup_ns", "nanoseconds of a lookup at a random point, one thread", Scope::table,
+    {"lookup_ns", "nanoseconds of a lookup at a random point, one thread", to_tables,
      [](const CostPoint& p) { return short_number(p.lookup_ns, digits); }},
-    {"on_frontier", "1: no other point undercuts it in error and in solve_seconds or bytes",
-     Scope::both, [](const CostPoint& p) { return std::string(p.on_frontier ? "1" : "0"); }},
-    {"times_frontier", "solve_seconds or bytes over those of the cheapest as accurate", Scope::both,
+    {"on_frontier", "1: no other point undercuts it in error and in solve_seconds or bytes", to_all,
+     [](const CostPoint& p) { return std::string(p.on_frontier ? "1" : "0"); }},
+    {"times_frontier", "solve_seconds or bytes over those of the cheapest as accurate", to_all,
      [](const CostPoint& p) { return short_number(p.times_frontier, digits); }},
 };
 
@@ -87,10 +116,9 @@ void write_cost(std::ostream& out, const std::vector<CostPoint>& points) {
     out << '\n';
     for (const CostPoint& point : points) {
         between = "";
-        const Scope own = point.kind == CostPoint::Kind::solver ? Scope::solver : Scope::table;
         for (const CostColumn& column : columns) {
             out << between;
-            if (column.scope == Scope::both || column.scope == own) out << column.text(point);
+            if (column.belongs(point.kind)) out << column.text(point);
             between = ",";
         }
         out << '\n';

@@ -169,6 +169,33 @@ void SolverSweep::measure_chosen(const std::vector<CostPoint>& tables) {
     for (CostPoint& point : points_) point.solve_seconds = best_seconds_.at(key_of(point));
 }
 
+std::vector<CostPoint> SolverSweep::measure_orders(int nodes) const {
+    std::vector<CostPoint> points;
+    if (recipe_.orders != 0 || recipe_.lower_boundary.is_present()) return points;
+    const auto measure = [&](int orders) {
+        CostPoint point;
+        point.kind = CostPoint::Kind::orders;
+        point.varied = "orders";
+        point.solver.nodes = nodes;
+        point.solver.orders = orders;
+        set_errors(point, errors_of(layers_.values(layers_.solve(point.solver)), reference_));
+        return point;
+    };
+    const double all = measure(0).error_99_9;
+    double last = 0;  // seconds
+    for (const int orders : {2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 200}) {
+        constexpr double growth = 3;  // of a series half as long again
+        if (!budget_.is_time_left(share_of_orders, growth * last)) break;
+        budget_.show("orders");
+        const auto started = Clock::now();
+        points.push_back(measure(orders));
+        last = seconds_since(started);
+        points.back().solve_seconds = layers_.time_solve(points.back().solver);
+        if (points.back().error_99_9 <= 1.1 * all) break;
+    }
+    return points;
+}
+
 SolverSweep::SolverKey SolverSweep::key_of(const CostPoint& point) {
     const SolverOptions& of = point.solver;
     return {of.scheme, of.start, of.start_depth, of.nodes, of.modes};

@@ -26,6 +26,10 @@ class SolverSweep {
     /// Adds the solvers that tolerances chose for their tables.
     void measure_chosen(const std::vector<CostPoint>& tables);
 
+    /// As many nodes as the recipe's tolerance chose, with ever more orders until those left out
+    /// are lost in what the nodes leave.
+    std::vector<CostPoint> measure_orders(int nodes) const;
+
     /// Nodes that solve random points well enough for every tolerance.
     int nodes_of_points() const { return nodes_of_points_; }
 

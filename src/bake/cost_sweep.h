@@ -11,7 +11,8 @@ namespace stratus {
 
 /// Parts of the seconds after which a stage begins nothing new.
 constexpr double share_of_reference = 0.1, share_of_solver_errors = 0.2,
-                 share_of_solver_times = 0.4, share_of_tolerances = 0.65, share_of_axes = 0.85;
+                 share_of_solver_times = 0.4, share_of_tolerances = 0.62, share_of_orders = 0.67,
+                 share_of_references = 0.71, share_of_droplets = 0.75, share_of_axes = 0.87;
 
 /// Tolerances finer than this share of the recipe's own are not measured.
 constexpr double finest_share = 0.25;

@@ -3,6 +3,7 @@
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "axes.h"
 
@@ -63,7 +64,7 @@ void TableSweep::solve_points(const Discretisation& chosen) {
     Recipe resolved = recipe_;
     resolved.discretisation = chosen;
     const DirectionAxes directions = direction_axes(resolved);
-    PointRange range{albedo_axis(recipe_.albedo, 2).view(),
+    PointRange range{albedo_axis(recipe_.albedo, 100).view(),
                      tau.view(),
                      directions.mu_in.view(),
                      directions.mu_out.view(),
@@ -122,12 +123,27 @@ CostPoint TableSweep::make_point(const Table& table, const Discretisation& d, do
     point.bytes = static_cast<double>(
         (table.reflection_multiple.size() + table.transmission_multiple.size()) * sizeof(float));
     if (expected_.empty()) solve_points(d);
+    judge_lookups(point, table.view());
+    return point;
+}
+
+void TableSweep::judge_lookups(CostPoint& point, const TableView& table) {
     std::vector<ErrorSample> samples = expected_;
-    look_up(table.view(), samples);
+    look_up(table, samples);
     std::vector<double> errors;
     for (const ErrorSample& sample : samples) errors.push_back(sample.error);
     set_errors(point, std::move(errors));
-    point.lookup_ns = time_lookup(table.view());
+    point.lookup_ns = time_lookup(table);
+}
+
+CostPoint TableSweep::make_packed(const Table& table, const CostPoint& from) {
+    CostPoint point = from;
+    point.kind = CostPoint::Kind::packed;
+    const auto started = Clock::now();
+    const PackedTable packed(pack(table));
+    point.bake_seconds = seconds_since(started);
+    point.bytes = static_cast<double>(packed.bytes());
+    judge_lookups(point, packed.view());
     return point;
 }
 
@@ -162,6 +178,7 @@ void TableSweep::bake_tolerances() {
         point.varied = "tolerance";
         point.tolerance = tolerance;
         points_.push_back(point);
+        if (budget_.is_time_left(share_of_tolerances)) packed_.push_back(make_packed(table, point));
         if (must) own_ = point;
         finest_nodes_ = std::max(finest_nodes_, d.nodes);
         finest_modes_ = std::max(finest_modes_, d.modes);

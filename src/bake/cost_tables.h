@@ -36,12 +36,18 @@ class TableSweep {
     void coarsen_chosen();
 
     const std::vector<CostPoint>& points() const { return points_; }
+    /// The tables that tolerances chose, packed.
+    const std::vector<CostPoint>& packed() const { return packed_; }
+    /// Nodes that the recipe's tolerance chose.
+    int nodes() const { return own_.solver.nodes; }
 
   private:
     BakeOptions bake_options() const;
     void solve_points(const Discretisation& chosen);
     double time_lookup(const TableView& table) const;
     CostPoint make_point(const Table& table, const Discretisation& d, double seconds);
+    CostPoint make_packed(const Table& table, const CostPoint& from);
+    void judge_lookups(CostPoint& point, const TableView& table);
     std::vector<double> tolerances() const;
     bool can_vary(const SweptAxis& axis) const;
     double bytes_of(const Discretisation& d) const;
@@ -51,7 +57,7 @@ class TableSweep {
 
     const Recipe& recipe_;
     const CostBudget& budget_;
-    std::vector<CostPoint> points_;
+    std::vector<CostPoint> points_, packed_;
     std::vector<ErrorSample> expected_;  // random points; found and error unused
     CostPoint own_;                      // the table that the recipe's tolerance chose
     int nodes_of_points_;                // that solve the random points

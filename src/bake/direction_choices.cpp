@@ -192,7 +192,7 @@ class AzimuthTests {
                 std::vector<double> sampled[2];  // of either side
                 for (const Side side : asked_sides(recipe))
                     sampled[side == Side::transmission] =
-                        evaluate(layers_[a][d].solution, side, at_samples).tabulated;
+                        evaluate_tabulated(layers_[a][d].solution, side, at_samples);
                 add_errors(recipe, expected_[a][d], directions_, Judged(directions_), errors,
                            [&](Side side, int i, int j, int k) {
                                const Stencil& stencil = stencils[static_cast<std::size_t>(k)];

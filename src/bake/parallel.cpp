@@ -2,12 +2,126 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 namespace stratus {
+
+namespace {
+
+/// One loop, on which any number of threads may work.
+class Loop {
+  public:
+    /// Both functions outlive it.
+    Loop(int count, const std::function<void(int)>& body, const std::function<void(int)>* finished)
+        : count_(count), body_(body), finished_(finished) {}
+
+    bool is_work_left() const { return next_ < count_; }
+
+    /// Until all is done or taken by other threads.
+    void work() {
+        for (int i; (i = next_.fetch_add(1)) < count_;) {
+            try {
+                body_(i);
+                const std::lock_guard lock(mutex_);
+                ++done_;
+                if (finished_ != nullptr && *finished_) (*finished_)(done_);
+            } catch (...) {
+                const std::lock_guard lock(mutex_);
+                if (!failure_) failure_ = std::current_exception();
+                next_ = count_;
+            }
+        }
+    }
+
+    /// Once no thread works on it.
+    void rethrow() const {
+        if (failure_) std::rethrow_exception(failure_);
+    }
+
+  private:
+    const int count_;
+    const std::function<void(int)>& body_;
+    const std::function<void(int)>* const finished_;  // null: none
+    std::atomic<int> next_{0};
+    std::mutex mutex_;
+    int done_ = 0;
+    std::exception_ptr failure_;
+};
+
+/// The threads of a nested_parallel_for.
+class Team {
+  public:
+    static thread_local Team* of_this_thread;
+
+    Team(Loop& rows, int threads) : rows_(rows), working_(threads) {}
+
+    /// What each of its threads does: rows, then whatever others have open.
+    void work() {
+        of_this_thread = this;
+        rows_.work();
+        std::unique_lock lock(mutex_);
+        --working_;
+        changed_.notify_all();
+        for (;;) {
+            Shared* open = nullptr;
+            changed_.wait(lock, [&] { return working_ == 0 || (open = find_open()) != nullptr; });
+            if (open == nullptr) break;
+            ++open->helpers;
+            lock.unlock();
+            open->loop.work();
+            lock.lock();
+            --open->helpers;
+            changed_.notify_all();
+        }
+        of_this_thread = nullptr;
+    }
+
+    /// A loop of a row: begun by its thread, open to all others.
+    void share(Loop& loop) {
+        Shared shared{loop};
+        std::unique_lock lock(mutex_);
+        open_.push_back(&shared);
+        changed_.notify_all();
+        lock.unlock();
+        loop.work();
+        lock.lock();
+        std::erase(open_, &shared);
+        changed_.wait(lock, [&] { return shared.helpers == 0; });
+    }
+
+  private:
+    struct Shared {
+        Loop& loop;
+        int helpers = 0;
+    };
+
+    Shared* find_open() const {
+        const auto found = std::ranges::find_if(
+            open_, [](const Shared* shared) { return shared->loop.is_work_left(); });
+        return found == open_.end() ? nullptr : *found;
+    }
+
+    Loop& rows_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::vector<Shared*> open_;
+    int working_;  // threads that still work on rows
+};
+
+thread_local Team* Team::of_this_thread = nullptr;
+
+void run_on(int threads, const std::function<void()>& work) {
+    std::vector<std::thread> others;
+    for (int t = 1; t < threads; ++t) others.emplace_back(work);
+    work();
+    for (std::thread& other : others) other.join();
+}
+
+}  // namespace
 
 int thread_count(int requested) {
     return requested > 0 ? requested
@@ -16,29 +130,21 @@ int thread_count(int requested) {
 
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished) {
-    std::atomic<int> next{0};
-    std::mutex mutex;
-    int done = 0;
-    std::exception_ptr failure;
-    auto work = [&] {
-        for (int i; (i = next.fetch_add(1)) < count;) {
-            try {
-                body(i);
-                const std::lock_guard lock(mutex);
-                ++done;
-                if (finished) finished(done);
-            } catch (...) {
-                const std::lock_guard lock(mutex);
-                if (!failure) failure = std::current_exception();
-                next = count;
-            }
-        }
-    };
-    std::vector<std::thread> others;
-    for (int t = 1; t < std::min(thread_count(threads), count); ++t) others.emplace_back(work);
-    work();
-    for (std::thread& other : others) other.join();
-    if (failure) std::rethrow_exception(failure);
+    Loop loop(count, body, &finished);
+    const int used = std::min(thread_count(threads), count);
+    if (used > 1 && Team::of_this_thread != nullptr)
+        Team::of_this_thread->share(loop);
+    else
+        run_on(used, [&] { loop.work(); });
+    loop.rethrow();
+}
+
+void nested_parallel_for(int count, int threads, const std::function<void(int)>& body) {
+    Loop rows(count, body, nullptr);
+    const int used = thread_count(threads);
+    Team team(rows, used);
+    run_on(used, [&] { team.work(); });
+    rows.rethrow();
 }
 
 }  // namespace stratus

@@ -29,11 +29,25 @@ double octaves_of(const AxisView& tau) {
     return tau.count == 0 ? 0 : std::log2(tau.highest / tau.lowest);
 }
 
+/// A stack, or one albedo and depth alone.
+bool is_one_layer(const PointRange& range) {
+    return !range.layers.empty() ||
+           (range.albedo.count == 1 && range.optical_depth.size() == 1 && range.mixture.count == 0);
+}
+
 /// More where layers take long.
-int points_of_layer(const PointRange& range) {
-    if (!range.layers.empty()) return 100;
+int points_of_many_layers(const PointRange& range) {
     if (!range.has_path_law) return 8;
     return octaves_of(range.optical_depth) < 2 ? 24 : 12;
+}
+
+/// More in tables of so few layers that it takes more of them to check than to bake.
+int points_of_layer(const PointRange& range) {
+    if (is_one_layer(range)) return 100;
+    const int layers =
+        range.albedo.count * range.optical_depth.size() * std::max(1, range.mixture.count);
+    constexpr int of_usual_check = 2000, most = 40;
+    return std::max(points_of_many_layers(range), std::min(most, of_usual_check / layers));
 }
 
 /// Depths evenly over octaves; of an axis that ends at infinity half as many in each octave beyond.
@@ -125,8 +139,9 @@ class PointSource {
         : has_path_law_(range.has_path_law), azimuths_(azimuths_of(range)), random_(random) {
         if (range.reflection) sides_.push_back(Side::reflection);
         if (range.transmission) sides_.push_back(Side::transmission);
-        const int times = range.layers.empty() ? 1 : 4;  // a stack is one layer alone
-        const int few = 10 * times, few_forward = 5 * times, few_grazing = 3 * times;
+        const int times = std::min(4, points_of_layer(range) / points_of_many_layers(range));
+        const int few = range.layers.empty() ? 10 : 40;  // pairs differ in azimuth, too
+        const int few_forward = 5 * times, few_grazing = 3 * times;
         for (int n = 0; n < few; ++n) {
             mu_in_.push_back(anywhere(range, range.mu_in));
             mu_out_.push_back(anywhere(range, range.mu_out));

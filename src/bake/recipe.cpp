@@ -5,6 +5,7 @@
 
 #include "axes.h"
 #include "layers_section.h"
+#include "recipe_of.h"
 
 #include <cmath>
 #include <sstream>
@@ -175,13 +176,9 @@ void read_layer_choices(const Section& section, const PhaseSource& source, Recip
 
 }  // namespace
 
-Recipe parse_recipe(const std::string& text, const std::string& directory,
-                    std::vector<std::string>* notes, const std::string& name) {
-    const TomlFile file{caller, name};
-    const toml::table parsed = parse_toml(text, file);
+Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSource& source) {
     const bool is_stack = parsed.contains("layers");
     const Section section(parsed, file, is_stack ? stack_keys() : recipe_keys());
-    const PhaseSource source{directory, notes};
     Recipe recipe;
     if (is_stack) {
         const Stack stack = read_layers(section, file, source);
@@ -190,7 +187,6 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
     } else {
         recipe = read_layer(section, source);
     }
-    recipe.text = text;
     recipe.title = section.text("title");
     recipe.tolerance = section.number("tolerance");
     for (const auto& [key, range] :
@@ -210,6 +206,14 @@ Recipe parse_recipe(const std::string& text, const std::string& directory,
         read_directional(section.section("discretisation"), recipe.discretisation);
     else
         read_layer_choices(section, source, recipe);
+    return recipe;
+}
+
+Recipe parse_recipe(const std::string& text, const std::string& directory,
+                    std::vector<std::string>* notes, const std::string& name) {
+    const TomlFile file{caller, name};
+    Recipe recipe = recipe_of(parse_toml(text, file), file, {directory, notes});
+    recipe.text = text;
     return recipe;
 }
 

@@ -106,7 +106,7 @@ class TableSolver {
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate(solution, side, grids_[timed.mixture]);
+                        evaluate_tabulated(solution, side, grids_[timed.mixture]);
         const double seconds = processor_seconds() - started;
         std::vector<double> of_unit;
         for (const Unit& unit : units)
@@ -347,7 +347,7 @@ class TableSolver {
         for (const Side side : {Side::reflection, Side::transmission}) {
             const std::span<float> out = row.sides[side == Side::reflection ? 0 : 1];
             if (out.empty()) continue;
-            const std::vector<double> samples = evaluate(solution, side, grid).tabulated;
+            const std::vector<double> samples = evaluate_tabulated(solution, side, grid);
             std::transform(samples.begin(), samples.end(), out.begin(), rounded_);
         }
         const Eigen::VectorXd* const fluxes[] = {&solution.plane_albedo,

@@ -58,10 +58,6 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
 std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTable& table,
                              const std::vector<CsvWords>& words, int line) {
-    if (fields.size() != table.columns.size())
-        refuse(table.name, line,
-               "a row must have " + std::to_string(table.columns.size()) + " values, got " +
-                   std::to_string(fields.size()));
     std::vector<double> row(fields.size());
     for (std::size_t c = 0; c < fields.size(); ++c) {
         const std::string& column = table.columns[c];
@@ -82,6 +78,39 @@ std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTa
     return row;
 }
 
+/// Reads all lines into a table, its rows by read(fields, line).
+template <class Table, class Read>
+void read_lines(std::istream& stream, Table& table, const Read& read) {
+    std::string text;
+    for (int line = 1; std::getline(stream, text); ++line) {
+        const char* const byte_order_mark = "\xEF\xBB\xBF";  // spreadsheets begin with one
+        if (line == 1 && text.compare(0, 3, byte_order_mark) == 0) text.erase(0, 3);
+        const std::size_t first = text.find_first_not_of(" \t\r");
+        if (first == std::string::npos || text[first] == '#') continue;
+        const std::vector<std::string> fields = split(text, table.name, line);
+        if (table.columns.empty()) {
+            table.columns = read_header(fields, table.name, line);
+            continue;
+        }
+        if (fields.size() != table.columns.size())
+            refuse(table.name, line,
+                   "a row must have " + std::to_string(table.columns.size()) + " values, got " +
+                       std::to_string(fields.size()));
+        table.rows.push_back(read(fields, line));
+        table.lines.push_back(line);
+    }
+    if (stream.bad()) throw std::runtime_error("read_csv: cannot read " + table.name);
+    if (table.columns.empty())
+        throw std::invalid_argument("read_csv: " + table.name +
+                                    ": a header naming the columns must come first, got nothing");
+}
+
+std::ifstream open(const std::string& path) {
+    std::ifstream stream(path);
+    if (!stream) throw std::runtime_error("read_csv: cannot open " + path);
+    return stream;
+}
+
 }  // namespace
 
 bool CsvTable::has_column(const std::string& wanted) const {
@@ -99,31 +128,23 @@ CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {
     CsvTable table;
     table.name = name;
-    std::string text;
-    for (int line = 1; std::getline(stream, text); ++line) {
-        const char* const byte_order_mark = "\xEF\xBB\xBF";  // spreadsheets begin with one
-        if (line == 1 && text.compare(0, 3, byte_order_mark) == 0) text.erase(0, 3);
-        const std::size_t first = text.find_first_not_of(" \t\r");
-        if (first == std::string::npos || text[first] == '#') continue;
-        const std::vector<std::string> fields = split(text, name, line);
-        if (table.columns.empty()) {
-            table.columns = read_header(fields, name, line);
-        } else {
-            table.rows.push_back(read_row(fields, table, words, line));
-            table.lines.push_back(line);
-        }
-    }
-    if (stream.bad()) throw std::runtime_error("read_csv: cannot read " + name);
-    if (table.columns.empty())
-        throw std::invalid_argument("read_csv: " + name +
-                                    ": a header naming the columns must come first, got nothing");
+    read_lines(stream, table, [&](const std::vector<std::string>& fields, int line) {
+        return read_row(fields, table, words, line);
+    });
     return table;
 }
 
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
-    std::ifstream stream(path);
-    if (!stream) throw std::runtime_error("read_csv: cannot open " + path);
+    std::ifstream stream = open(path);
     return read_csv(stream, path, words);
+}
+
+CsvTexts read_csv_texts(const std::string& path) {
+    std::ifstream stream = open(path);
+    CsvTexts table;
+    table.name = path;
+    read_lines(stream, table, [](const std::vector<std::string>& fields, int) { return fields; });
+    return table;
 }
 
 }  // namespace stratus

@@ -37,8 +37,8 @@ class GreedySearch {
         }
         for (;;) {
             const auto worst = std::max_element(error_.begin(), error_.end());
-            basis_.error = *worst;
-            if (basis_.error <= allowed || basis_.pivot.size() == size(functions)) break;
+            basis_.error.push_back(*worst);
+            if (*worst <= allowed || basis_.pivot.size() == size(functions)) break;
             add_function(static_cast<int>(worst - error_.begin()));
             for (const int l : searched_) {
                 subtract(l, function_.size() - 1);
@@ -113,6 +113,15 @@ class GreedySearch {
 };
 
 }  // namespace
+
+LayerBasis LayerBasis::first(std::size_t count) const {
+    LayerBasis fewer(*this);
+    fewer.pivot.resize(count);
+    fewer.norm.resize(count);
+    for (std::vector<float>& of_layer : fewer.coefficient) of_layer.resize(count);
+    fewer.error.resize(count + 1);
+    return fewer;
+}
 
 LayerBasis greedy_basis(const BlockLayers& layers, double allowed) {
     return GreedySearch(layers).basis(allowed);

@@ -2,6 +2,7 @@
 // the layers themselves, as in reduced-basis methods.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace stratus {
@@ -29,7 +30,11 @@ struct LayerBasis {
     std::vector<int> pivot;                       // layers
     std::vector<double> norm;                     // of what was left of a pivot
     std::vector<std::vector<float>> coefficient;  // over layers
-    double error = 0;                             // largest of any layer, relative to R or T
+    std::vector<double>
+        error;  // largest of any layer, relative to R or T, over 0, 1, ... functions
+
+    /// The first `count` functions alone.
+    LayerBasis first(std::size_t count) const;
 };
 
 /// Adds the layer with the largest error to the basis until all are below `allowed`, or there are

@@ -6,6 +6,7 @@
 #include "kept_tolerance.h"
 #include "packed_block.h"
 #include "packed_names.h"
+#include "packed_parts.h"
 #include "tensor_file.h"
 
 #include <algorithm>
@@ -18,9 +19,12 @@
 namespace stratus {
 namespace {
 
-// Shares of the tolerance by which the functions may miss a layer: those found, and by rounding
-// them to halves.
-constexpr double basis_share = 0.3, half_share = 0.5;
+// Shares of the tolerance by which functions may miss a layer: those sought, and these when they are
+// rounded to halves.
+constexpr double basis_share = 0.3, total_share = 0.5;
+
+// Share of the tolerance by which rounding to halves may change the path law.
+constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
@@ -64,32 +68,62 @@ class BlockBuilder {
         return {first, last - first + 1};
     }
 
-    /// Blocks of some albedos from an optical depth on, each as deep as its basis suffices for;
-    /// where that is shallow, of half the albedos each.
+    /// A block and the cells that it may serve.
+    struct Candidate {
+        SampleRange albedo_cells, depth_cells;
+        BlockLayers layers;
+        PackedBlock block;
+        bool holds;  // its errors are within their shares of the tolerance
+    };
+
+    /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
+    /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
-        constexpr int shallow = 3, narrow = 8;  // cells
-        const double allowed = basis_share * tolerance_;
+        constexpr int narrow = 8;  // cells
         const int end = std::max(1, samples_.table().optical_depth.count - 1);
-        int guess = 9;
         for (int first = first_depth; first < end;) {
-            const SampleRange depth_cells{first, std::min(guess, end - first)};
-            const BlockLayers layers = layers_of(albedo_cells, depth_cells);
-            const LayerBasis basis = greedy_basis(layers, allowed);
-            const bool met = basis.error <= allowed;
-            if (!met && depth_cells.count > shallow) {
-                guess = std::max(shallow, depth_cells.count * (basis.error > 8 * allowed ? 1 : 2) /
-                                              (basis.error > 8 * allowed ? 2 : 3));
-            } else if (!met && albedo_cells.count > narrow) {
+            const SampleRange depth_cells{first, end - first};
+            const Candidate deepest = deepest_block(albedo_cells, depth_cells);
+            if (!deepest.holds && albedo_cells.count > narrow) {
                 const int half = albedo_cells.count / 2;
                 cover({albedo_cells.first, half}, first);
                 cover({albedo_cells.first + half, albedo_cells.count - half}, first);
                 return;
-            } else {
-                add(layers, basis, albedo_cells, depth_cells);
-                first += depth_cells.count;
-                guess = depth_cells.count + 2;
             }
+            add(deepest);
+            first += deepest.depth_cells.count;
         }
+    }
+
+    /// The block of most of the depth cells from their first on that holds, found by bisection; a
+    /// shallow one where none does.
+    Candidate deepest_block(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        constexpr int usual = 9, shallow = 3;
+        int held = std::min(shallow, depth_cells.count), fails = depth_cells.count + 1;
+        Candidate deepest{};
+        for (int cells = std::min(usual, depth_cells.count); fails > held;
+             cells = (held + fails) / 2) {
+            Candidate tried = candidate(albedo_cells, {depth_cells.first, cells});
+            if (tried.holds)
+                held = cells + 1;
+            else
+                fails = cells;
+            if (tried.holds || !deepest.holds) deepest = std::move(tried);
+        }
+        return deepest;
+    }
+
+    Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells), {}, false};
+        const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
+        const double allowed = total_share * tolerance_;
+        // Fewer functions leave room for what rounding leaves of them.
+        for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
+            made.block = packed_block(samples_, made.layers, basis.first(count));
+            made.holds = basis.error[count] + made.block.half_error <= allowed;
+            if (count == 0 || basis.error[count - 1] > allowed) break;
+        }
+        return made;
     }
 
     BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
@@ -110,8 +144,8 @@ class BlockBuilder {
         return layers;
     }
 
-    void add(const BlockLayers& layers, const LayerBasis& basis, const SampleRange& albedo_cells,
-             const SampleRange& depth_cells) {
+    void add(const Candidate& added) {
+        const auto& [albedo_cells, depth_cells, layers, block, holds] = added;
         const auto index =
             static_cast<std::int32_t>(packed_.block.size() / size(BlockField::count));
         // A place on the last sample belongs to the last cell; short axes are sampled again.
@@ -124,7 +158,6 @@ class BlockBuilder {
             for (int d = depth_cells.first;
                  d < end_of(depth_cells, samples_.table().optical_depth.count); ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
-        const PackedBlock block = packed_block(samples_, layers, basis);
         const std::size_t rows = block.coefficient.size();
         std::int32_t field[BlockField::count];
         field[BlockField::first_albedo] = layers.albedos.first;
@@ -150,6 +183,13 @@ class BlockBuilder {
     PackedBlocks packed_;
 };
 
+std::vector<Half> halves_of(const std::vector<float>& values) {
+    std::vector<Half> halves;
+    halves.reserve(values.size());
+    for (const float value : values) halves.push_back(to_half(value));
+    return halves;
+}
+
 void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
     if (curve.sample_count() == 0) return;  // its phase function tells
     const std::size_t width = size(curve.width());
@@ -166,14 +206,10 @@ void add_side(TensorWriter& file, const std::string& prefix, const TableView& ta
     const std::string side = prefix + side_name(which);
     const std::size_t count = blocks.block.size() / size(BlockField::count);
     const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
-    if (blocks.half_error <= half_share * kept_tolerance(table)) {
-        std::vector<Half> halves;
-        halves.reserve(blocks.function.size());
-        for (const float value : blocks.function) halves.push_back(to_half(value));
-        file.add(side + functions_name, shape, halves);
-    } else {
+    if (blocks.half_error <= total_share * kept_tolerance(table))
+        file.add(side + functions_name, shape, halves_of(blocks.function));
+    else
         file.add(side + functions_name, shape, blocks.function);
-    }
     file.add(side + coefficients_name, {blocks.coefficient.size() / functions, functions},
              blocks.coefficient);
     file.add(side + blocks_name, {count, size(BlockField::count)}, blocks.block);
@@ -201,22 +237,18 @@ void add_layers(TensorWriter& file, const Table& table) {
     file.add(layers_name, {table.layers.size(), 2}, numbers);
 }
 
-/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
-PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
-    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
-    double albedo[path_sheet_steps + 1];
-    for (int i = 0; i <= path_sheet_steps; ++i)
-        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / path_sheet_steps));
-    return PathSheet(law, albedo, path_sheet_steps + 1, highest_order, 2);
-}
-
 void add_path_law(TensorWriter& file, const Table& table) {
     if (!table.path_law) return;
     const PathOrders& law = *table.path_law;
     const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
-    file.add(path_orders_name, {angles, orders}, law.of_angle(0));
+    const std::vector<float> samples(law.of_angle(0), law.of_angle(0) + angles * orders);
+    if (half_rounding <= rounding_share * kept_tolerance(table.view()))
+        file.add(path_orders_name, {angles, orders}, halves_of(samples));
+    else
+        file.add(path_orders_name, {angles, orders}, samples);
     file.set(path_offset_name, shortest_text(double{law.offset()}));
     file.set(path_deepest_name, shortest_text(law.deepest()));
+    if (orders <= most_summed_orders) return;
     const PathSheet sheet = squared_path_sheet(law, table.highest_order);
     file.add(path_sheet_name,
              {size(path_sheet_steps + 1),

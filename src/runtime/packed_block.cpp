@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -11,6 +12,11 @@ namespace {
 constexpr float negligible = 1e-16f;  // coefficient
 
 std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+/// How many functions are stored with what rounding to halves leaves of them.
+std::size_t remainders(const LayerBasis& basis) {
+    return std::min(basis.pivot.size(), functions - basis.pivot.size());
+}
 
 /// The power of two in units of which halves hold a number up to `largest`.
 float unit_of(float largest) {
@@ -37,8 +43,10 @@ std::vector<float> functions_at_samples(const LayerShapes& samples, const BlockL
     return all;
 }
 
-/// Divides functions by their units.
-std::array<float, functions> scale_to_units(std::vector<float>& values) {
+constexpr float remainder_scale = 1 << 11;  // what rounding to halves leaves of a number
+
+/// Divides functions by their units, which those of remainders follow.
+std::array<float, functions> scale_to_units(const LayerBasis& basis, std::vector<float>& values) {
     std::array<float, functions> unit{};
     for (std::size_t c = 0; c < values.size(); ++c) {
         float& largest = unit[c % functions];
@@ -46,7 +54,27 @@ std::array<float, functions> scale_to_units(std::vector<float>& values) {
     }
     for (float& one : unit) one = unit_of(one);
     for (std::size_t c = 0; c < values.size(); ++c) values[c] /= unit[c % functions];
+    for (std::size_t f = 0; f < remainders(basis); ++f)
+        unit[basis.pivot.size() + f] = unit[f] / remainder_scale;
     return unit;
+}
+
+/// Rounds the first functions to halves and writes what that leaves of them after the last.
+void split_remainders(const LayerBasis& basis, std::vector<float>& values) {
+    for (std::size_t row = 0; row < values.size(); row += functions)
+        for (std::size_t f = 0; f < remainders(basis); ++f) {
+            float& value = values[row + f];
+            const float rounded = to_float(to_half(value));
+            values[row + basis.pivot.size() + f] = (value - rounded) * remainder_scale;
+            value = rounded;
+        }
+}
+
+/// Coefficients of a layer, those of remainders after the others.
+std::vector<float> stored_coefficients(const LayerBasis& basis, std::size_t layer) {
+    std::vector<float> all = basis.coefficient[layer];
+    for (std::size_t f = 0; f < remainders(basis); ++f) all.push_back(all[f]);
+    return all;
 }
 
 /// Rows of functions over (mu, mu', azimuth) as lookups read them.
@@ -80,7 +108,8 @@ std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>
 /// The largest error of a layer's values, relative to R or T, by functions rounded to halves.
 double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int azimuth_step,
                        const std::array<float, functions>& unit, int azimuths,
-                       const std::vector<float>& at_samples) {
+                       std::vector<float> at_samples) {
+    split_remainders(basis, at_samples);
     constexpr int searched = 40;
     const int layer_step = std::max(1, layers.count() / searched);
     const std::size_t columns = size(azimuths) * functions;
@@ -93,7 +122,7 @@ double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int a
             }
     double largest = 0;
     for (int l = 0; l < layers.count(); l += layer_step) {
-        const auto& coefficient = basis.coefficient[size(l)];
+        const std::vector<float> coefficient = stored_coefficients(basis, size(l));
         const std::vector<float>& importance = *layers.importance[size(l)];
         for (std::size_t at = 0; at < importance.size(); ++at) {
             float error = 0;
@@ -123,7 +152,8 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerB
                 for (int t = 0; t < depths; ++t) {
                     const double share = albedo.weight(l, a) * depth_weight(t, d);
                     if (share == 0) continue;
-                    const auto& of_layer = basis.coefficient[size(l * depths + t)];
+                    const std::vector<float> of_layer =
+                        stored_coefficients(basis, size(l * depths + t));
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
                         all[size(a * rows + d)].value[f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
@@ -166,13 +196,15 @@ std::size_t FunctionLayout::rows() const {
 PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
                          const LayerBasis& basis) {
     std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
-    const std::array<float, functions> unit = scale_to_units(at_samples);
+    const std::array<float, functions> unit = scale_to_units(basis, at_samples);
     const int azimuth_step =
         layers.azimuths > 1 ? (samples.azimuths() - 1) / (layers.azimuths - 1) : 1;
-    return {laid_out(samples, at_samples, FunctionLayout(samples.table())),
-            coefficients(layers, basis, unit),
+    std::vector<float> rows = laid_out(samples, at_samples, FunctionLayout(samples.table()));
+    split_remainders(basis, rows);
+    return {std::move(rows), coefficients(layers, basis, unit),
             std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
-            error_of_halves(layers, basis, azimuth_step, unit, samples.azimuths(), at_samples)};
+            error_of_halves(layers, basis, azimuth_step, unit, samples.azimuths(),
+                            std::move(at_samples))};
 }
 
 }  // namespace stratus

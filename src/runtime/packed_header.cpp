@@ -35,7 +35,9 @@ void check_format(const TensorFile& file) {
     const std::string& format = file.text(format_name);
     require(format == packed_format, caller, format_name, packed_format, format.substr(0, 40));
     const std::string& version = file.text(format_version_name);
-    require(version == packed_format_version, caller, format_version_name, packed_format_version,
+    require(version == packed_format_version || version == first_packed_format_version, caller,
+            format_version_name,
+            std::string(first_packed_format_version) + " or " + packed_format_version,
             version.substr(0, 40));
 }
 
@@ -85,6 +87,22 @@ std::vector<StackLayer> layers_of(const TensorFile& file) {
             layer_phase_functions_name, std::to_string(numbers.shape[0]) + " lines",
             "another number");
     return layers;
+}
+
+float as_float(float value) { return value; }
+float as_float(Half value) { return to_float(value); }
+
+template <class Number>
+std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
+                                              const TensorOf<Number>& orders) {
+    require(orders.shape[1] < 1 << 16, caller, "orders of path_orders", "below 65536",
+            orders.shape[1]);
+    std::vector<float> samples;
+    samples.reserve(orders.count());
+    for (std::size_t n = 0; n < orders.count(); ++n) samples.push_back(as_float(orders.data[n]));
+    return std::make_shared<const PathOrders>(
+        static_cast<float>(number(file, path_offset_name)), number(file, path_deepest_name),
+        static_cast<int>(orders.shape[1]) + 2, std::move(samples));
 }
 
 }  // namespace
@@ -142,12 +160,9 @@ Table packed_header(const TensorFile& file) {
     if (!table.has_mixture())
         table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
     if (file.has(path_orders_name)) {
-        const TensorOf<float> orders = file.numbers<float>(path_orders_name, 2);
-        require(orders.shape[1] < 1 << 16, caller, "orders of path_orders", "below 65536",
-                orders.shape[1]);
-        table.path_law = std::make_shared<const PathOrders>(
-            static_cast<float>(number(file, path_offset_name)), number(file, path_deepest_name),
-            static_cast<int>(orders.shape[1]) + 2, copied(orders));
+        table.path_law = file.tensor(path_orders_name).type == TensorType::f16
+                             ? path_orders(file, file.numbers<Half>(path_orders_name, 2))
+                             : path_orders(file, file.numbers<float>(path_orders_name, 2));
     }
     return table;
 }

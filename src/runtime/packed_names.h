@@ -14,7 +14,8 @@
 namespace stratus {
 
 constexpr const char* packed_format = "stratus-packed";
-constexpr const char* packed_format_version = "1";
+constexpr const char* packed_format_version = "2";
+constexpr const char* first_packed_format_version = "1";  // always with the path sheet
 
 // Strings.
 constexpr const char* format_name = "format";
@@ -99,6 +100,7 @@ inline const std::array<PackedFluxField, 3>& packed_flux_fields() {
 /// Names of strings that a table's own attributes must not have.
 bool is_reserved(const std::string& name);
 
-constexpr int path_sheet_steps = 11;  // over w^2 from 0 to 1
+constexpr int path_sheet_steps = 11;            // over w^2 from 0 to 1
+constexpr std::size_t most_summed_orders = 64;  // of files that hold no path sheet
 
 }  // namespace stratus

@@ -17,6 +17,9 @@ namespace stratus {
 constexpr const char* packed_caller = "packed table";
 constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
 
+/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+
 /// One side, with the memory that its view points to.
 struct SideMemory {
     PackedSide view{};
@@ -41,8 +44,14 @@ struct MixtureSample {
 /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
 Table packed_header(const TensorFile& file);
 
-/// Sample m of the mixture, or the only one, whose numbers stay in the file. Errors as above.
-MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m);
+/// Sample m of the mixture, or the only one, whose numbers stay in the file, as does the sheet.
+/// Errors as above.
+MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m,
+                             const PathSheetView& sheet);
+
+/// The path law of a file: where that has none of it, `own` is worked out and referred to. Errors as
+/// above.
+PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
 
 /// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
 PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,

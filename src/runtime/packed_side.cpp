@@ -236,18 +236,6 @@ void set_nothing(SideMemory& side) {
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 
-void set_path_law(const TensorFile& file, const Table& table, SideMemory& side) {
-    if (!table.path_law) return;
-    const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
-    const std::size_t angles = 2 * size(table.path_law->angle_count());
-    const std::size_t depths = sheet.shape[1];
-    require(depths >= 2 && depths <= 64, caller, "depths of path_sheet", "in [2, 64]", depths);
-    require_shape(sheet, path_sheet_name, {size(path_sheet_steps + 1), depths, angles, 2});
-    side.view.path = PathSheet::view_of(sheet.data, table.path_law->offset(),
-                                        table.path_law->angle_count(), static_cast<int>(depths));
-    side.view.path_steps = path_sheet_steps;
-}
-
 }  // namespace
 
 void require_aligned(const void* data, const std::string& name) {
@@ -255,7 +243,35 @@ void require_aligned(const void* data, const std::string& name) {
             "address of " + name, "a multiple of 64 bytes", "another");
 }
 
-MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::size_t m) {
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
+    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
+    double albedo[path_sheet_steps + 1];
+    for (int i = 0; i <= path_sheet_steps; ++i)
+        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / path_sheet_steps));
+    return PathSheet(law, albedo, path_sheet_steps + 1, highest_order, 2);
+}
+
+PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
+    if (!table.path_law) return {};
+    const PathOrders& law = *table.path_law;
+    if (!file.has(path_sheet_name)) {
+        const std::size_t orders = size(law.order_count() - 2);
+        require(orders <= most_summed_orders, caller, path_sheet_name,
+                "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
+        own = squared_path_sheet(law, table.highest_order);
+        return own.view();
+    }
+    const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
+    const std::size_t depths = sheet.shape[1];
+    require(depths >= 2 && depths <= 64, caller, "depths of path_sheet", "in [2, 64]", depths);
+    require_shape(sheet, path_sheet_name,
+                  {size(path_sheet_steps + 1), depths, 2 * size(law.angle_count()), 2});
+    return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),
+                              static_cast<int>(depths));
+}
+
+MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::size_t m,
+                             const PathSheetView& sheet) {
     const std::string prefix = mixture_prefix(table.has_mixture(), m);
     MixtureSample sample{};
     const double share = table.has_mixture() ? table.mixture.values[m] : 1;
@@ -272,7 +288,8 @@ MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::si
         set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
                  sample.extrapolation_length, which, side);
         set_directions(view, side);
-        set_path_law(file, table, side);
+        side.view.path = sheet;
+        side.view.path_steps = path_sheet_steps;
         if (file.has(name + functions_name))
             set_blocks(file, name, view, side);
         else

@@ -79,6 +79,7 @@ struct PackedTable::Contents {
     AlignedBytes copy;
     std::size_t bytes;
     Table header;
+    PathSheet own_sheet;
     std::vector<MixtureSample> mixture;
 
     Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data,
@@ -87,8 +88,9 @@ struct PackedTable::Contents {
         require_aligned(data, "the file");
         const TensorFile file(data, bytes);
         header = packed_header(file);
+        const PathSheetView sheet = path_sheet(file, header, own_sheet);
         for (std::size_t m = 0; m < header.mixture_count(); ++m)
-            mixture.push_back(mixture_sample(file, header, m));
+            mixture.push_back(mixture_sample(file, header, m, sheet));
         require(holds(Side::reflection) || holds(Side::transmission), packed_caller, "file",
                 "one that holds reflection or transmission", "neither");
     }

@@ -3,6 +3,7 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 
+#include "kernels/kernels.h"
 #include "octaves.h"
 
 #include <algorithm>
@@ -278,27 +279,38 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         highest_order > 0 ? std::min(law.order_count(), highest_order + 1) : law.order_count();
     const int octaves = static_cast<int>(std::ceil(std::log2(1 + law.deepest())));
     depths_ = (octaves << depth_bits) + 1;
-    const auto row = 2 * static_cast<std::size_t>(angles_);
-    samples_.reserve(static_cast<std::size_t>(channels * depths_) * 2 * row);
-    float value[max_count], slope[max_count];  // what each order's f_n is multiplied by
-    for (int c = 0; c < channels; ++c)
-        for (int d = 0; d < depths_; ++d) {
-            const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
+    const auto orders = static_cast<std::size_t>(std::max(0, count - 2)),
+               rows = static_cast<std::size_t>(channels * depths_),
+               columns = 4 * static_cast<std::size_t>(angles_);
+    samples_.resize(rows * columns);
+    if (orders == 0) return;
+    // Over (channel, depth, order): what f_n is multiplied by for H and for dH/ds.
+    std::vector<float> weight(rows * orders * 2, 0.0f);
+    std::vector<int> used(rows, 0);
+    for (int d = 0; d < depths_; ++d) {
+        const Meetings at(count, octave_sample(1, depth_bits, d) - 1);
+        for (int c = 0; c < channels; ++c) {
+            const auto row = static_cast<std::size_t>(c * depths_ + d);
+            float* to = &weight[row * orders * 2];
             double power = std::pow(albedo[c], 1 - divided);
-            int orders = 0;
             for (int n = 2; n < count; ++n) {
                 power *= albedo[c];
                 const auto more = static_cast<float>(power / n * at.more[n]);
                 const auto rise = static_cast<float>(power / n * at.slope[n]);
                 if (more < 1e-12f && rise < 1e-12f) break;
-                value[orders] = more;
-                slope[orders++] = rise;
-            }
-            for (int angle = 0; angle < 2 * angles_; ++angle) {
-                samples_.push_back(weighted_sum<float>(value, law.of_angle(angle), orders));
-                samples_.push_back(weighted_sum<float>(slope, law.of_angle(angle), orders));
+                *to++ = more;
+                *to++ = rise;
+                ++used[row];
             }
         }
+    }
+    std::vector<float> twice(orders * columns);  // f_n over (order, angle), for H and dH/ds
+    for (std::size_t n = 0; n < orders; ++n)
+        for (std::size_t angle = 0; 2 * angle < columns; ++angle)
+            twice[n * columns + 2 * angle] = twice[n * columns + 2 * angle + 1] =
+                law.of_angle(static_cast<int>(angle))[n];
+    kernels().path_sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
+                        samples_.data());
 }
 
 PathSheetView PathSheet::view() const noexcept {

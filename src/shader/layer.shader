@@ -20,7 +20,7 @@ struct StratusColours {
 StratusColours stratus_layer_scattered(int side, StratusPath path) {
     float single[3];
     float multiple[3];
-    bool held = stratus_field(side, 14).x > 0.0f;
+    bool held = stratus_x(stratus_field(side, 14)) > 0.0f;
     vec4 places = stratus_layer_texel(3);
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     if (held)
@@ -36,7 +36,7 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
     StratusColours light;
     light.single = vec3(single[0], single[1], single[2]);
     light.multiple = vec3(multiple[0], multiple[1], multiple[2]);
-    if (side == STRATUS_TRANSMISSION && stratus_field(side, 14).y > 0.0f) {
+    if (side == STRATUS_TRANSMISSION && stratus_y(stratus_field(side, 14)) > 0.0f) {
         light.single = vec3(0.0f, 0.0f, 0.0f);
         light.multiple = vec3(0.0f, 0.0f, 0.0f);
     }
@@ -61,10 +61,10 @@ vec3 stratus_layer_bsdf(vec3 wi, vec3 wo) {
 }
 
 vec3 stratus_layer_direct(float mu) {
-    if (stratus_field(STRATUS_TRANSMISSION, 14).y > 0.0f) return vec3(0.0f, 0.0f, 0.0f);
-    return vec3(stratus_direct(stratus_layer_colour(0).x, mu),
-                stratus_direct(stratus_layer_colour(1).x, mu),
-                stratus_direct(stratus_layer_colour(2).x, mu));
+    if (stratus_y(stratus_field(STRATUS_TRANSMISSION, 14)) > 0.0f) return vec3(0.0f, 0.0f, 0.0f);
+    return vec3(stratus_direct(stratus_x(stratus_layer_colour(0)), mu),
+                stratus_direct(stratus_x(stratus_layer_colour(1)), mu),
+                stratus_direct(stratus_x(stratus_layer_colour(2)), mu));
 }
 
 // ---- directions: the coordinates of src/runtime/direction_coordinates.h
@@ -110,7 +110,7 @@ float stratus_root_place(vec4 root, float distance) {
     return (sqrt(sqrt(root.x + distance)) - root.y) / root.z;
 }
 
-bool stratus_is_peaked() { return stratus_layer_texel(4).y > 0.0f; }
+bool stratus_is_peaked() { return stratus_y(stratus_layer_texel(4)) > 0.0f; }
 
 // Of the side, .x at the same cosine, .y at the horizon: widths of peaks; .z slope.
 vec4 stratus_peaks(int side) { return stratus_layer_texel(6 + side); }
@@ -150,7 +150,7 @@ vec4 stratus_outgoing(int side, float to_horizon, vec4 into, float s) {
         distance = stratus_root_distance(root, s);
         stretch = stratus_root_stretch(root, s);
     } else {
-        float slope = stratus_peaks(side).z;
+        float slope = stratus_z(stratus_peaks(side));
         distance = s * (slope + (1.0f - slope) * s);
         stretch = slope + 2.0f * (1.0f - slope) * s;
     }
@@ -162,7 +162,7 @@ vec4 stratus_outgoing(int side, float to_horizon, vec4 into, float s) {
 float stratus_incident_place(vec4 into) {
     return (stratus_is_peaked() ? 2.0f * into.x / (0.1f + sqrt(0.01f + 3.6f * into.x))
                                 : into.x - 1e-6f) *
-           (stratus_layer_texel(4).z - 1.0f);
+           (stratus_z(stratus_layer_texel(4)) - 1.0f);
 }
 
 float stratus_density_place(float at, float count) {
@@ -172,13 +172,13 @@ float stratus_density_place(float at, float count) {
 // The density at places among incident cosines, outgoing ones of a quarter, and azimuths.
 float stratus_density_at(float at_row, float quarter, float at_line, float at_azimuth) {
     vec4 sizes = stratus_layer_texel(4);
-    float azimuths = stratus_layer_texel(5).x;
+    float azimuths = stratus_x(stratus_layer_texel(5));
     float row = stratus_density_place(at_row, sizes.z);
     float line_place = stratus_density_place(at_line, sizes.w);
     float around = stratus_density_place(at_azimuth, azimuths);
     int first = ((int(row) * 4 + int(quarter)) * int(sizes.w) + int(line_place)) * int(azimuths) +
                 int(around);
-    float first_texel = stratus_layer_texel(3).z;
+    float first_texel = stratus_z(stratus_layer_texel(3));
     float sum = 0.0f;
     for (int r = 0; r < 2; ++r)
         for (int l = 0; l < 2; ++l) {
@@ -228,11 +228,11 @@ float stratus_layer_pdf(vec3 wi, vec3 wo) {
         stretch = abs(reach) * stratus_root_stretch(root, s) * stratus_root_stretch(around, q) *
                   (32.0f * away.x * away.y) / (1.0f + t * t);
     } else {
-        float slope = stratus_peaks(side).z;
+        float slope = stratus_z(stratus_peaks(side));
         float slope_here = sqrt(slope * slope + 4.0f * (1.0f - slope) * distance);
         float x = around.x * half_cosine;
         float y = around.y * half_sine;
-        s = (slope_here - slope) * stratus_peaks(side).w;
+        s = (slope_here - slope) * stratus_w(stratus_peaks(side));
         q = y / (x + y);
         stretch = abs(reach) * slope_here * (16.0f * away.x * away.y) * (x + y) * (x + y) /
                   (around.x * around.y * square);

@@ -23,7 +23,7 @@ float stratus_path_rise(float share, float earlier, float earlier_next, float la
 // angles, what it gains from there on, dH/ds.
 vec4 stratus_path_piece(int side, int first, vec4 angle, float depth) {
     vec4 sheet = stratus_field(side, 12);
-    float x = min(depth + 1.0f, stratus_field(side, 11).w);
+    float x = min(depth + 1.0f, stratus_w(stratus_field(side, 11)));
     int exponent = stratus_exponent(x);
     float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 4.0f;
     int row = 2 * int(sheet.z);
@@ -52,10 +52,11 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     float shallow = 1.0f / min(path.mu_in, path.mu_out);
     float least = steep * depth;
     float excess = max((shallow - steep) * depth, 1e-18f);
-    if (least + 1.0f >= stratus_field(STRATUS_TRANSMISSION, 11).w) return 0.0f;
+    if (least + 1.0f >= stratus_w(stratus_field(STRATUS_TRANSMISSION, 11))) return 0.0f;
     float slope;
     if (excess < (least + 1.0f) * 0.05f) {
-        slope = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f).w;
+        slope = stratus_w(
+            stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f));
     } else {
         vec4 high = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess);
         vec4 low = stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least);
@@ -67,12 +68,12 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
 
 // Orders n >= 2 of the path law: cubic in the square of the albedo.
 float stratus_along_path(int side, float albedo, float depth, StratusPath path) {
-    float steps = stratus_field(side, 11).z;
+    float steps = stratus_z(stratus_field(side, 11));
     if (steps == 0.0f) return 0.0f;
     StratusPlace at = stratus_place(vec4(0.0f, steps, steps, 0.0f), albedo * albedo);
     vec4 angle = stratus_path_angle(side, path);
-    int channel = int(stratus_field(side, 12).w);
-    int first = int(stratus_field(side, 13).w) + int(at.first) * channel;
+    int channel = int(stratus_w(stratus_field(side, 12)));
+    int first = int(stratus_w(stratus_field(side, 13))) + int(at.first) * channel;
     float sum = 0.0f;
     for (int k = 0; k < 4; ++k) {
         float value = side == STRATUS_REFLECTION
@@ -89,27 +90,27 @@ float stratus_along_path(int side, float albedo, float depth, StratusPath path) 
 float stratus_reflection_factor(float albedo, float depth, float exponent, StratusPath path) {
     vec4 range = stratus_field(STRATUS_REFLECTION, 9);
     vec4 kind = stratus_field(STRATUS_REFLECTION, 10);
-    float into = stratus_attenuation(depth / path.mu_in).extinguished;
-    float back = stratus_attenuation(depth / path.mu_out).extinguished;
+    float into = stratus_extinguished(depth / path.mu_in);
+    float back = stratus_extinguished(depth / path.mu_out);
     if (kind.y > 0.0f) {
         float within = stratus_clamp(depth, 1e-30f, kind.x);
         StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
         StratusAttenuation deep = stratus_attenuation(exponent * within * 2.0f);
         float d = deep.transmitted * edge.extinguished /
                   (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
-        float scale = depth > range.w && stratus_field(STRATUS_REFLECTION, 4).w > 0.0f
+        float scale = depth > range.w && stratus_w(stratus_field(STRATUS_REFLECTION, 4)) > 0.0f
                           ? 1.0f
                           : 1.0f / (d * (d + 1.0f) + 1.0f);
         float clamped = min(depth, kind.x);
         if (depth > kind.x) {
-            into = stratus_attenuation(clamped / path.mu_in).extinguished;
-            back = stratus_attenuation(clamped / path.mu_out).extinguished;
+            into = stratus_extinguished(clamped / path.mu_in);
+            back = stratus_extinguished(clamped / path.mu_out);
         }
         return into * back * scale * stratus_clamp(albedo, range.x, range.y);
     }
     if (kind.z == 0.0f) return 1.0f;
-    float thinnest = stratus_attenuation(range.z / path.mu_in).extinguished +
-                     stratus_attenuation(range.z / path.mu_out).extinguished;
+    float thinnest = stratus_extinguished(range.z / path.mu_in) +
+                     stratus_extinguished(range.z / path.mu_out);
     return min((into + back) / thinnest, 1.0f);
 }
 
@@ -117,8 +118,8 @@ float stratus_transmission_factor(float albedo, float depth, float exponent, Str
     vec4 range = stratus_field(STRATUS_TRANSMISSION, 9);
     vec4 kind = stratus_field(STRATUS_TRANSMISSION, 10);
     float within = stratus_clamp(depth, 1e-30f, kind.x);
-    float into = stratus_attenuation(min(depth, kind.x) / path.mu_in).extinguished;
-    float out_of = stratus_attenuation(min(depth, kind.x) / path.mu_out).extinguished;
+    float into = stratus_extinguished(min(depth, kind.x) / path.mu_in);
+    float out_of = stratus_extinguished(min(depth, kind.x) / path.mu_out);
     StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * kind.w));
     StratusAttenuation deep = stratus_attenuation(exponent * within);
     float twice = deep.extinguished * (deep.transmitted + 1.0f);
@@ -130,7 +131,7 @@ float stratus_transmission_factor(float albedo, float depth, float exponent, Str
 // Reflection between the deepest finite sample and infinity, as diffusion has it: the share of the
 // finite one at sample l of the cubic in albedo, and that of infinity.
 vec4 stratus_deep_weight(StratusPlace albedo, int l, float exponent, float depth) {
-    float length = stratus_field(STRATUS_REFLECTION, 10).w;
+    float length = stratus_w(stratus_field(STRATUS_REFLECTION, 10));
     StratusAttenuation edge = stratus_attenuation(exponent * (2.0f * length));
     StratusAttenuation deep = stratus_attenuation(exponent * depth * 2.0f);
     float deficit =
@@ -138,7 +139,8 @@ vec4 stratus_deep_weight(StratusPlace albedo, int l, float exponent, float depth
         (edge.extinguished + deep.extinguished - edge.extinguished * deep.extinguished);
     float handed_on = 0.0f;  // by samples whose own deficit has fallen out of reach
     for (int k = 0; k < l; ++k) {
-        float inverse_before = stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + k).y;
+        float inverse_before =
+            stratus_y(stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + k));
         handed_on = inverse_before == 0.0f ? stratus_component(albedo.weight, k) + handed_on : 0.0f;
     }
     vec4 of = stratus_of_albedo(STRATUS_REFLECTION, int(albedo.first) + l);
@@ -195,10 +197,10 @@ vec4 stratus_row(int of_layer, int texel) {
 // sixteen functions, or the colours of a bound layer.
 vec4 stratus_sum_at(int side, int of_layer, int block, int stride, StratusDirections at) {
     vec4 window = stratus_field(side, 8);
-    int azimuths = int(stratus_field(side, 7).z);
+    int azimuths = int(stratus_z(stratus_field(side, 7)));
     int rows = azimuths > 1 ? azimuths + 2 : 1;  // of one pair of cosines
     int around = azimuths > 1 ? 4 : 1;
-    bool symmetric = stratus_field(side, 5).w > 0.0f;
+    bool symmetric = stratus_w(stratus_field(side, 5)) > 0.0f;
     vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     for (int r = 0; r < 4; ++r) {
         int i = int(at.mu.first) + r;
@@ -230,19 +232,19 @@ StratusCoefficients stratus_coefficients(int side, float albedo, float depth) {
     float root = sqrt(max(1.0f - albedo, 0.0f));
     StratusPlace in_albedo =
         stratus_place(albedo_axis, -(albedo_axis.w > 0.0f ? sqrt(root) : root));
-    float within = stratus_clamp(depth, 1e-30f, stratus_field(side, 10).x);
+    float within = stratus_clamp(depth, 1e-30f, stratus_x(stratus_field(side, 10)));
     StratusPlace in_depth = stratus_place(depth_axis, stratus_log2(within));
     StratusCoefficients found;
     float exponent = 0.0f;
     for (int k = 0; k < 4; ++k)
         exponent = exponent + stratus_component(in_albedo.weight, k) *
-                                  stratus_of_albedo(side, int(in_albedo.first) + k).x;
+                                  stratus_x(stratus_of_albedo(side, int(in_albedo.first) + k));
     found.exponent = max(exponent, 1e-20f);
     // first texels of functions and coefficients, depths of a row of these, its first depth
-    vec4 cell = stratus_number(int(stratus_field(side, 13).y) +
+    vec4 cell = stratus_number(int(stratus_y(stratus_field(side, 13))) +
                                int(in_albedo.cell) * int(depth_axis.z + 1.0f) + int(in_depth.cell));
     found.functions = int(cell.x);
-    bool beyond = depth > stratus_field(side, 9).w && depth_axis.w > 0.0f;
+    bool beyond = depth > stratus_w(stratus_field(side, 9)) && depth_axis.w > 0.0f;
     int first_depth = beyond ? int(cell.w + cell.z) - 4 : int(in_depth.first);
     for (int word = 0; word < 4; ++word) found.word[word] = vec4(0.0f, 0.0f, 0.0f, 0.0f);
     for (int l = 0; l < 4; ++l) {
@@ -265,7 +267,7 @@ float stratus_factor(int side, float albedo, float depth, float exponent, Stratu
 
 float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
     float along_path = stratus_along_path(side, albedo, depth, path);
-    if (stratus_field(side, 14).x == 0.0f) return along_path;  // the table does not have this side
+    if (stratus_x(stratus_field(side, 14)) == 0.0f) return along_path;  // the table lacks this side
     StratusCoefficients of = stratus_coefficients(side, albedo, depth);
     StratusDirections directions = stratus_directions(side, path);
     float sum = 0.0f;
@@ -285,7 +287,7 @@ StratusScattered stratus_scattered(int side, float albedo, float optical_depth, 
     if (side == STRATUS_REFLECTION) {
         light.single = stratus_single_reflection(albedo, depth, path);
         light.multiple = stratus_multiple(side, albedo, depth, path);
-    } else if (stratus_field(side, 14).y == 0.0f) {  // nothing passes a lower boundary
+    } else if (stratus_y(stratus_field(side, 14)) == 0.0f) {  // nothing passes a lower boundary
         light.single = stratus_single_transmission(albedo, depth, path);
         light.multiple = stratus_multiple(side, albedo, depth, path);
     }
@@ -309,13 +311,13 @@ float stratus_single(int side, float albedo, float optical_depth, float mu_in, f
     float depth = stratus_depth(optical_depth);
     StratusPath path = stratus_path(side, mu_in, mu_out, azimuth);
     if (side == STRATUS_REFLECTION) return stratus_single_reflection(albedo, depth, path);
-    if (stratus_field(side, 14).y > 0.0f) return 0.0f;
+    if (stratus_y(stratus_field(side, 14)) > 0.0f) return 0.0f;
     return stratus_single_transmission(albedo, depth, path);
 }
 
 // Over a lower boundary, or of a stack: lit from above alone.
 bool stratus_is_one_sided() {
-    return stratus_is_stack() || stratus_field(STRATUS_REFLECTION, 14).y > 0.0f;
+    return stratus_is_stack() || stratus_y(stratus_field(STRATUS_REFLECTION, 14)) > 0.0f;
 }
 
 float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
@@ -327,7 +329,7 @@ float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
 }
 
 float stratus_direct(float optical_depth, float mu) {
-    return stratus_attenuation(optical_depth / max(mu, 1e-6f)).transmitted;
+    return stratus_transmitted(optical_depth / max(mu, 1e-6f));
 }
 
 float stratus_phase(float cos_theta) {
@@ -337,7 +339,7 @@ float stratus_phase(float cos_theta) {
     path.forward = 1.0f - cos_theta;
     path.backward = 1.0f + cos_theta;
     path.half_turn = 0.0f;
-    return stratus_phases(STRATUS_TRANSMISSION, path).x;
+    return stratus_x(stratus_phases(STRATUS_TRANSMISSION, path));
 }
 
 // Optical depth of particles that fill the share density of the volume, [0, 1). [Blinn82] 5.1

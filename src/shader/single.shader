@@ -48,6 +48,16 @@ StratusAttenuation stratus_attenuation(float x) {
     return of;
 }
 
+float stratus_transmitted(float x) {
+    StratusAttenuation of = stratus_attenuation(x);
+    return of.transmitted;
+}
+
+float stratus_extinguished(float x) {
+    StratusAttenuation of = stratus_attenuation(x);
+    return of.extinguished;
+}
+
 float stratus_log2(float x) {
     int exponent = stratus_exponent(x);
     float mantissa = x * stratus_power_of_two(-exponent);
@@ -79,13 +89,20 @@ float stratus_sine_squared(float x) {
     return min(sine * sine, 1.0f);
 }
 
+// ---- components of what functions return: OSL selects those of variables alone
+
+float stratus_x(vec4 v) { return v.x; }
+float stratus_y(vec4 v) { return v.y; }
+float stratus_z(vec4 v) { return v.z; }
+float stratus_w(vec4 v) { return v.w; }
+
 // ---- what the textures hold: a record of 16 texels for each side, then arrays (docs/shaders.md)
 
 vec4 stratus_field(int side, int k) { return stratus_number(side * 16 + k); }
 
 // Of sample k of the albedo: diffusion exponent, 1 / deficit and scale of the deepest finite sample.
 vec4 stratus_of_albedo(int side, int k) {
-    return stratus_number(int(stratus_field(side, 13).x) + k);
+    return stratus_number(int(stratus_x(stratus_field(side, 13))) + k);
 }
 
 float stratus_component(vec4 v, int i) {
@@ -168,8 +185,8 @@ float stratus_lobe(vec4 lobe, StratusPath path) {
     return lobe.x / (square * sqrt(square));
 }
 
-// Phase functions side by side: of the layer, of a layer that is its lower boundary. They begin with
-// a texel curve; their samples, if they have any, lie from texel samples on.
+// Phase functions side by side: of the layer, of a layer that is its lower boundary. Texel curve is
+// the first of three; texel samples is that of their samples, if there are any.
 vec4 stratus_phases_of(int curve, int samples, StratusPath path) {
     vec4 polynomial = stratus_number(curve);
     if (polynomial.w > 0.0f) {
@@ -187,7 +204,7 @@ vec4 stratus_phases_of(int curve, int samples, StratusPath path) {
 }
 
 vec4 stratus_phases(int side, StratusPath path) {
-    return stratus_phases_of(side * 16, int(stratus_field(side, 13).z), path);
+    return stratus_phases_of(side * 16, int(stratus_z(stratus_field(side, 13))), path);
 }
 
 float stratus_once_transmitted(float phase, float albedo, float depth, StratusPath path) {
@@ -209,16 +226,16 @@ float stratus_single_of_layers(int side, StratusPath path) {
     for (int k = 0; k < int(stack.y); ++k) {
         int curve = int(stack.x) + 4 * k;
         vec4 of = stratus_number(curve + 3);  // albedo, depth, first of its phase samples
-        float phase = stratus_phases_of(curve, int(of.z), path).x;
+        float phase = stratus_x(stratus_phases_of(curve, int(of.z), path));
         float through;
         float once;
         if (side == STRATUS_REFLECTION) {
-            float lost = stratus_attenuation(of.y / path.mu_in + of.y / path.mu_out).extinguished;
-            through = stratus_attenuation(above / path.mu_in + above / path.mu_out).transmitted;
+            float lost = stratus_extinguished(of.y / path.mu_in + of.y / path.mu_out);
+            through = stratus_transmitted(above / path.mu_in + above / path.mu_out);
             once = phase * lost * of.x * 0.25f / (path.mu_in + path.mu_out);
         } else {
             float below = max(stack.z - above - of.y, 0.0f);
-            through = stratus_attenuation(above / path.mu_in + below / path.mu_out).transmitted;
+            through = stratus_transmitted(above / path.mu_in + below / path.mu_out);
             once = stratus_once_transmitted(phase, of.x, of.y, path);
         }
         sum = sum + through * once;
@@ -227,12 +244,12 @@ float stratus_single_of_layers(int side, StratusPath path) {
     return sum;
 }
 
-bool stratus_is_stack() { return stratus_field(STRATUS_REFLECTION, 15).y > 0.0f; }
+bool stratus_is_stack() { return stratus_y(stratus_field(STRATUS_REFLECTION, 15)) > 0.0f; }
 
 // Optical depth, [0, 1e30], of the layer or of all layers of a stack.
 float stratus_depth(float optical_depth) {
-    float own = stratus_is_stack() ? stratus_field(STRATUS_REFLECTION, 15).z : optical_depth;
-    return stratus_clamp(own, 0.0f, 1e30f);
+    vec4 stack = stratus_field(STRATUS_REFLECTION, 15);
+    return stratus_clamp(stack.y > 0.0f ? stack.z : optical_depth, 0.0f, 1e30f);
 }
 
 float stratus_single_reflection(float albedo, float depth, StratusPath path) {
@@ -250,6 +267,6 @@ float stratus_single_reflection(float albedo, float depth, StratusPath path) {
 
 float stratus_single_transmission(float albedo, float depth, StratusPath path) {
     if (stratus_is_stack()) return stratus_single_of_layers(STRATUS_TRANSMISSION, path);
-    float phase = stratus_phases(STRATUS_TRANSMISSION, path).x;
+    float phase = stratus_x(stratus_phases(STRATUS_TRANSMISSION, path));
     return stratus_once_transmitted(phase, albedo, depth, path);
 }

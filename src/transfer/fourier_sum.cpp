@@ -50,7 +50,7 @@ MatrixXd sum_modes(const LayerSolution& layer, Side side, int in, std::span<cons
 /// Multiple scattering between mu(in) and mu(out) at all azimuths of the table, in two parts; `rest`
 /// holds the Fourier series.
 struct MultipleParts {
-    std::span<double> path, rest;
+    std::span<double> path, rest;  // path: empty where it is not asked for
 };
 
 void split_multiple(const LayerSolution& layer, Side side, int in, int out, const PairTable& table,
@@ -59,9 +59,9 @@ void split_multiple(const LayerSolution& layer, Side side, int in, int out, cons
     const VectorXd rest = layer.path->rest(weights);
     const std::vector<double> along_path = sum_legendre(
         std::span(rest.data(), static_cast<std::size_t>(rest.size())), table.cos_scattering_angle);
-    for (std::size_t k = 0; k < parts.rest.size(); ++k) {
+    for (std::size_t k = 0; k < parts.rest.size(); ++k) parts.rest[k] += along_path[k];
+    for (std::size_t k = 0; k < parts.path.size(); ++k) {
         const double cosine = table.cos_scattering_angle[k];
-        parts.rest[k] += along_path[k];
         parts.path[k] = path_law(weights, 1 - cosine, 1 + cosine);
     }
 }
@@ -133,7 +133,7 @@ void evaluate_stack(const LayerSolution& solution, Side side, const DirectionGri
                           grid.pairs().out[static_cast<std::size_t>(j)], grid.azimuth());
             for (std::size_t k = 0; k < here.size(); ++k) {
                 const std::size_t at = grid.at(i, j, static_cast<int>(k));
-                values.closed_form[at] = here[k].single;
+                if (!values.closed_form.empty()) values.closed_form[at] = here[k].single;
                 values.tabulated[at] = here[k].multiple;
             }
         }
@@ -166,14 +166,19 @@ DirectionGrid::DirectionGrid(const PhaseFunction& phase_function, const LowerBou
             }
 }
 
-GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
+namespace {
+
+/// As `evaluate`; `closed_form` is empty unless asked for.
+GridValues evaluate_parts(const LayerSolution& solution, Side side, const DirectionGrid& grid,
+                          bool asks_closed_form) {
     const auto n = static_cast<Eigen::Index>(grid.mu().size());
     require(solution.mu.size() == n, "evaluate", "cosines of the solution", std::to_string(n),
             solution.mu.size());
     const auto modes = static_cast<Eigen::Index>(solution.reflection_modes.size());
     require(modes <= grid.cosines().cols(), "evaluate", "modes of the solution",
             "at most " + std::to_string(grid.cosines().cols()), modes);
-    GridValues values{std::vector<double>(grid.size()), std::vector<double>(grid.size())};
+    GridValues values{std::vector<double>(asks_closed_form ? grid.size() : 0),
+                      std::vector<double>(grid.size())};
     if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
     const PathOrders* const path_law = grid.path_law();
     require(path_law == nullptr || solution.path != nullptr, "evaluate", "path law",
@@ -193,7 +198,9 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
         for (int j = first_out; j < grid.out_count(); ++j) {
             const int out = grid.pairs().out[static_cast<std::size_t>(j)];
             const std::size_t first = grid.at(i, j, 0);
-            const auto part = [&](auto& all) { return std::span(all).subspan(first, azimuths); };
+            const auto part = [&](auto& all) {
+                return all.empty() ? std::span(all) : std::span(all).subspan(first, azimuths);
+            };
             std::ranges::copy(series.col(j - first_out), part(values.tabulated).begin());
             const PairTable table{part(grid.cos_scattering_angle(side)), part(grid.phase(side)),
                                   part(grid.boundary_phase())};
@@ -202,17 +209,31 @@ GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGri
                                {part(values.closed_form), part(values.tabulated)});
             else
                 add_corrections(solution, side, in, out, table, part(values.tabulated));
-            const double once = single_scattering(solution, side, 1, in, out);
-            const double boundary = seen_boundary(solution, 1, in, out);
-            for (std::size_t at = first; at < first + azimuths; ++at)
-                values.closed_form[at] +=
-                    once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+            if (asks_closed_form) {
+                const double once = single_scattering(solution, side, 1, in, out);
+                const double boundary = seen_boundary(solution, 1, in, out);
+                for (std::size_t at = first; at < first + azimuths; ++at)
+                    values.closed_form[at] +=
+                        once * grid.phase(side)[at] + boundary * grid.boundary_phase()[at];
+            }
             if (!symmetric) continue;
             for (std::vector<double>* all : {&values.closed_form, &values.tabulated})
-                std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
+                if (!all->empty())
+                    std::copy_n(all->data() + first, azimuths, all->data() + grid.at(j, i, 0));
         }
     }
     return values;
+}
+
+}  // namespace
+
+GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid) {
+    return evaluate_parts(solution, side, grid, true);
+}
+
+std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
+                                       const DirectionGrid& grid) {
+    return evaluate_parts(solution, side, grid, false).tabulated;
 }
 
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {

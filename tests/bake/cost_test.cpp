@@ -183,10 +183,10 @@ TEST(Cost, BytesAreThoseOfTheSamples) {
 
 TEST(Cost, TableErrorsAgreeWithVerify) {
     VerifyOptions options;
-    options.samples = 6000;
+    options.samples = 30000;  // in as many layers as the 6000 of the study
     Verification verification = verify(bake(recipe()), options);
     const CostPoint own = own_table();
-    // two samples of 6000 of one distribution, whose tail is steep
+    // two samples of one distribution, whose tail is steep
     EXPECT_NEAR(own.error_median / error_quantile(verification.samples, 0.5), 1, 0.1);
     EXPECT_NEAR(own.error_99_9 / error_quantile(verification.samples, 0.999), 1, 0.3);
 }
@@ -272,11 +272,17 @@ TEST(Cost, FillsTheColumnsOfEachKind) {
             const bool is_tables =
                 std::find(of_tables.begin(), of_tables.end(), header[c]) != of_tables.end();
             const bool is_starts = header[c] == "start" || header[c] == "start_depth";
-            const bool belongs = header[c] == "tolerance" ? point.tolerance > 0
-                                 : is_starts              ? point.solver.scheme == Scheme::classic
-                                 : header[c] == "solve_seconds"
-                                     ? point.kind == Kind::solver
-                                     : !is_tables || point.kind == Kind::table;
+            const bool is_table = point.kind == Kind::table || point.kind == Kind::packed;
+            const bool belongs = header[c] == "tolerance"        ? point.tolerance > 0
+                                 : header[c] == "nodes"          ? point.photons == 0
+                                 : header[c] == "modes"          ? point.solver.modes > 0
+                                 : header[c] == "orders"         ? point.kind == Kind::orders
+                                 : header[c] == "sublayers"      ? point.sublayers > 0
+                                 : header[c] == "photons"        ? point.photons > 0
+                                 : header[c] == "size_parameter" ? point.kind == Kind::droplets
+                                 : is_starts ? point.solver.scheme == Scheme::classic
+                                 : header[c] == "solve_seconds" ? !is_table
+                                                                : !is_tables || is_table;
             EXPECT_EQ(!fields[c].empty(), belongs) << header[c] << " of " << line;
         }
     }
@@ -312,18 +318,112 @@ TEST(Cost, SweepsEveryStartOfClassicDoubling) {
     EXPECT_LT(classic(ClassicStart::diamond, 1e-3), classic(ClassicStart::single, 1e-3));
 }
 
+TEST(Cost, ErrorsFallWithOrdersToWhatTheNodesLeave) {
+    const std::vector<CostPoint> orders = points_of(Kind::orders);
+    ASSERT_GE(orders.size(), 4u);
+    for (std::size_t n = 1; n < orders.size(); ++n) {
+        EXPECT_GT(orders[n].solver.orders, orders[n - 1].solver.orders);
+        EXPECT_LT(orders[n].error_99_9, orders[n - 1].error_99_9);
+    }
+    EXPECT_EQ(orders.front().solver.orders, 2);
+    // at w = 1 and a depth of 2 orders fall off as 0.6^n or so
+    EXPECT_GT(orders.front().error_99_9, 0.05);
+    const int nodes = orders.back().solver.nodes;
+    double all = 1;
+    for (const CostPoint& point : points_of(Kind::solver))
+        if (point.solver.nodes == nodes && point.solver.scheme == Scheme::harmonic)
+            all = std::min(all, point.error_99_9);
+    EXPECT_LE(orders.back().error_99_9, 1.1 * all);
+}
+
+TEST(Cost, ReferencesConverge) {
+    std::vector<std::pair<double, double>> markov, photons;  // error over size
+    for (const CostPoint& point : points_of(Kind::reference))
+        if (point.sublayers > 0)
+            markov.push_back({point.sublayers, point.error_median});
+        else
+            photons.push_back({point.photons, point.error_median});
+    ASSERT_GE(markov.size(), 3u);
+    ASSERT_GE(photons.size(), 3u);
+    // markov.h: eight times better with each doubling, as far as its nodes let it
+    EXPECT_LT(fit_power_law({markov.begin(), markov.begin() + 3}).exponent, -2);
+    EXPECT_NEAR(fit_power_law(photons).exponent, -0.5, 0.25);  // the spread of one draw of 24
+    EXPECT_LT(markov.back().second, 1e-3);
+    EXPECT_LT(photons.back().second, 2e-2);
+}
+
+TEST(Cost, PacksWhatTolerancesChose) {
+    const std::vector<CostPoint> packed = points_of(Kind::packed);
+    EXPECT_EQ(packed.size(), 3u);
+    for (const CostPoint& point : packed) {
+        // packed_table.h: packing adds at most 0.4 of the tolerance
+        EXPECT_LT(point.error_99_9, 1.4 * point.tolerance);
+        EXPECT_GT(point.lookup_ns, 0);
+        EXPECT_GT(point.bytes, 1000);
+    }
+}
+
+TEST(Cost, FitsPowerLaws) {
+    const PowerLaw exact =
+        fit_power_law({{1, 3}, {2, 3 * std::exp2(1.5)}, {8, 3 * std::exp2(4.5)}});
+    EXPECT_NEAR(exact.exponent, 1.5, 1e-14);
+    EXPECT_NEAR(exact.standard_error, 0, 1e-14);
+    EXPECT_EQ(exact.from, 1);
+    EXPECT_EQ(exact.to, 8);
+    // y = x^2 with logarithms off by 1, -2, 1: the slope stays, its variance is 6 / (3 - 2) / 2
+    const double e = std::exp(1.0);
+    const PowerLaw off = fit_power_law({{1 / e, e / (e * e)}, {1, 1 / (e * e)}, {e, e * e * e}});
+    EXPECT_NEAR(off.exponent, 2, 1e-14);
+    EXPECT_NEAR(off.standard_error, std::sqrt(3.0), 1e-14);
+    EXPECT_EQ(sentence_of({"time", "nodes", off}),
+              "time grows as nodes^2 +- 1.7 (3 points, 0.37 to 2.7)");
+    EXPECT_THROW(fit_power_law({{1, 1}, {2, 2}}), std::invalid_argument);
+    EXPECT_THROW(fit_power_law({{1, 1}, {2, 0}, {3, 1}}), std::invalid_argument);
+    EXPECT_THROW(fit_power_law({{1, 1}, {-2, 1}, {3, 1}}), std::invalid_argument);
+    EXPECT_THROW(fit_power_law({{2, 1}, {2, 2}, {2, 3}}), std::invalid_argument);
+}
+
+TEST(Cost, TellsWhatGrows) {
+    for (const char* const what : {"nodes^", "optical depth^", "tolerance^", "time^"})
+        EXPECT_TRUE(std::any_of(measured().notes.begin(), measured().notes.end(),
+                                [&](const std::string& note) {
+                                    return note.find(" grows as ") != std::string::npos &&
+                                           note.find(what) != std::string::npos;
+                                }))
+            << what;
+    for (const GrowthLaw& growth : measured().study.growth)
+        if (growth.of == "tolerance") {
+            EXPECT_LT(growth.law.exponent, 0) << growth.what;
+        }
+}
+
 /// One layer with these lines added to its recipe.
-CostStudy study_of(const std::string& lines) {
+CostStudy study_of(const std::string& lines, const std::string& phase_function = "isotropic") {
     CostOptions options;
     options.seconds = 1e6;
     options.rounds = 1;
-    return measure_cost(parse_recipe("phase_function = 'isotropic'\n"
+    return measure_cost(parse_recipe("phase_function = '" + phase_function +
+                                     "'\n"
                                      "tolerance = 0.1\n"
                                      "optical_depth = { min = 1.0, max = 1.0 }\n"
                                      "albedo = { min = 0.9, max = 0.9 }\n"
                                      "sides = ['reflection']\n" +
                                      lines),
                         options);
+}
+
+TEST(Cost, VariesTheSizeOfDroplets) {
+    const CostStudy study = study_of("", "mie:radius=0.2um,wavelength=0.55um");
+    std::vector<double> sizes;
+    for (const CostPoint& point : study.points) {
+        if (point.kind != Kind::droplets) continue;
+        if (sizes.empty() || sizes.back() != point.size_parameter)
+            sizes.push_back(point.size_parameter);
+        EXPECT_LT(point.error_99_9, 1e-3) << point.size_parameter;  // x = 9 is no peak yet
+    }
+    ASSERT_EQ(sizes.size(), 5u);
+    EXPECT_NEAR(sizes[2], 2 * 3.14159265358979 * 0.2 / 0.55, 1e-9);
+    EXPECT_NEAR(sizes[4] / sizes[0], 16, 1e-9);
 }
 
 TEST(Cost, RespectsOrdersAndLowerBoundary) {
@@ -341,7 +441,7 @@ TEST(Cost, RespectsOrdersAndLowerBoundary) {
             ++chosen;
             EXPECT_LE(point.error_99_9, 0.1) << lines;
         }
-        EXPECT_EQ(chosen, 2) << "a solver and a table";
+        EXPECT_EQ(chosen, 3) << "a solver, a table and that packed";
         EXPECT_EQ(std::any_of(study.points.begin(), study.points.end(),
                               [](const CostPoint& p) { return p.varied == "azimuth_samples"; }),
                   std::string(lines).find("rayleigh") != std::string::npos)

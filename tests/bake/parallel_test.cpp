@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <barrier>
+#include <mutex>
+#include <set>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace stratus {
@@ -61,6 +65,54 @@ TEST(ParallelFor, RethrowsFromTheListener) {
     };
     EXPECT_THROW(parallel_for(
                      50, 2, [](int) {}, listener),
+                 std::runtime_error);
+}
+
+TEST(NestedParallelFor, CallsEachIndexOfEachLoopOnce) {
+    for (const int threads : {1, 2, 5}) {
+        std::vector<std::vector<int>> calls(7, std::vector<int>(50));
+        nested_parallel_for(7, threads, [&](int row) {
+            for (const int within : {0, 1}) {
+                int told = 0;
+                parallel_for(
+                    50, within,
+                    [&](int i) {
+                        ++calls[static_cast<std::size_t>(row)][static_cast<std::size_t>(i)];
+                    },
+                    [&](int done) { EXPECT_EQ(done, ++told); });
+                EXPECT_EQ(told, 50);
+            }
+        });
+        for (const std::vector<int>& of_row : calls)
+            for (const int count : of_row) EXPECT_EQ(count, 2);
+    }
+}
+
+TEST(NestedParallelFor, SharesItsThreadsWithTheLoopsWithin) {
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    std::barrier all_three(3);  // reached only where three threads work on the one row
+    nested_parallel_for(1, 3, [&](int) {
+        parallel_for(3, 0, [&](int) {
+            all_three.arrive_and_wait();
+            const std::lock_guard lock(mutex);
+            threads.insert(std::this_thread::get_id());
+        });
+        parallel_for(100, 8, [&](int) {
+            const std::lock_guard lock(mutex);
+            threads.insert(std::this_thread::get_id());
+        });
+    });
+    EXPECT_EQ(threads.size(), 3u) << "and on no others";
+}
+
+TEST(NestedParallelFor, RethrowsFromALoopWithin) {
+    EXPECT_THROW(nested_parallel_for(4, 2,
+                                     [](int row) {
+                                         parallel_for(10, 2, [&](int i) {
+                                             if (row == 2 && i == 7) throw std::runtime_error("7");
+                                         });
+                                     }),
                  std::runtime_error);
 }
 

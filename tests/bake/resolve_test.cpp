@@ -1,10 +1,16 @@
 #include <stratus/bake/bake.h>
+#include <stratus/runtime/constants.h>
 
+#include "choices.h"
 #include "small_recipe.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
@@ -169,6 +175,35 @@ TEST(Resolve, NotesEveryChoice) {
         const std::string begin = std::string(name) + " " + std::to_string(value) + ": ";
         EXPECT_NE(notes.find(begin), std::string::npos) << begin << "\nin\n" << notes;
     }
+}
+
+TEST(Choices, TakeTheFirstCandidateThatHolds) {
+    const Probes probes = place_probes(rayleigh_recipe(), 1e-3, {});
+    const std::vector<int> candidates{4, 6, 8, 10, 12, 16, 20, 24, 28, 32, 40, 48, 56};
+    const std::vector<std::function<double(int)>> laws{
+        [](int c) { return std::pow(c / 20.0, -4); }, [](int c) { return std::pow(c / 20.0, -2); },
+        [](int c) { return std::exp(20.0 - c); },     [](int c) { return c < 20 ? 1e6 : 1e-6; },
+        [](int c) { return c < 20 ? 1.01 : 0.99; },
+    };
+    for (std::size_t law = 0; law < laws.size(); ++law)
+        for (const double scale : {1e-9, 0.3, 1.0, 1.7, 30.0}) {
+            const auto error = [&](int c) { return scale * 1e-3 * laws[law](c); };
+            std::size_t first = 0;
+            while (first + 1 < candidates.size() && error(candidates[first]) > 1e-3) ++first;
+            int asked = 0;
+            double greatest_limit = 0;
+            const Choice choice =
+                choose_cheapest(probes, "samples", candidates, [&](int c, double most) {
+                    ++asked;
+                    greatest_limit = std::max(greatest_limit, most);
+                    return error(c);
+                });
+            EXPECT_EQ(choice.value, candidates[first]) << law << ", " << scale;
+            EXPECT_LE(asked, 9);
+            const bool at_end = first + 1 == candidates.size();
+            EXPECT_EQ(choice.error_at_cap, error(56) > 1e-3 ? error(56) : 0);
+            EXPECT_EQ(greatest_limit, at_end ? infinity : 1e-3);
+        }
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ optical_depth = { min = 1.0, max = 1.0 }
 albedo = { min = 0.9, max = 0.9 }
 sides = ["reflection"]
 RECIPE
-header=kind,varied,tolerance,scheme,start,start_depth,nodes,modes,mu_samples,azimuth_samples
+header=kind,varied,tolerance,scheme,start,start_depth,nodes,modes,orders,sublayers,photons,size_parameter
+header+=,mu_samples,azimuth_samples
 header+=,optical_depth_samples_per_octave,albedo_samples,error_median,error_99_9,error_largest,solve_seconds
 header+=,bake_seconds,bytes,lookup_ns,on_frontier,times_frontier
 
@@ -19,16 +20,18 @@ header+=,bake_seconds,bytes,lookup_ns,on_frontier,times_frontier
 expect_ok cost tiny.toml -o cost.csv --svg cost.svg --seconds 1000
 expect_silent "$out"
 expect_says "$err" "converged solution: " " nodes; with half of them it is " "tolerance 0.1: solver error " \
-    "tolerance 0.1: table error " "times the time of the cheapest" "times the bytes of the cheapest"
+    "tolerance 0.1: table error " "time of a solve with eight modes grows as nodes^" "error of photons grows as time^-" \
+    "times the time of the cheapest" "times the bytes of the cheapest"
 [ "$(find . -name '*.csv' -o -name '*.svg' -o -name '.*.*' | wc -l)" -eq 2 ] || fail "only the two answers may be made"
 cp cost.csv "$out"
 expect_header "$header"
-own='f["kind"] == "solver" && f["solve_seconds"] > 0 && f["bytes"] == ""'
-own+=' || f["kind"] == "table" && f["bytes"] > 0 && f["lookup_ns"] > 0 && f["solve_seconds"] == ""'
+own='(f["kind"] == "table" || f["kind"] == "packed") && f["bytes"] > 0 && f["lookup_ns"] > 0 && f["solve_seconds"] == ""'
+own+=' || f["kind"] ~ /solver|orders|reference|droplets/ && f["solve_seconds"] > 0 && f["bytes"] == ""'
 expect_rows "$(($(wc -l <cost.csv) - 1))" "$own"
 for row in '^solver,tolerance,0.1,harmonic,' '^solver,nodes and modes,,harmonic,,,' \
     '^solver,nodes and modes,,classic,diamond,0,' '^solver,nodes and modes,,classic,single,1e-06,' \
-    '^table,tolerance,0.1,' '^table,mu_samples,,'; do
+    '^table,tolerance,0.1,' '^table,mu_samples,,' '^orders,orders,,harmonic,.*,2,' '^reference,sublayers,,markov,.*,16,,,8,' \
+    '^reference,photons,,photons,.*,500,' '^packed,tolerance,0.1,'; do
     grep -q "$row" cost.csv || fail "the answer needs a row $row"
 done
 if command -v python3 >/dev/null; then

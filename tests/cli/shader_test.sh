@@ -22,7 +22,13 @@ expect_ok shader full.stratus --language osl -o osl
 expect_says "$err" "note: no OSL compiler"
 expect_says osl/stratus_textures.h 'STRATUS_NUMBERS "stratus_numbers.exr"' 'STRATUS_FUNCTIONS_HEIGHT'
 expect_same glsl/stratus_numbers.bin hlsl/stratus_numbers.bin
-grep -q '[0-9]f\b' osl/stratus.osl.h && fail "OSL knows no suffix f"
+sed 's,//.*,,' osl/stratus.osl.h >code.osl
+grep -q '[0-9]f\b' code.osl && fail "OSL knows no suffix f"
+grep -qE '\)\.[a-z]' code.osl && fail "OSL selects components of variables alone"
+reserved='bool|case|char|class|const|default|double|enum|extern|false|friend|inline|long|private|protected|short|signed|sizeof'
+reserved+='|static|switch|template|this|true|typedef|uniform|union|unsigned|varying|virtual|break|closure|color|continue|matrix'
+reserved+='|normal|output|point|public|illuminate|illuminance'
+sed -n '/elementary functions/,$p' osl/stratus.osl.h | sed 's,//.*,,; s/\bbool\b//' | grep -wE "$reserved" && fail "a word of OSL's own"
 
 expect_refused 2 --language glsl hlsl osl -- shader full.stratus --language wgsl -o new
 expect_refused 2 --mixture "given, in [0, 1]" "got nothing" -- shader mixed.h5 --language glsl -o new

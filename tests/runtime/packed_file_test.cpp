@@ -4,12 +4,14 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/slice.h>
 
+#include "packed_names.h"
 #include "refusal.h"
 #include "small_table.h"
 #include "tensor_file.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -65,29 +67,10 @@ TEST(PackedFile, HoldsWhatTheTableSays) {
                     1e-3 * table.reflection_multiple[n]);
 }
 
-TEST(PackedFile, BindsAsTheTableDoes) {
-    for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
-        const Table table = small(phase);
-        const PackedTable packed(pack(table));
-        for (const double depth : {0.02, 1.0, 30.0, infinity}) {
-            const Slice expected = bind(table.view(), depth, 0.9),
-                        found = bind(packed.view(), depth, 0.9);
-            for (const float mu : {0.1f, 0.5f, 0.95f})
-                for (const float azimuth : {0.0f, 1.0f, 3.0f}) {
-                    const float R = expected.reflection(mu, 0.4f, azimuth);
-                    EXPECT_NEAR(found.reflection(mu, 0.4f, azimuth), R, 1e-3f * R);
-                    const float T = expected.transmission(mu, 0.4f, azimuth);
-                    EXPECT_NEAR(found.transmission(mu, 0.4f, azimuth), T, 1e-3f * T);
-                    EXPECT_EQ(found.direct(mu), expected.direct(mu));
-                }
-        }
-    }
-}
-
 /// A file with some of its strings or numbers changed.
 class Forged {
   public:
-    Forged() : original_(pack(small())) {
+    explicit Forged(const Table& table = small()) : original_(pack(table)) {
         const TensorFile file(aligned(original_), original_.size());
         for (const auto& [key, text] : file.strings()) strings_[key] = text;
         for (const auto& [name, tensor] : file.tensors()) {
@@ -133,15 +116,110 @@ class Forged {
     std::vector<double> copy_;
 };
 
+TEST(PackedFile, KeepsWhatRoundingToHalvesLeaves) {
+    const Table table = small();
+    Forged file(table);
+    for (const char* const side : {"reflection/functions", "transmission/functions"})
+        EXPECT_EQ(file.tensors_.at(side).type, TensorType::f16);
+    const Table unpacked = PackedTable(file.bytes()).unpacked();
+    for (std::size_t n = 0; n < table.reflection_multiple.size(); ++n)
+        EXPECT_NEAR(unpacked.reflection_multiple[n], table.reflection_multiple[n],
+                    1e-5 * table.reflection_multiple[n]);
+}
+
+TEST(PackedFile, BindsAsTheTableDoes) {
+    for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
+        const Table table = small(phase);
+        const PackedTable packed(pack(table));
+        for (const double depth : {0.02, 1.0, 30.0, infinity}) {
+            const Slice expected = bind(table.view(), depth, 0.9),
+                        found = bind(packed.view(), depth, 0.9);
+            for (const float mu : {0.1f, 0.5f, 0.95f})
+                for (const float azimuth : {0.0f, 1.0f, 3.0f}) {
+                    const float R = expected.reflection(mu, 0.4f, azimuth);
+                    EXPECT_NEAR(found.reflection(mu, 0.4f, azimuth), R, 1e-3f * R);
+                    const float T = expected.transmission(mu, 0.4f, azimuth);
+                    EXPECT_NEAR(found.transmission(mu, 0.4f, azimuth), T, 1e-3f * T);
+                    EXPECT_EQ(found.direct(mu), expected.direct(mu));
+                }
+        }
+    }
+}
+
 void expect_refused(const Forged& forged, const std::vector<const char*>& fragments) {
     expect_refusal<std::invalid_argument>([&] { PackedTable{forged.bytes()}; }, fragments);
+}
+
+Table with_path_law(const char* phase) {
+    Table table = small(phase);
+    table.path_law = PathOrders::of(table.phase_function);
+    return table;
+}
+
+TEST(PackedFile, LooksThePathLawUpWhetherHeldOrWorkedOut) {
+    for (const char* const phase : {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95"}) {
+        const Table table = with_path_law(phase);
+        const bool held = table.path_law->order_count() - 2 > static_cast<int>(most_summed_orders);
+        const Forged file(table);
+        EXPECT_EQ(file.tensors_.count(path_sheet_name), held ? 1 : 0);
+        const PackedTable packed(file.bytes());
+        for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {
+            const double R = reflection(table.view(), 0.95, 2, at).multiple;
+            EXPECT_NEAR(packed.reflection(0.95, 2, at).multiple, R, 2e-3 * R);
+            const double T = transmission(table.view(), 0.95, 2, at).multiple;
+            EXPECT_NEAR(packed.transmission(0.95, 2, at).multiple, T, 2e-3 * T);
+        }
+    }
+}
+
+TEST(PackedFile, HoldsThePathLawInHalvesWhereTheToleranceIsWide) {
+    Table table = with_path_law("henyey_greenstein:g=0.85");
+    table.tolerance = 1e-2;
+    const Forged file(table);
+    EXPECT_EQ(file.tensors_.at("path_orders").type, TensorType::f16);
+    const PackedTable packed(file.bytes());
+    const PathOrders &exact = *table.path_law, &found = *packed.header().path_law;
+    ASSERT_EQ(found.order_count(), exact.order_count());
+    for (int angle = 0; angle < 2 * exact.angle_count(); ++angle)
+        EXPECT_NEAR(found.of_angle(angle)[0], exact.of_angle(angle)[0],
+                    std::abs(exact.of_angle(angle)[0]) / 2048 + 1e-7);
+}
+
+TEST(PackedFile, ReadsTheFirstVersion) {
+    const Table table = with_path_law("henyey_greenstein:g=0.85");
+    Forged file(table);
+    const PackedTable expected(file.bytes());
+    double albedo[path_sheet_steps + 1];
+    for (int i = 0; i <= path_sheet_steps; ++i)
+        albedo[i] = std::sqrt(std::max(1e-6, static_cast<double>(i) / path_sheet_steps));
+    const PathSheet sheet(*table.path_law, albedo, path_sheet_steps + 1, 0, 2);
+    const auto angles = 2 * static_cast<std::size_t>(table.path_law->angle_count());
+    const std::size_t steps = path_sheet_steps + 1, count = sheet.sample_count();
+    const auto* const first = reinterpret_cast<const char*>(sheet.view().sample);
+    file.tensors_[path_sheet_name] = {TensorType::f32,
+                                      {steps, count / steps / angles / 2, angles, 2},
+                                      {first, first + count * sizeof(float)}};
+    file.strings_["format_version"] = "1";
+    const PackedTable packed(file.bytes());
+    for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {
+        EXPECT_EQ(packed.reflection(0.95, 2, at).multiple,
+                  expected.reflection(0.95, 2, at).multiple);
+        EXPECT_EQ(packed.transmission(0.95, 2, at).multiple,
+                  expected.transmission(0.95, 2, at).multiple);
+    }
+}
+
+TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
+    Forged file(with_path_law("henyey_greenstein:g=0.95"));
+    file.tensors_.erase(path_sheet_name);
+    expect_refused(file, {"path_sheet", "64"});
 }
 
 TEST(PackedFile, RefusesForgedStrings) {
     PackedTable{Forged().bytes()};
     const std::vector<std::pair<const char*, const char*>> rows{
         {"format", "another"},
-        {"format_version", "2"},
+        {"format_version", "3"},
         {"tolerance", "-1"},
         {"highest_order", "1.5"},
         {"extrapolation_length", "0"},

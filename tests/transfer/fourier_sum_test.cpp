@@ -28,6 +28,7 @@ void expect_values_of_pairs(const LayerSolution& layer) {
     const DirectionGrid grid(layer.phase_function, layer.lower_boundary, cosines, azimuths, 32);
     for (const Side side : {Side::reflection, Side::transmission}) {
         const GridValues values = evaluate(layer, side, grid);
+        EXPECT_EQ(evaluate_tabulated(layer, side, grid), values.tabulated);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 for (int k = 0; k < 4; ++k) {

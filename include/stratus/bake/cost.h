@@ -1,13 +1,20 @@
 // What accuracy costs: time of the solver, bytes and lookup time of a table, over the error that is
 // left.
 //
-// Two kinds of points are measured for a recipe. `solver`: nodes x modes x scheme x start, errors
-// at representative albedos, depths and directions against a solution that doubling its nodes does
-// not change. `table`: how finely each axis is sampled, errors of lookups at random points. What
-// `tolerance` chooses is measured among them. Errors are relative as in accuracy.h.
+// Points of several kinds are measured for a recipe, errors relative as in accuracy.h. What
+// `tolerance` chooses is measured among them.
+//
+//   solver     nodes x modes x scheme x start, at representative albedos, depths and directions,
+//              against a solution that doubling its nodes does not change
+//   orders     the same with the Neumann series cut off after order n
+//   reference  Markov chains over sublayers and photons over their number, of the deepest finite and
+//              brightest layer at twelve geometries
+//   droplets   the solver over the size of a recipe's droplets, against 96 nodes
+//   table      how finely each axis is sampled, lookups at random points
+//   packed     what `pack` makes of the tables that tolerances chose
 //
 // The frontier of a kind are the points that no other undercuts in error and in cost: seconds of
-// one solve, bytes of a table's samples.
+// one solve, bytes of a table's samples or of a packed file.
 #pragma once
 
 #include <stratus/bake/recipe.h>
@@ -16,12 +23,13 @@
 #include <functional>
 #include <iosfwd>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stratus {
 
 struct CostPoint {
-    enum class Kind { solver, table };
+    enum class Kind { solver, orders, reference, droplets, table, packed };
     Kind kind = Kind::solver;
     std::string
         varied;  // "tolerance", or what the sweep changed: "nodes and modes", an axis, "all"
@@ -30,22 +38,43 @@ struct CostPoint {
     Discretisation discretisation;  // table: how it is sampled
 
     double error_median = 0, error_99_9 = 0, error_largest = 0;  // 99_9: 99.9 % are within
-    double solve_seconds = 0;                                    // solver: one layer, one thread
-    double bake_seconds = 0;  // table: all threads; with choosing and checking where tolerance did
-    double bytes = 0;         // table: samples of both sides in memory
-    double lookup_ns = 0;     // table: random points, one thread, mean of the sides
+    double solve_seconds = 0;                                    // one layer, one thread
+    double bake_seconds = 0;  // table: all threads; with choosing and checking where tolerance did;
+                              // packed: of packing
+    double bytes = 0;         // table: samples of both sides in memory; packed: the file
+    double lookup_ns = 0;     // of both: random points, one thread, mean of the sides
+
+    int sublayers = 0;          // reference: of a Markov chain
+    double photons = 0;         // reference
+    double size_parameter = 0;  // droplets: 2 pi radius / wavelength
 
     bool on_frontier = false;
     double times_frontier = 1;  // cost over that of the cheapest point that is as accurate
 
     /// What the frontier counts: solve_seconds or bytes.
-    double cost() const { return kind == Kind::solver ? solve_seconds : bytes; }
+    double cost() const {
+        return kind == Kind::table || kind == Kind::packed ? bytes : solve_seconds;
+    }
+};
+
+/// y = c x^exponent through measured points.
+struct PowerLaw {
+    double exponent, standard_error;
+    std::size_t points;
+    double from, to;  // x of the points
+};
+
+/// What grows as a power of what.
+struct GrowthLaw {
+    std::string what, of;
+    PowerLaw law;
 };
 
 struct CostStudy {
-    std::vector<CostPoint> points;  // solvers, then tables; each as it was measured
-    int reference_nodes = 0;        // of the converged solution
-    double reference_change = 0;    // largest error of half as many nodes against it
+    std::vector<CostPoint> points;  // by kind, in the order above; each as it was measured
+    std::vector<GrowthLaw> growth;
+    int reference_nodes = 0;      // of the converged solution
+    double reference_change = 0;  // largest error of half as many nodes against it
 };
 
 struct CostOptions {
@@ -72,6 +101,16 @@ struct Trade {
 /// Indices of the trades that no other undercuts (as cheap and as accurate, one of them strictly),
 /// ascending in cost and so descending in error; the first of equals.
 std::vector<std::size_t> find_frontier(const std::vector<Trade>& trades);
+
+/// Least squares in the logarithms of x and y; the standard error is that of the slope, from the
+/// scatter of the points about the line.
+///
+/// Errors   std::invalid_argument for fewer than three points, for an x or y that is not above 0 and
+///          finite, and where all x are the same.
+PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points);
+
+/// "time of a solve grows as nodes^2.7 +- 0.05 (6 points, 16 to 96)".
+std::string sentence_of(const GrowthLaw& growth);
 
 /// CSV, a row a point; what does not belong to a point's kind is left empty.
 void write_cost(std::ostream& out, const std::vector<CostPoint>& points);

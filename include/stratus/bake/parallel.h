@@ -1,4 +1,4 @@
-// A parallel loop.
+// Parallel loops.
 #pragma once
 
 #include <functional>
@@ -13,5 +13,11 @@ int thread_count(int requested);
 /// far; calls to it are serialised. The first exception is rethrown.
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished = nullptr);
+
+/// The same for bodies that call parallel_for themselves: all loops share the threads of this one.
+/// Each i has a thread of its own, and where no i is left its thread helps with the loops within.
+///
+/// Threads  loops within that ask for one thread keep to their own.
+void nested_parallel_for(int count, int threads, const std::function<void(int)>& body);
 
 }  // namespace stratus

@@ -23,6 +23,14 @@ struct CsvTable {
     bool has_column(const std::string& wanted) const;
 };
 
+/// The same with fields as they stand in the file, of files that hold more than numbers.
+struct CsvTexts {
+    std::string name;
+    std::vector<std::string> columns;
+    std::vector<std::vector<std::string>> rows;
+    std::vector<int> lines;
+};
+
 /// A column of words rather than numbers; the value of a field is the place of its word.
 struct CsvWords {
     std::string column;
@@ -39,5 +47,8 @@ CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words = 
 /// The same from a stream; `name` stands for the file in messages.
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words = {});
+
+/// A whole file of texts, refused as above but for what its fields say.
+CsvTexts read_csv_texts(const std::string& path);
 
 }  // namespace stratus

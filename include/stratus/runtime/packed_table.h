@@ -13,10 +13,11 @@
 // with sixteen functions, cubic in both cosines and azimuth at the table's own samples.
 //
 // Slices and BSDFs bind its view, and lookups of a view read it, too. Numbers are single precision,
-// functions halves where these suffice; limits and clamping are those of lookup.h, except that
-// below the first cosine the multiply scattered part is scaled by the shares intercepted at the
-// cosine itself. A table that was narrowed to some directions is clamped to them. No lookup
-// allocates, throws, or takes a lock; any number of threads may share a packed table.
+// functions halves where these suffice, with what rounding leaves of the first of them; limits and
+// clamping are those of lookup.h, except that below the first cosine the multiply scattered part is
+// scaled by the shares intercepted at the cosine itself. A table that was narrowed to some
+// directions is clamped to them. No lookup allocates, throws, or takes a lock; any number of threads
+// may share a packed table.
 //
 // A file may come from a stranger: every offset, shape and number is checked before it is used. The
 // layout is that of `safetensors`, described in docs/packed.md.
@@ -50,7 +51,7 @@ struct PackedLayers {
 
 /// The file of a table.
 ///
-/// Accuracy lookups in 99.9 % of cases add at most 0.4 of the table's tolerance to its errors,
+/// Accuracy lookups in 99.9 % of cases add at most 0.5 of the table's tolerance to its errors,
 ///          relative to R or T, but not to less than 1 % of a layer's largest.
 /// Cost     up to seconds for tables of 100 MB.
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.

@@ -103,4 +103,8 @@ struct GridValues {
 /// Errors   std::invalid_argument when the cosines differ in number or the solution has more modes.
 GridValues evaluate(const LayerSolution& solution, Side side, const DirectionGrid& grid);
 
+/// What `evaluate` leaves to tables, without the closed form.
+std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
+                                       const DirectionGrid& grid);
+
 }  // namespace stratus

@@ -4,6 +4,7 @@
 #include "interpolation.h"
 #include "opposition_values.h"
 #include "path_law.h"
+#include "path_sums.h"
 
 #include <utility>
 
@@ -319,6 +320,7 @@ constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 3>(),
                           {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
                           paths_of_vectors,
-                          &packed_kernels};
+                          &packed_kernels,
+                          path_sums};
 
 }  // namespace stratus::STRATUS_ISA

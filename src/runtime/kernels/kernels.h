@@ -9,6 +9,8 @@
 
 #include "slice_side.h"
 
+#include <cstddef>
+
 namespace stratus {
 
 constexpr int paths_at_once = 64;
@@ -45,6 +47,12 @@ struct SideKernels {
 
 struct PackedKernels;  // packed.h
 
+/// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.
+struct OrderRows {
+    const float* value;
+    std::size_t columns, orders;
+};
+
 struct Kernels {
     SideKernels<1> reflected, transmitted;
     SideKernels<3> reflected_rgb, transmitted_rgb;
@@ -52,6 +60,10 @@ struct Kernels {
                                LightPaths& paths);  // over Side
     void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
     const PackedKernels* packed;
+    /// Weighted sums over the orders, of `rows` pairs of weights for each order: of the numbers in
+    /// even columns with the first of each pair, in odd ones with the second; used[row] orders.
+    void (*path_sums)(const OrderRows&, const float* weight, const int* used, std::size_t rows,
+                      float* to);
 };
 
 /// For chosen_instruction_set().

@@ -1,0 +1,269 @@
+#include "sweep.h"
+
+#include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
+#include <stratus/bake/parallel.h>
+#include <stratus/bake/sweep.h>
+#include <stratus/io/atomic_file.h>
+#include <stratus/io/checkpoint.h>
+#include <stratus/io/table_file.h>
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
+#include "progress.h"
+#include "query.h"
+#include "stop_on_signal.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How the table of a row came out.
+struct Outcome {
+    bool met = false, failed = false;
+    double worst = 0, bytes = 0;
+    double seconds = 0;  // 0: it was there already
+    std::string remark;
+};
+
+/// Rows that are alike, in the order of the first: it is baked, the others are copies.
+using Alike = std::vector<std::vector<std::size_t>>;
+
+Alike find_alike(const std::vector<SweepRow>& rows) {
+    std::map<std::string, std::size_t> place;
+    Alike alike;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        const auto [found, is_new] = place.try_emplace(rows[row].recipe.text, alike.size());
+        if (is_new) alike.emplace_back();
+        alike[found->second].push_back(row);
+    }
+    return alike;
+}
+
+// ---- One table
+
+/// Where tables go, and what all of them share.
+class SweepFolder {
+  public:
+    SweepFolder(fs::path folder, bool resume) : folder_(std::move(folder)), resume_(resume) {
+        std::error_code there_already;
+        fs::create_directory(folder_, there_already);
+        require_writable("bake", "--output", folder_ / "summary.csv");
+    }
+
+    fs::path table(const SweepRow& row) const { return folder_ / (row.name + ".h5"); }
+    fs::path checkpoint(const SweepRow& row) const { return table(row).string() + ".checkpoint"; }
+    fs::path summary() const { return folder_ / "summary.csv"; }
+
+    /// Bakes a row's table, from its checkpoint if there is one, or finds it baked already.
+    ///
+    /// Errors   WorkStopped where a signal came.
+    /// Threads  any number, of different rows.
+    Outcome finish(const SweepRow& row, int threads) {
+        const auto started = Clock::now();
+        Checkpoint checkpoint(this->checkpoint(row), {baking_program(), resolved_text(row.recipe)});
+        Outcome outcome;
+        std::optional<Table> table = resume_ ? find(row) : std::nullopt;
+        if (table) {
+            outcome.met = states_tolerance_met(*table);
+            outcome.remark = "was there";
+        } else {
+            outcome.met = true;
+            table = bake_on(checkpoint, row.recipe, threads, outcome);
+            const std::lock_guard one_at_a_time(hdf5_);  // as the library asks
+            write_table(*table, this->table(row));
+            outcome.seconds = seconds_since(started);
+        }
+        checkpoint.remove();
+        outcome.worst = table->measured_error;
+        outcome.bytes = static_cast<double>(fs::file_size(this->table(row)));
+        return outcome;
+    }
+
+    /// The same table under another row's name.
+    void copy(const SweepRow& from, const SweepRow& to) const {
+        write_atomically(table(to), [&](const fs::path& temporary) {
+            fs::copy_file(table(from), temporary, fs::copy_options::overwrite_existing);
+        });
+    }
+
+  private:
+    /// The table of a row, if it is there whole.
+    std::optional<Table> find(const SweepRow& row) {
+        if (!fs::exists(table(row))) return std::nullopt;
+        try {
+            const std::lock_guard one_at_a_time(hdf5_);
+            Table found = read_table(table(row));
+            if (is_baked_of(found, row.recipe)) return found;
+        } catch (const std::exception&) {  // damaged, or of something else
+        }
+        return std::nullopt;
+    }
+
+    static Table bake_on(Checkpoint& checkpoint, const Recipe& recipe, int threads,
+                         Outcome& outcome) {
+        BakeOptions options;
+        options.threads = threads;
+        options.missed = [&](const std::string& sentence) {
+            outcome.met = false;
+            outcome.remark = sentence;
+        };
+        options.log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
+        options.log.keep = [&](const std::string& piece, std::span<const char> result) {
+            checkpoint.keep(piece, result);
+        };
+        options.log.stop = [] { return StopOnSignal::signal() != 0; };
+        return bake(recipe, options);
+    }
+
+    const fs::path folder_;
+    const bool resume_;
+    std::mutex hdf5_;
+};
+
+/// What `finish` returns; whatever goes wrong with one table but a signal leaves the others alone.
+template <class Finish>
+Outcome try_to_finish(const Finish& finish) {
+    Outcome outcome;
+    try {
+        return finish();
+    } catch (const WorkStopped&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        outcome.remark = "out of memory";
+    } catch (const std::exception& error) {
+        outcome.remark = error.what();
+    }
+    outcome.failed = true;
+    return outcome;
+}
+
+// ---- All of them
+
+/// Bakes all rows; what has come out of each.
+std::vector<Outcome> bake_rows(const std::vector<SweepRow>& rows, SweepFolder& folder,
+                               const SweepCommand& command, Progress& progress) {
+    const Alike alike = find_alike(rows);
+    std::vector<Outcome> outcomes(rows.size());
+    std::mutex telling;
+    std::size_t finished = 0;
+    const auto told = [&](std::size_t row) {
+        const std::lock_guard one_at_a_time(telling);
+        ++finished;
+        const Outcome& of = outcomes[row];
+        if (of.failed || !of.met) progress.note(rows[row].name + ": " + of.remark);
+        progress.show(static_cast<double>(finished) / static_cast<double>(rows.size()), "tables");
+    };
+    nested_parallel_for(static_cast<int>(alike.size()), command.threads, [&](int n) {
+        const std::vector<std::size_t>& same = alike[static_cast<std::size_t>(n)];
+        const std::size_t first = same.front();
+        outcomes[first] =
+            try_to_finish([&] { return folder.finish(rows[first], command.threads); });
+        told(first);
+        for (std::size_t s = 1; s < same.size(); ++s) {
+            outcomes[same[s]] = try_to_finish([&] {
+                Outcome copied = outcomes[first];
+                if (!copied.failed) folder.copy(rows[first], rows[same[s]]);
+                copied.seconds = 0;
+                if (copied.met) copied.remark = "the same as " + rows[first].name;
+                return copied;
+            });
+            told(same[s]);
+        }
+    });
+    return outcomes;
+}
+
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"") == text.npos) return text;
+    std::string inside;
+    for (const char letter : text) inside += letter == '"' ? "\"\"" : std::string(1, letter);
+    return '"' + inside + '"';
+}
+
+void write_summary(std::ostream& out, const std::vector<SweepRow>& rows,
+                   const std::vector<Outcome>& outcomes) {
+    out << "name,asked,met,worst,seconds,bytes,remark\n";
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+        const Outcome& of = outcomes[r];
+        const auto number = [&](double value, int digits) {
+            return value > 0 ? short_number(value, digits) : "";
+        };
+        out << quoted(rows[r].name) << ',' << short_number(rows[r].recipe.tolerance, 6) << ','
+            << (of.failed ? "failed"
+                : of.met  ? "yes"
+                          : "no")
+            << ',' << number(of.worst, 3) << ',' << number(of.seconds, 3) << ','
+            << number(of.bytes, 15) << ',' << quoted(of.remark) << '\n';
+    }
+}
+
+/// Throws where a table failed, or missed its tolerance.
+void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
+    const auto count = [&](auto holds) {
+        return std::to_string(std::ranges::count_if(outcomes, holds)) + " of " +
+               std::to_string(outcomes.size()) + " tables ";
+    };
+    const auto has_failed = [](const Outcome& of) { return of.failed; };
+    const auto has_missed = [](const Outcome& of) { return !of.failed && !of.met; };
+    std::vector<std::string> sentences;
+    const bool any_failed = std::ranges::any_of(outcomes, has_failed);
+    if (any_failed) sentences.push_back(count(has_failed) + "failed");
+    if (std::ranges::any_of(outcomes, has_missed))
+        sentences.push_back(count(has_missed) + "miss their tolerance" +
+                            (command.accept ? "" : " (--accept: exit code 0)"));
+    if (sentences.empty()) return;
+    const std::string line = "bake: " + command.folder + ": " + joined(sentences, "; ");
+    if (any_failed || !command.accept) throw std::runtime_error(line);
+    std::fprintf(stderr, "stratus: %s\n", line.c_str());
+}
+
+void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& folder) {
+    for (const SweepRow& row : rows)
+        if (fs::exists(folder.checkpoint(row)))
+            throw std::runtime_error(folder.checkpoint(row).string() +
+                                     ": is left from an interrupted sweep; --resume continues it, "
+                                     "removing the file starts over");
+}
+
+}  // namespace
+
+void run_sweep(const SweepCommand& command) {
+    std::vector<std::string> notes;
+    const std::vector<SweepRow> rows = read_sweep(command.recipe, command.csv, &notes);
+    SweepFolder folder(command.folder, command.resume);
+    if (!command.resume) refuse_left_over(rows, folder);
+    std::vector<Outcome> outcomes;
+    {
+        Progress progress(command.quiet);
+        for (const std::string& note : notes) progress.note("note: " + note);
+        const StopOnSignal stop;
+        try {
+            outcomes = bake_rows(rows, folder, command, progress);
+        } catch (const WorkStopped&) {
+            throw EndedBySignal(stop.signal(), "interrupted; finished work is kept in " +
+                                                   command.folder +
+                                                   ": repeat the command with --resume");
+        }
+    }
+    write_summary(std::cout, rows, outcomes);
+    write_answer(folder.summary(), [&](std::ostream& out) { write_summary(out, rows, outcomes); });
+    judge(outcomes, command);
+}
+
+}  // namespace stratus

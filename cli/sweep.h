@@ -1,0 +1,22 @@
+// `stratus bake --sweep`: a table a row of a CSV.
+#pragma once
+
+#include <string>
+
+namespace stratus {
+
+struct SweepCommand {
+    std::string recipe, csv, folder;
+    int threads = 0;
+    bool quiet = false;
+    bool resume = false;  // bakes only what the folder lacks
+    bool accept = false;  // exit code 0 even where tables miss their tolerances
+};
+
+/// Bakes all rows, several at once, and tells how each came out.
+///
+/// Errors   std::invalid_argument for the CSV, before anything is baked; std::runtime_error where a
+///          table failed or missed its tolerance, once all are done; EndedBySignal where one came.
+void run_sweep(const SweepCommand& command);
+
+}  // namespace stratus

@@ -1,0 +1,149 @@
+#include "cost_growth.h"
+
+#include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
+
+#include "cost_layers.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stratus {
+
+namespace {
+
+using Kind = CostPoint::Kind;
+using Measured = std::vector<std::pair<double, double>>;
+
+/// Adds a law where there are points enough for one.
+void add_law(std::vector<GrowthLaw>& laws, const char* what, const char* of,
+             const Measured& measured) {
+    Measured usable;
+    for (const auto& [x, y] : measured)
+        if (x > 0 && y > 0) usable.push_back({x, y});
+    const auto all_alike = [&] {
+        return std::ranges::all_of(usable,
+                                   [&](const auto& at) { return at.first == usable[0].first; });
+    };
+    if (usable.size() < 3 || all_alike()) return;
+    laws.push_back({what, of, fit_power_law(usable)});
+}
+
+/// Eight modes, which fill a register, or the one that there is.
+SolverOptions timed_solver(const Recipe& recipe, int nodes) {
+    SolverOptions solver = solver_of(recipe);
+    solver.nodes = nodes;
+    solver.modes = recipe.phase_function.is_isotropic() ? 1 : 8;
+    return solver;
+}
+
+Measured time_nodes(const Recipe& recipe, const CostBudget& budget) {
+    const CostLayers layers(recipe, 1);
+    Measured measured;
+    for (const int nodes : {16, 24, 32, 48, 64, 96}) {
+        if (!budget.is_time_left(share_of_orders)) break;
+        measured.push_back({nodes, layers.time_solve(timed_solver(recipe, nodes))});
+    }
+    return measured;
+}
+
+/// From where a layer is no longer thin.
+Measured time_depths(const Recipe& recipe, const CostBudget& budget) {
+    Measured measured;
+    for (const double depth : {1.0, 4.0, 16.0, 64.0, 256.0}) {
+        if (!budget.is_time_left(share_of_orders)) break;
+        Recipe of_depth = recipe;
+        of_depth.optical_depth = {depth, depth};
+        constexpr int nodes = 32;
+        measured.push_back(
+            {depth, CostLayers(of_depth, 1).time_solve(timed_solver(recipe, nodes))});
+    }
+    return measured;
+}
+
+/// Points of a kind for which holds(point).
+template <class X, class Y, class Holds>
+Measured pairs_of(const std::vector<CostPoint>& points, Kind kind, const X& x, const Y& y,
+                  const Holds& holds) {
+    Measured measured;
+    for (const CostPoint& point : points)
+        if (point.kind == kind && holds(point)) measured.push_back({x(point), y(point)});
+    return measured;
+}
+
+}  // namespace
+
+PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points) {
+    constexpr const char* caller = "fit_power_law";
+    require(points.size() >= 3, caller, "points", "at least three", points.size());
+    const auto count = static_cast<double>(points.size());
+    double mean_x = 0, mean_y = 0;
+    for (const auto& [x, y] : points) {
+        require(x > 0 && std::isfinite(x), caller, "x", "above 0 and finite", x);
+        require(y > 0 && std::isfinite(y), caller, "y", "above 0 and finite", y);
+        mean_x += std::log(x) / count;
+        mean_y += std::log(y) / count;
+    }
+    const auto [from, to] = std::ranges::minmax(
+        points, {}, [](const std::pair<double, double>& point) { return point.first; });
+    require(from.first < to.first, caller, "x", "of more than one value", from.first);
+    double xx = 0, xy = 0;
+    for (const auto& [x, y] : points) {
+        xx += (std::log(x) - mean_x) * (std::log(x) - mean_x);
+        xy += (std::log(x) - mean_x) * (std::log(y) - mean_y);
+    }
+    const double exponent = xy / xx;
+    double scatter = 0;
+    for (const auto& [x, y] : points) {
+        const double off = std::log(y) - mean_y - exponent * (std::log(x) - mean_x);
+        scatter += off * off;
+    }
+    return {exponent, std::sqrt(scatter / (count - 2) / xx), points.size(), from.first, to.first};
+}
+
+std::string sentence_of(const GrowthLaw& growth) {
+    const PowerLaw& law = growth.law;
+    return growth.what + " grows as " + growth.of + "^" + short_number(law.exponent, 3) + " +- " +
+           short_number(law.standard_error, 2) + " (" + std::to_string(law.points) + " points, " +
+           short_number(law.from) + " to " + short_number(law.to) + ")";
+}
+
+std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget) {
+    std::vector<GrowthLaw> laws;
+    budget.show("growth");
+    add_law(laws, "time of a solve with eight modes", "nodes", time_nodes(recipe, budget));
+    add_law(laws, "time of a solve with 32 nodes", "optical depth", time_depths(recipe, budget));
+    return laws;
+}
+
+std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points) {
+    std::vector<GrowthLaw> laws;
+    const auto tolerance = [](const CostPoint& p) { return p.tolerance; };
+    const auto seconds = [](const CostPoint& p) { return p.solve_seconds; };
+    const auto error = [](const CostPoint& p) { return p.error_99_9; };
+    const auto bytes = [](const CostPoint& p) { return p.bytes; };
+    const auto chosen = [](const CostPoint& p) { return p.tolerance > 0; };
+    add_law(laws, "time of a solve", "tolerance",
+            pairs_of(points, Kind::solver, tolerance, seconds, chosen));
+    add_law(laws, "time of a bake", "tolerance",
+            pairs_of(
+                points, Kind::table, tolerance, [](const CostPoint& p) { return p.bake_seconds; },
+                chosen));
+    add_law(laws, "size of a table", "tolerance",
+            pairs_of(points, Kind::table, tolerance, bytes, chosen));
+    add_law(laws, "size of a packed table", "tolerance",
+            pairs_of(points, Kind::packed, tolerance, bytes, chosen));
+    add_law(laws, "error of Markov chains", "time",
+            pairs_of(points, Kind::reference, seconds, error,
+                     [](const CostPoint& p) { return p.sublayers > 0; }));
+    add_law(laws, "error of photons", "time",
+            pairs_of(points, Kind::reference, seconds, error,
+                     [](const CostPoint& p) { return p.photons > 0; }));
+    add_law(laws, "error with 32 nodes", "size of droplets",
+            pairs_of(
+                points, Kind::droplets, [](const CostPoint& p) { return p.size_parameter; }, error,
+                [](const CostPoint& p) { return p.solver.nodes == 32; }));
+    return laws;
+}
+
+}  // namespace stratus

@@ -1,0 +1,16 @@
+// What grows as a power of what: laws through the points of a study, and through layers timed for it.
+#pragma once
+
+#include "cost_sweep.h"
+
+#include <vector>
+
+namespace stratus {
+
+/// Of the time of a solve over nodes and optical depth.
+std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget);
+
+/// Of what the points have.
+std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points);
+
+}  // namespace stratus

@@ -110,17 +110,18 @@ QueryColumns query_columns(const Table& table) {
     };
     place(table.optical_depth, "optical_depth");
     place(table.albedo, "albedo");
-    if (table.has_mixture()) place(table.mixture, "mixture");
+    for (const FamilyAxis& axis : table.family) columns.required.push_back(axis.name());
     return columns;
 }
 
 /// A layer, before the effect of density.
 struct LayerKey {
-    double albedo, optical_depth, mixture;
+    double albedo, optical_depth;
+    std::vector<double> member;  // of a family
 
     bool operator<(const LayerKey& other) const {
-        return std::tie(albedo, optical_depth, mixture) <
-               std::tie(other.albedo, other.optical_depth, other.mixture);
+        return std::tie(albedo, optical_depth, member) <
+               std::tie(other.albedo, other.optical_depth, other.member);
     }
 };
 
@@ -142,11 +143,14 @@ std::vector<QueryPoint> points_of(const CsvTable& query, const Table& table) {
     };
     std::vector<QueryPoint> points;
     points.reserve(query.rows.size());
-    for (const std::vector<double>& row : query.rows)
-        points.push_back({{value_or_only_sample(row, "albedo", table.albedo),
-                           value_or_only_sample(row, "optical_depth", table.optical_depth),
-                           table.has_mixture() ? row[column("mixture")] : 1},
-                          {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+    for (const std::vector<double>& row : query.rows) {
+        std::vector<double> member;
+        for (const FamilyAxis& axis : table.family) member.push_back(row[column(axis.name())]);
+        points.push_back(
+            {{value_or_only_sample(row, "albedo", table.albedo),
+              value_or_only_sample(row, "optical_depth", table.optical_depth), std::move(member)},
+             {row[mu_in], row[mu_out], row[azimuth] * pi / 180}});
+    }
     return points;
 }
 
@@ -164,11 +168,16 @@ bool is_azimuth_outside(const AxisView& axis, double radians) {
     return value < axis.lowest - rounding || value > axis.highest + rounding;
 }
 
+bool is_member_outside(const TableView& table, const LayerKey& layer) {
+    for (std::size_t k = 0; k < layer.member.size(); ++k)
+        if (!holds((*table.family)[k], layer.member[k])) return true;
+    return false;
+}
+
 /// True where a layer lies between the table's samples.
 bool is_sampled(const TableView& table, const LayerKey& layer) {
     return !is_outside(table.optical_depth, layer.optical_depth) &&
-           !is_outside(table.albedo, layer.albedo) &&
-           !(table.has_mixture() && is_outside(table.mixture, layer.mixture));
+           !is_outside(table.albedo, layer.albedo) && !is_member_outside(table, layer);
 }
 
 /// R and T at a row by origin, and the share of a background.
@@ -183,7 +192,7 @@ class LayerLookup {
   public:
     LayerLookup(const TableView& table, const LayerKey& layer, const Effects& asked,
                 OutsideTable outside)
-        : table_(table.at_mixture(layer.mixture)), layer_(layer), asked_(asked) {
+        : table_(table.at(FamilyPoint(layer.member))), layer_(layer), asked_(asked) {
         const auto bound = [&](const Effects& effects) {
             slices_.push_back(bind(table_, layer.optical_depth, layer.albedo, effects, outside));
             clamped_ = clamped_ || slices_.back().clamped();
@@ -289,10 +298,11 @@ void warn_of_clamped(const std::vector<QueryPoint>& points, const std::vector<An
         rows_in[2] += is_outside(table.optical_depth,
                                  effective_optical_depth(at.layer.optical_depth, density));
         rows_in[3] += is_outside(table.albedo, at.layer.albedo);
-        rows_in[4] += table.has_mixture() && is_outside(table.mixture, at.layer.mixture);
+        rows_in[4] += is_member_outside(table, at.layer);
     }
-    constexpr const char* names[] = {"mu_in",  "mu_out",  "optical_depth",
-                                     "albedo", "mixture", "azimuth_deg"};
+    constexpr const char* names[] = {
+        "mu_in",      "mu_out", "optical_depth", "albedo", "parameters of the phase function",
+        "azimuth_deg"};
     std::string list;
     for (std::size_t axis = 0; axis < std::size(names); ++axis)
         if (rows_in[axis] > 0)
@@ -399,7 +409,8 @@ void add_eval(CLI::App& app) {
         ->add_option("--query", options->query,
                      "CSV with columns mu_in, mu_out, azimuth_deg, optical_depth, albedo in any "
                      "order; the last two may be left out where the table has one sample. Tables "
-                     "that mix need mixture, too, the share of the first phase function. "
+                     "of a family need its parameters, too (g, variance, mixture; radius and "
+                     "wavelength in um). "
                      "Default or -: standard input")
         ->check(file_name());
     command

@@ -52,13 +52,15 @@ Stack layer_of_table(const std::string& path, const ExportCommand& command) {
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));
-    require(table.has_mixture() == command.mixture.has_value(), "export", "--mixture",
-            table.has_mixture() ? "given, in [0, 1], for " + path
-                                : "left out for " + path + ", which mixes nothing",
+    require(!table.has_family() || is_mixture(table.family), "export", name,
+            "of one phase function, or mixtures of two", "a family");
+    require(table.has_family() == command.mixture.has_value(), "export", "--mixture",
+            table.has_family() ? "given, in [0, 1], for " + path
+                               : "left out for " + path + ", which mixes nothing",
             command.mixture ? shortest_text(*command.mixture) : "nothing");
     const PhaseFunction phase_function =
-        table.has_mixture() ? table.view().at_mixture(*command.mixture).mixed_phase_function()
-                            : table.phase_function;
+        table.has_family() ? table.view().at_mixture(*command.mixture).chosen_phase_function()
+                           : table.phase_function;
     return {{{phase_function, 0, 0}}, table.lower_boundary};
 }
 

@@ -120,11 +120,19 @@ void print_content(const Table& table) {
     if (table.is_stack()) print("the mean layer", "the table is of the stack, lit from above");
     print("phase function", shortened(table.phase_function.text()));
     print("asymmetry g", short_number(table.phase_function.asymmetry(), digits));
-    if (table.has_mixture()) {
-        print("second phase function", shortened(table.second_phase_function.text()));
-        print("asymmetry g", short_number(table.second_phase_function.asymmetry(), digits));
-        print("mixture", described(table.mixture, mixture_scale_name) +
-                             ", the share of the first phase function");
+    for (const FamilyAxis& axis : table.family) {
+        if (axis.parameter == PhaseParameter::mixture) {
+            print("second phase function", shortened(table.second_phase_function.text()));
+            print("asymmetry g", short_number(table.second_phase_function.asymmetry(), digits));
+            print("mixture", described(axis.axis, mixture_scale_name) +
+                                 ", the share of the first phase function");
+        } else {
+            const std::string unit = parameter_unit(axis.parameter);
+            print(axis.name() + (unit == "1" ? std::string() : " (" + unit + ")"),
+                  axis.is_discrete ? allowed_text(axis)
+                                   : described(axis.axis, axis_scale_name(axis.axis.scale)) +
+                                         ", a parameter of the phase function");
+        }
     }
     print("lower boundary", lower_boundary_text(table));
     print("albedo", described(table.albedo, axis_scale_name(table.albedo.scale)));

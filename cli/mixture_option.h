@@ -31,11 +31,11 @@ inline PackedTable read_at_mixture(const char* caller, const std::string& path,
     };
     if (!mixture) {
         PackedTable table = read_packed_table(path, options);
-        check(table.view().has_mixture());
+        check(table.view().has_family() && is_mixture(*table.view().family));
         return table;
     }
     const Table table = read_noted_table(path, options);
-    check(table.has_mixture());
+    check(is_mixture(table.family));
     return PackedTable(pack(table_of_share(table, *mixture)));
 }
 

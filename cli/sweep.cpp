@@ -86,7 +86,7 @@ class SweepFolder {
             outcome.met = true;
             table = bake_on(checkpoint, row.recipe, threads, outcome);
             const std::lock_guard one_at_a_time(hdf5_);  // as the library asks
-            write_table(*table, this->table(row));
+            write_table(*table, this->table(row), threads);
             outcome.seconds = seconds_since(started);
         }
         checkpoint.remove();

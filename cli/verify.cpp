@@ -68,10 +68,13 @@ double percent_within(const std::vector<ErrorSample>& samples, double tolerance)
            static_cast<double>(std::max<std::size_t>(1, samples.size()));
 }
 
-void print_worst(const Verification& verification, bool mixed) {
+void print_worst(const Verification& verification, const std::vector<FamilyAxis>& family) {
+    std::string names;
+    for (const FamilyAxis& axis : family)
+        names += std::string(11 - std::string(axis.name()).size(), ' ') + axis.name();
     std::printf("\nworst points\n%-13s %9s %13s %8s %8s %11s %13s %13s %9s%s\n", "side", "albedo",
                 "optical_depth", "mu_in", "mu_out", "azimuth_deg", "solved", "looked up", "error",
-                mixed ? "  mixture" : "");
+                names.c_str());
     const std::size_t shown = std::min<std::size_t>(5, verification.samples.size());
     for (std::size_t n = 0; n < shown; ++n) {
         const ErrorSample& at = verification.samples[verification.samples.size() - 1 - n];
@@ -79,7 +82,7 @@ void print_worst(const Verification& verification, bool mixed) {
                     at.side == Side::reflection ? "reflection" : "transmission", at.albedo,
                     at.optical_depth, at.geometry.mu_in, at.geometry.mu_out,
                     degrees(at.geometry.azimuth), at.expected, at.found, at.error);
-        if (mixed) std::printf(" %8.5f", at.mixture);
+        for (std::size_t k = 0; k < family.size(); ++k) std::printf(" %10.5f", at.member[k]);
         std::printf("\n");
     }
 }
@@ -98,7 +101,7 @@ void run_verify(const VerifyCommand& command) {
     std::printf("%-13s %-29s %7s %9s %9s %9s %9s\n", "side", "scattering angle", "values", "median",
                 "99 %", "99.9 %", "worst");
     print_errors(verification);
-    print_worst(verification, table.has_mixture());
+    print_worst(verification, table.family);
     std::printf("\n");
     if (verification.energy_defect >= 0)
         std::printf("energy: at albedo 1 the stored fluxes close to %.1e\n",

@@ -67,6 +67,13 @@ int stratus_table_open_memory(const void* data, size_t bytes, stratus_table** ta
 int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
                              stratus_table** mixed);
 
+/* A table of a family of phase functions (docs/tables.md), seen at one point of it: a handle of its
+ * own, as above, with a value for each axis, lengths in um. Without a family count is 0.
+ *
+ * Errors   another number of values, values without a phase function, or none of a discrete axis. */
+int stratus_table_at(const stratus_table* table, size_t count, const double* values,
+                     stratus_table** chosen);
+
 void stratus_table_close(stratus_table* table);
 
 /* Sampled range of one quantity, and with how many samples; 1 where nothing varies. */
@@ -89,6 +96,13 @@ typedef struct stratus_table_info {
 } stratus_table_info;
 
 int stratus_table_describe(const stratus_table* table, stratus_table_info* info);
+
+/* An axis of the table's family, counted from 0: "g", "radius", "wavelength", "variance" or
+ * "mixture", and what it spans.
+ *
+ * Errors   an axis that the family does not have. */
+int stratus_table_family(const stratus_table* table, size_t axis, const char** name,
+                         stratus_range* range);
 
 /* A text kept with the table: "title", "phase_function", "second_phase_function", "recipe",
  * "resolved_recipe", "program_version", ... Null where there is none by that name; valid while the

@@ -56,7 +56,7 @@ PointRange range_of(const Table& table) {
             view.has_reflection(),
             view.has_transmission(),
             table.lower_boundary,
-            view.mixture,
+            table.family,
             table.second_phase_function,
             view.path_law != nullptr,
             true,
@@ -125,7 +125,7 @@ double energy_defect(const Table& table) {
     const std::size_t mus = table.mu_in.values.size();
     const auto albedos = static_cast<std::size_t>(w.count);
     const auto depths = static_cast<std::size_t>(tau.size());
-    for (std::size_t m = 0; m < table.mixture_count(); ++m)
+    for (std::size_t m = 0; m < table.member_count(); ++m)
         for (std::size_t d = 0; d < depths; ++d) {
             const double depth = table.optical_depth.values[d];
             if (table.diffuse_transmittance.empty() && !std::isinf(depth)) continue;
@@ -141,10 +141,9 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
-/// The furnace_defect of a Verification, at one mixture.
-double furnace_defect(const Table& table, std::size_t mixture) {
-    const TableView view =
-        table.view().at_mixture(table.has_mixture() ? table.mixture.values[mixture] : 1);
+/// The furnace_defect of a Verification, of one member.
+double furnace_defect(const Table& table, std::size_t member) {
+    const TableView view = table.view().at(member_at(table.family, member));
     if (!view.has_reflection() || table.plane_albedo.empty() || !view.has_all_directions())
         return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
@@ -152,7 +151,7 @@ double furnace_defect(const Table& table, std::size_t mixture) {
     double worst = 0;
     const auto mus = table.mu_in.values.size();
     const std::size_t depths = table.optical_depth.values.size();
-    const std::size_t first_albedo = mixture * table.albedo.values.size();
+    const std::size_t first_albedo = member * table.albedo.values.size();
     for (std::size_t w : {std::size_t{0}, table.albedo.values.size() - 1})
         for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6))
             for (std::size_t i = 0; i < mus; i += std::max<std::size_t>(1, mus / 4)) {
@@ -175,6 +174,26 @@ double furnace_defect(const Table& table, std::size_t mixture) {
     return worst;
 }
 
+/// A table at the points of its family, one after the other: to choose one takes long, and the
+/// samples of a ladder share it.
+class ChosenView {
+  public:
+    explicit ChosenView(const TableView& table) : table_(table), chosen_(table) {}
+
+    const TableView& at(const FamilyPoint& member) {
+        for (std::size_t k = 0; k < member.size(); ++k)
+            if (chosen_.chosen.size() == 0 || chosen_.chosen[k] != member[k]) {
+                chosen_ = table_.at(member);
+                break;
+            }
+        return chosen_;
+    }
+
+  private:
+    const TableView& table_;
+    TableView chosen_;
+};
+
 /// found(sample) is what a lookup says.
 template <class Found>
 void compare(std::vector<ErrorSample>& samples, const Found& found) {
@@ -187,20 +206,21 @@ void compare(std::vector<ErrorSample>& samples, const Found& found) {
 }  // namespace
 
 void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+    ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         const auto side = at.side == Side::reflection ? reflection : transmission;
-        return side(table.at_mixture(at.mixture), at.albedo, at.optical_depth, at.geometry).total();
+        return side(chosen.at(at.member), at.albedo, at.optical_depth, at.geometry).total();
     });
 }
 
 void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
+    ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         Effects effects;
         effects.reflection = at.side == Side::reflection;
         effects.transmission = !effects.reflection;
         effects.background = false;
-        const Slice slice =
-            bind(table.at_mixture(at.mixture), at.optical_depth, at.albedo, effects);
+        const Slice slice = bind(chosen.at(at.member), at.optical_depth, at.albedo, effects);
         const auto mu_in = static_cast<float>(at.geometry.mu_in);
         const auto mu_out = static_cast<float>(at.geometry.mu_out);
         const auto azimuth = static_cast<float>(at.geometry.azimuth);
@@ -236,9 +256,9 @@ Verification verify(const Table& table, const VerifyOptions& options) {
             .push_back(sample);
     result.energy_defect = energy_defect(table);
     result.furnace_defect = furnace_defect(table, 0);
-    if (table.has_mixture())
+    if (table.has_family())
         result.furnace_defect =
-            std::max(result.furnace_defect, furnace_defect(table, table.mixture.values.size() - 1));
+            std::max(result.furnace_defect, furnace_defect(table, table.member_count() - 1));
     return result;
 }
 

@@ -38,9 +38,24 @@ SolverOptions solver_options(const Recipe& recipe) {
     return solver;
 }
 
+bool leaves_path_law(const Recipe& recipe) {
+    if (mixture_of(recipe) != nullptr || recipe.lower_boundary.is_present() ||
+        !recipe.layers.empty())
+        return false;
+    if (recipe.leaves_path_law) return *recipe.leaves_path_law;
+    std::vector<FamilyAxis> ends;
+    for (const FamilyRange& range : recipe.family) ends.push_back(family_axis(range, 2));
+    for (std::size_t m = 0; m < member_count(ends); ++m) {
+        const PhaseFunction member =
+            phase_function_at(recipe.phase_function, {}, ends, member_at(ends, m));
+        if (!has_narrow_peak(member) || significant_moments(member).empty()) return false;
+    }
+    return true;
+}
+
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
-    if (recipe.mixture || recipe.lower_boundary.is_present() || !recipe.layers.empty()) return {};
-    return PathOrders::of(recipe.phase_function);
+    if (!leaves_path_law(recipe)) return {};
+    return std::make_shared<const PathOrders>(PathLaw(significant_moments(recipe.phase_function)));
 }
 
 Axis mu_axis(Range range, int samples) {
@@ -67,8 +82,17 @@ Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale) {
                      range.min == range.max ? 1 : std::max(2, samples));
 }
 
-Axis mixture_axis(Range range, int samples) {
-    return make_axis(AxisScale::linear, range.min, range.max, samples);
+FamilyAxis family_axis(const FamilyRange& range, int samples) {
+    const AxisScale scale = parameter_scale(range.parameter);
+    if (!range.values.empty()) return {range.parameter, {scale, range.values}, true};
+    return {range.parameter, make_axis(scale, range.range.min, range.range.max, samples), false};
+}
+
+std::vector<FamilyAxis> family_axes(const Recipe& resolved) {
+    std::vector<FamilyAxis> axes;
+    for (std::size_t k = 0; k < resolved.family.size(); ++k)
+        axes.push_back(family_axis(resolved.family[k], resolved.discretisation.family_samples[k]));
+    return axes;
 }
 
 Axis optical_depth_axis(Range range, int samples_per_octave, double deepest) {

@@ -18,6 +18,9 @@ SolverOptions solver_options(const Recipe& recipe);
 /// narrow peak, over a lower boundary, in mixtures and of stacks.
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 
+/// Whether they leave it, of a family: no mixture, and a narrow peak at all ends of its axes.
+bool leaves_path_law(const Recipe& recipe);
+
 // Directions that tables know unless recipes narrow them: cosines, and azimuths in degrees.
 constexpr Range all_cosines{0, 1}, all_azimuths{0, 180};
 
@@ -54,8 +57,11 @@ DirectionAxes direction_axes(const Recipe& resolved);
 /// min = max.
 Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std::nullopt);
 
-/// Even shares of the first phase function.
-Axis mixture_axis(Range range, int samples);
+/// Even in the scale of the parameter, or just its values.
+FamilyAxis family_axis(const FamilyRange& range, int samples);
+
+/// The axes of a resolved recipe's family; none without one.
+std::vector<FamilyAxis> family_axes(const Recipe& resolved);
 
 /// `samples_per_octave` up to max, or up to `deepest` and infinity. It begins at min, or a little
 /// below it so that max is a sample.

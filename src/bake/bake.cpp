@@ -97,10 +97,16 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
         table.attributes["convention_below"] =
             "reflection is that of the layer and its lower boundary; light scattered once, by "
             "either, is added in closed form and not in reflection_multiple";
-    if (recipe.mixture)
+    if (mixture_of(recipe) != nullptr)
         table.attributes["convention_mixture"] =
             "mixture is the share that phase_function has in all that is scattered, the rest is "
             "second_phase_function's: phi = mixture phi_1 + (1 - mixture) phi_2";
+    if (!recipe.family.empty() && !is_mixture_alone(recipe))
+        table.attributes["convention_family"] =
+            "the first axes, named by family, are parameters of phase_function, whose own values "
+            "of "
+            "them do not count; lengths are in um; single scattering and the path law are those of "
+            "the very parameters, datasets lie once for each member";
     if (table.path_law)
         table.attributes["convention_path_law"] =
             "reflection_multiple and transmission_multiple hold what the path law leaves of the "

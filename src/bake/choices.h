@@ -40,8 +40,9 @@ Choice choose_optical_depth_samples(Probes& probes);
 /// On the scale that the recipe fixes, or on the fourth root where its samples are fewer.
 ScaledChoice choose_albedo_samples(Probes& probes);
 
-/// Samples along the mixture, of a recipe of which all else is resolved.
-Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options);
+/// Samples along a range of the family, of a recipe of which all but those is resolved.
+Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_error,
+                             const BakeOptions& options);
 
 // ---- what they share ----------------------------------------------------------------------------
 

@@ -67,8 +67,8 @@ void append(std::vector<CostPoint>& points, const std::vector<CostPoint>& more) 
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.seconds > 0, "measure_cost", "seconds", "above 0", options.seconds);
     require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
-    require(!recipe.mixture, "measure_cost", "second_phase_function",
-            "absent: costs are of one mixture", recipe.second_phase_function.text());
+    require(recipe.family.empty(), "measure_cost", "family",
+            "absent, as second_phase_function: costs are of one phase function", "given");
     require(recipe.layers.empty(), "measure_cost", "layers", "absent: costs are of one layer",
             recipe.layers.size());
     const CostBudget budget(options);

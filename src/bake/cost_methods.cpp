@@ -5,6 +5,7 @@
 #include <stratus/transfer/reference/photons.h>
 
 #include "cost_layers.h"
+#include "solve_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,9 @@ namespace {
 
 using Kind = CostPoint::Kind;
 
-/// No larger one is begun where it would take longer: what a study of a few minutes can spare.
+/// Beyond the first few sizes none is begun that would take longer: what a study of a few minutes
+/// can spare.
+constexpr std::size_t first_few = 3;
 constexpr double longest_seconds = 0.25;
 
 /// Draws of photons, whose errors are judged together.
@@ -58,10 +61,10 @@ class ReferenceLayer {
         CostPoint point = begun("sublayers");
         point.sublayers = sublayers;
         point.solver.nodes = nodes;
-        const auto started = Clock::now();
+        const double started = processor_seconds();
         const MarkovSolution solution =
             solve_markov(recipe_.phase_function, recipe_.albedo.max, optical_depth_, mu_, options);
-        point.solve_seconds = seconds_since(started);
+        point.solve_seconds = processor_seconds() - started;
         std::vector<double> found;
         for (const Place& at : places_) {
             found.push_back(solution.reflection(at.in, at.out, at.azimuth).value.total);
@@ -82,10 +85,10 @@ class ReferenceLayer {
         std::vector<double> errors;
         for (int draw = 0; draw < draws; ++draw) {
             options.seed = static_cast<std::uint64_t>(1 + draw);
-            const auto started = Clock::now();
+            const double started = processor_seconds();
             const PhotonSolution solution = solve_photons(
                 recipe_.phase_function, recipe_.albedo.max, optical_depth_, geometries_, options);
-            point.solve_seconds += seconds_since(started) / draws;
+            point.solve_seconds += (processor_seconds() - started) / draws;
             std::vector<double> found;
             for (const PhotonGeometry& at : solution.geometries) {
                 found.push_back(at.reflection.value.total);
@@ -125,10 +128,12 @@ template <class Size>
 void add_sizes(std::vector<CostPoint>& points, const CostBudget& budget,
                const std::vector<Size>& sizes, double growth,
                const std::function<CostPoint(Size)>& measure) {
+    const std::size_t before = points.size();
     double last = 0;
     for (const Size size : sizes) {
         const double ahead = growth * last;
-        if (ahead > longest_seconds || !budget.is_time_left(share_of_references, ahead)) break;
+        if (points.size() - before >= first_few && ahead > longest_seconds) break;
+        if (!budget.is_time_left(share_of_references, ahead)) break;
         budget.show("references");
         points.push_back(measure(size));
         last = points.back().solve_seconds;

@@ -79,12 +79,17 @@ struct SampledCosines {
     }
 };
 
-/// Stops after half of the albedos where these alone make it more than `most`.
-double mu_error(const Probes& probes, int samples, double most) {
+/// The probed cosines, and a candidate's samples along both axes.
+struct MuSamples {
+    SampledCosines in, out;
+    DirectionGrid all;
+};
+
+MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
     ProbedCosines cosines = many_cosines(recipe);
-    const SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
-    const SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
+    SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
+    SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
     const auto add_samples = [&](const Axis& axis, std::vector<int>& places) {
         for (const double sample : axis.values) {
             places.push_back(static_cast<int>(cosines.mu.size()));
@@ -97,40 +102,49 @@ double mu_error(const Probes& probes, int samples, double most) {
         cosines.pairs.out = cosines.pairs.in;
     else
         add_samples(out.axis, cosines.pairs.out);
-    const DirectionGrid all = directions_at(recipe, cosines, probes.path_law);
+    return {std::move(in), std::move(out),
+            directions_at(recipe, std::move(cosines), probes.path_law)};
+}
+
+/// Adds the errors of cubics in both cosines, samples divided by the shares intercepted (lookup.h).
+void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& sampled,
+                   Errors& errors) {
+    const SampledCosines &in = sampled.in, &out = sampled.out;
+    const DirectionGrid& all = sampled.all;
+    const auto divisor = [&](double cosine) {
+        return intercepted(recipe, layer.solution.optical_depth, cosine);
+    };
+    std::vector<double> divisors_in, divisors_out;
+    for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
+    for (int j = 0; j < all.out_count(); ++j) divisors_out.push_back(divisor(all.mu_out(j)));
+    const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors, int i,
+                           int p) {
+        return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
+               divisors[static_cast<std::size_t>(along.sample(i, p))];
+    };
     Judged judged(all);
     judged.in = in.probed;
     judged.out = out.probed;
+    add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
+        const std::vector<double>& values = layer.side(side).tabulated;
+        double found = 0;
+        for (int p = 0; p < Blend::size; ++p)
+            for (int q = 0; q < Blend::size; ++q)
+                found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
+                         values[all.at(in.sample(i, p), out.sample(j, q), k)];
+        return found;
+    });
+}
+
+/// Stops after half of the albedos where these alone make it more than `most`.
+double mu_error(const Probes& probes, int samples, double most) {
+    const MuSamples sampled = mu_samples(probes, samples);
     const auto errors_of = [&](const std::vector<double>& albedos) {
-        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, all);
-        return errors_of_layers(
-            probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
-            [&](std::size_t a, std::size_t d, Errors& errors) {
-                const ProbedLayer& layer = layers[a][d];
-                const auto divisor = [&](double cosine) {
-                    return intercepted(recipe, layer.solution.optical_depth, cosine);
-                };
-                std::vector<double> divisors_in, divisors_out;
-                for (int i = 0; i < all.in_count(); ++i)
-                    divisors_in.push_back(divisor(all.mu_in(i)));
-                for (int j = 0; j < all.out_count(); ++j)
-                    divisors_out.push_back(divisor(all.mu_out(j)));
-                const auto weight = [](const SampledCosines& along,
-                                       const std::vector<double>& divisors, int i, int p) {
-                    return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
-                           divisors[static_cast<std::size_t>(along.sample(i, p))];
-                };
-                add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
-                    double found = 0;
-                    for (int p = 0; p < Blend::size; ++p)
-                        for (int q = 0; q < Blend::size; ++q)
-                            found += weight(in, divisors_in, i, p) *
-                                     weight(out, divisors_out, j, q) *
-                                     layer.side(side)
-                                         .tabulated[all.at(in.sample(i, p), out.sample(j, q), k)];
-                    return found;
-                });
-            });
+        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.all);
+        return errors_of_layers(probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
+                                [&](std::size_t a, std::size_t d, Errors& errors) {
+                                    add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
+                                });
     };
     // This share's of the first half of all shares' albedos.
     const auto shares = static_cast<std::size_t>(probes.shares);

@@ -6,6 +6,7 @@
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
+#include "family_section.h"
 #include "solve_table.h"
 
 #include <algorithm>
@@ -32,12 +33,11 @@ Axis depth_axis(const Recipe& resolved) {
 
 Size size_of(const Recipe& resolved) {
     const Discretisation& d = resolved.discretisation;
-    const double mixtures = resolved.mixture ? d.mixture_samples : 1;
+    const auto members = static_cast<double>(member_count(family_axes(resolved)));
     const double layers =
-        mixtures *
-        static_cast<double>(
-            albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
-            depth_axis(resolved).values.size());
+        members * static_cast<double>(
+                      albedo_axis(resolved.albedo, d.albedo_samples, d.albedo_scale).values.size() *
+                      depth_axis(resolved).values.size());
     const double samples = layers * static_cast<double>(direction_axes(resolved).count());
     const double sides = (resolved.reflection ? 1 : 0) + (resolved.transmission ? 1 : 0);
     const double of_mu = is_narrow(resolved.mu_in, all_cosines) ? 0 : d.mu_samples;
@@ -53,7 +53,6 @@ void set(Discretisation& d, const std::string& name, double value) {
     if (name == "azimuth_samples") d.azimuth_samples = whole;
     if (name == "optical_depth_samples_per_octave") d.optical_depth_samples_per_octave = whole;
     if (name == "albedo_samples") d.albedo_samples = whole;
-    if (name == "mixture_samples") d.mixture_samples = whole;
 }
 
 Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
@@ -61,6 +60,9 @@ Shortfall shortfall_of(const AxisAtCap& axis, const Resolution& resolution) {
     if (axis.needed == 0) return shortfall;
     Recipe finer = resolution.recipe;
     set(finer.discretisation, axis.name, axis.needed);
+    for (std::size_t k = 0; k < finer.family.size(); ++k)
+        if (axis.name == samples_key(finer.family[k].parameter))
+            finer.discretisation.family_samples[k] = static_cast<int>(std::min(axis.needed, 1e6));
     shortfall.needed_bytes = size_of(finer).bytes;
     if (axis.name == "nodes") shortfall.times_as_long = std::pow(axis.needed / axis.value, 3);
     return shortfall;
@@ -77,10 +79,8 @@ void predict_check(const Recipe& resolved, ShareableWork& work) {
                      resolved.reflection,     resolved.transmission,
                      resolved.lower_boundary};
     range.azimuth = directions.azimuth.view();
-    if (resolved.mixture) {
-        range.mixture = mixture_axis(*resolved.mixture, d.mixture_samples).view();
-        range.second_phase_function = resolved.second_phase_function;
-    }
+    range.family = family_axes(resolved);
+    range.second_phase_function = resolved.second_phase_function;
     range.has_path_law = path_law_of(resolved) != nullptr;
     range.all_kinds = true;
     range.layers = resolved.layers;

@@ -1,9 +1,10 @@
-// Choices of what resolves layers: samples of optical depth, of albedo and along the mixture.
+// Choices of what resolves layers: samples of optical depth, of albedo and along the axes of a family.
 #include <stratus/runtime/diffusion.h>
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
 #include "choices.h"
+#include "family_section.h"
 
 #include <utility>
 
@@ -136,7 +137,7 @@ double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
 }
 
 /// Layers at `fine` even steps along an axis; a candidate's own samples are every so many of them.
-/// What remains is the same for albedo and mixture: the middle of every interval against a cubic.
+/// What remains is the same for albedo and family: the middle of every interval against a cubic.
 struct Steps {
     std::size_t intervals, stride;
 
@@ -222,15 +223,15 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
 }
 
 /// The probes and the layers of one mixture, at few directions.
-struct MixtureStep {
+struct FamilyStep {
     Probes probes;
     DirectionGrid directions;
     ProbedLayers layers;
 };
 
-MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
+FamilyStep solve_family_step(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
-    DirectionGrid directions = directions_at(recipe, few_cosines(recipe), {});
+    DirectionGrid directions = directions_at(recipe, few_cosines(recipe), probes.path_law);
     ProbedLayers layers =
         solve_layers(probes, probes.albedos, ladder_to_deepest(probes), directions);
     for (auto& of_albedo : layers)
@@ -239,38 +240,44 @@ MixtureStep solve_mixture_step(const Recipe& recipe, double max_error, const Bak
     return {std::move(probes), std::move(directions), std::move(layers)};
 }
 
-/// Steps along the mixture, solved when a candidate needs them.
-struct FineMixtures {
+/// Steps along an axis of a family, solved when a candidate needs them.
+struct FineMembers {
     const Recipe& recipe;
     double max_error;
     const BakeOptions& options;
-    Axis axis;
-    std::vector<std::optional<MixtureStep>> of_share;
+    std::size_t axis;
+    std::vector<FamilyAxis> along;  // fine steps along the axis, one sample of the other
+    std::vector<std::optional<FamilyStep>> steps;
 
-    FineMixtures(const Recipe& recipe_, double max_error_, const BakeOptions& options_, int fine)
-        : recipe(recipe_),
-          max_error(max_error_),
-          options(options_),
-          axis(mixture_axis(*recipe.mixture, fine + 1)),
-          of_share(axis.values.size()) {}
+    FineMembers(const Recipe& recipe_, std::size_t axis_, double max_error_,
+                const BakeOptions& options_, int fine)
+        : recipe(recipe_), max_error(max_error_), options(options_), axis(axis_) {
+        for (std::size_t k = 0; k < recipe.family.size(); ++k) {
+            along.push_back(family_axis({recipe.family[k].parameter, recipe.family[k].range, {}},
+                                        k == axis ? fine + 1 : 3));
+            std::vector<double>& values = along.back().axis.values;
+            if (k != axis) values = {values[1]};
+        }
+        steps.resize(along[axis].axis.values.size());
+    }
 
-    const MixtureStep& at(std::size_t step) const { return *of_share[step]; }
+    const FamilyStep& at(std::size_t step) const { return *steps[step]; }
 
     void solve(std::size_t step) {
-        if (!of_share[step])
-            of_share[step] =
-                solve_mixture_step(at_mixture(recipe, axis.values[step]), max_error, options);
+        if (!steps[step])
+            steps[step] =
+                solve_family_step(at_member(recipe, member_at(along, step)), max_error, options);
     }
 };
 
-double mixture_error(FineMixtures& all, int candidate) {
-    const std::size_t fine = all.of_share.size() - 1;
+double family_error(FineMembers& all, int candidate) {
+    const std::size_t fine = all.steps.size() - 1;
     const Steps steps(candidate, fine);
     for (std::size_t interval = 0; interval <= steps.intervals; ++interval) {
         all.solve(interval * steps.stride);
         if (interval < steps.intervals) all.solve(steps.middle(interval));
     }
-    const AxisView axis = mixture_axis({0, 1}, candidate).view();
+    const AxisView axis = make_axis(AxisScale::linear, 0, 1, candidate).view();
     const Probes& any = all.at(0).probes;
     const std::size_t albedos = any.albedos.size();
     return measure_layers(
@@ -279,7 +286,7 @@ double mixture_error(FineMixtures& all, int candidate) {
             const std::size_t a = n % albedos, middle = steps.middle(n / albedos);
             const Stencil stencil =
                 axis.stencil(static_cast<double>(middle) / static_cast<double>(fine));
-            const MixtureStep& here = all.at(middle);
+            const FamilyStep& here = all.at(middle);
             const ProbedLayer& target = here.layers[a][d];
             const auto transmitted = [&](double exponent) {
                 return transmission_scale(target.solution.optical_depth, exponent,
@@ -291,7 +298,7 @@ double mixture_error(FineMixtures& all, int candidate) {
                      all.at(steps.sample(stencil, p)).probes.exponents[a];
             Blend blend;
             for (int p = 0; p < Blend::size; ++p) {
-                const MixtureStep& sample = all.at(steps.sample(stencil, p));
+                const FamilyStep& sample = all.at(steps.sample(stencil, p));
                 blend.sample[p] = &sample.layers[a][d];
                 blend.reflection[p] = stencil.weight[p];
                 const double sampled = transmitted(sample.probes.exponents[a]);
@@ -345,7 +352,8 @@ ScaledChoice choose_albedo_samples(Probes& probes) {
                          });
 }
 
-Choice choose_mixture_samples(const Recipe& recipe, double max_error, const BakeOptions& options) {
+Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_error,
+                             const BakeOptions& options) {
     std::vector<int> candidates{2, 3, 4, 5, 7, 9, 13};
     int fine = 24;
     if (is_narrow(recipe.mu_in, all_cosines) || is_narrow(recipe.mu_out, all_cosines) ||
@@ -353,11 +361,11 @@ Choice choose_mixture_samples(const Recipe& recipe, double max_error, const Bake
         candidates.push_back(25);
         fine = 48;
     }
-    FineMixtures mixtures(recipe, max_error, options, fine);
-    mixtures.solve(0);
-    return choose_cheapest(
-        mixtures.at(0).probes, "mixture_samples", candidates,
-        [&](int candidate, double) { return mixture_error(mixtures, candidate); });
+    FineMembers members(recipe, axis, max_error, options, fine);
+    members.solve(0);
+    return choose_cheapest(members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(),
+                           candidates,
+                           [&](int candidate, double) { return family_error(members, candidate); });
 }
 
 }  // namespace stratus

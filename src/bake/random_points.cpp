@@ -17,9 +17,10 @@ namespace stratus {
 
 namespace {
 
-/// One albedo and mixture at depths an octave apart, which are solved at once.
+/// One albedo and phase function at depths an octave apart, which are solved at once.
 struct RandomLadder {
-    double albedo, mixture;
+    double albedo;
+    FamilyPoint member;
     DepthLadder depths;
 };
 
@@ -32,7 +33,7 @@ double octaves_of(const AxisView& tau) {
 /// A stack, or one albedo and depth alone.
 bool is_one_layer(const PointRange& range) {
     return !range.layers.empty() ||
-           (range.albedo.count == 1 && range.optical_depth.size() == 1 && range.mixture.count == 0);
+           (range.albedo.count == 1 && range.optical_depth.size() == 1 && range.family.empty());
 }
 
 /// More where layers take long.
@@ -44,8 +45,8 @@ int points_of_many_layers(const PointRange& range) {
 /// More in tables of so few layers that it takes more of them to check than to bake.
 int points_of_layer(const PointRange& range) {
     if (is_one_layer(range)) return 100;
-    const int layers =
-        range.albedo.count * range.optical_depth.size() * std::max(1, range.mixture.count);
+    const int layers = range.albedo.count * range.optical_depth.size() *
+                       static_cast<int>(member_count(range.family));
     constexpr int of_usual_check = 2000, most = 40;
     return std::max(points_of_many_layers(range), std::min(most, of_usual_check / layers));
 }
@@ -61,16 +62,33 @@ DepthLadder random_depths(const AxisView& tau, std::mt19937& random) {
     return {tau.lowest * std::exp2(first), 1 + static_cast<int>(octaves - first) + beyond, false};
 }
 
-/// Albedos and mixtures evenly over the cells of a range.
+/// At a share of the way along an axis, evenly in its scale.
+double random_value(const FamilyAxis& axis, double share) {
+    const std::vector<double>& values = axis.axis.values;
+    const auto count = static_cast<double>(values.size());
+    if (axis.is_discrete) return values[static_cast<std::size_t>(share * count)];
+    const double low = values.front(), high = values.back();
+    switch (axis.axis.scale) {
+        case AxisScale::logarithmic: return low * std::pow(high / low, share);
+        case AxisScale::logarithm_of_complement:
+            return 1 - (1 - low) * std::pow((1 - high) / (1 - low), share);
+        default: return low + share * (high - low);
+    }
+}
+
+/// Albedos and points of a family evenly over the cells of a range.
 RandomLadder random_ladder(const PointRange& range, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(0, 1);
     auto between = [&](double low, double high) { return low + uniform(random) * (high - low); };
     const AxisView& w = range.albedo;
     const double s = between(std::sqrt(1 - w.lowest), std::sqrt(1 - w.highest));
-    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest), 1,
+    RandomLadder ladder{w.count == 1 ? w.lowest : std::clamp(1 - s * s, w.lowest, w.highest),
+                        {},
                         random_depths(range.optical_depth, random)};
-    if (range.mixture.count > 0)
-        ladder.mixture = between(range.mixture.lowest, range.mixture.highest);
+    std::vector<double> values;
+    for (const FamilyAxis& axis : range.family)
+        values.push_back(random_value(axis, uniform(random)));
+    ladder.member = FamilyPoint(values);
     return ladder;
 }
 
@@ -206,9 +224,21 @@ class PointSource {
 };
 
 bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
-    return (range.mixture.count > 0 && is_peaked(range.second_phase_function)) ||
-           std::ranges::any_of(
-               phase_functions_of(range.layers, phase_function, range.lower_boundary), is_peaked);
+    const auto is_peaked_at = [&](const std::vector<double>& share_of_way) {
+        FamilyPoint point{share_of_way};
+        for (std::size_t k = 0; k < range.family.size(); ++k)
+            point[k] = random_value(range.family[k], share_of_way[k]);
+        return is_peaked(
+            phase_function_at(phase_function, range.second_phase_function, range.family, point));
+    };
+    for (const double a : {0.0, 0.999999})
+        for (const double b : {0.0, 0.999999})
+            if (!range.family.empty() &&
+                is_peaked_at(range.family.size() > 1 ? std::vector{a, b} : std::vector{a}))
+                return true;
+    const PhaseFunction own = range.family.empty() ? phase_function : PhaseFunction();
+    return std::ranges::any_of(phase_functions_of(range.layers, own, range.lower_boundary),
+                               is_peaked);
 }
 
 /// Cosines without repetition.
@@ -259,12 +289,10 @@ class LadderPoints {
 
     /// Of each layer a floor for each side, then the totals, point by point.
     std::vector<double> values(const SolverOptions& solver) const {
-        const PhaseFunction mixed = range_.mixture.count == 0
-                                        ? phase_function_
-                                        : PhaseFunction::mixture(ladder_.mixture, phase_function_,
-                                                                 range_.second_phase_function);
+        const PhaseFunction member = phase_function_at(
+            phase_function_, range_.second_phase_function, range_.family, ladder_.member);
         const auto solutions =
-            solve_material(range_.layers, mixed, {ladder_.albedo}, ladder_.depths, mu_.all(),
+            solve_material(range_.layers, member, {ladder_.albedo}, ladder_.depths, mu_.all(),
                            solver, range_.lower_boundary);
         std::vector<double> solved;
         const Places* at = places_.data();
@@ -302,7 +330,7 @@ class LadderPoints {
                     samples.push_back({side, ladder_.albedo, depth, point.at,
                                        std::acos(std::clamp(cosine, -1.0, 1.0)), *next++, 0, 0,
                                        reflected ? reflection_floor : transmission_floor,
-                                       ladder_.mixture, point.kind});
+                                       ladder_.member, point.kind});
                 }
         }
         return samples;

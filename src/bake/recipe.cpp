@@ -4,6 +4,7 @@
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
+#include "family_section.h"
 #include "layers_section.h"
 #include "recipe_of.h"
 
@@ -79,29 +80,9 @@ Discretisation read_discretisation(const Section& section) {
     if (section.has("deepest_optical_depth"))
         d.deepest_optical_depth = section.number("deepest_optical_depth");
     take(section, "albedo_samples", d.albedo_samples);
-    take(section, "mixture_samples", d.mixture_samples);
     d.scheme = section.choice("scheme", {"harmonic", "classic"}) == "classic" ? Scheme::classic
                                                                               : Scheme::harmonic;
     return d;
-}
-
-/// The second phase function and the mixtures of both, all of them unless `mixture` says which.
-void read_mixture(const Section& section, const std::string& directory,
-                  std::vector<std::string>* notes, Recipe& recipe) {
-    if (!section.has("second_phase_function")) {
-        require(!section.has("mixture"), caller, section.at("mixture"),
-                "absent where there is no second_phase_function", "given");
-        require(recipe.discretisation.mixture_samples == 0, caller,
-                section.section("discretisation").at("mixture_samples"),
-                "absent where there is no second_phase_function",
-                recipe.discretisation.mixture_samples);
-        return;
-    }
-    recipe.second_phase_function =
-        section.phase_function("second_phase_function", directory, notes);
-    recipe.mixture = section.has("mixture") ? read_range(section, "mixture") : Range{0, 1};
-    require(recipe.mixture->min < recipe.mixture->max, caller, section.section("mixture").at("max"),
-            "above min: one mixture alone is a sum in phase_function", recipe.mixture->max);
 }
 
 void read_sides(const Section& section, Recipe& recipe) {
@@ -162,7 +143,7 @@ Recipe read_layer(const Section& section, const PhaseSource& source) {
 void read_layer_choices(const Section& section, const PhaseSource& source, Recipe& recipe) {
     const Section discretisation = section.section("discretisation");
     recipe.discretisation = read_discretisation(discretisation);
-    read_mixture(section, source.directory, source.notes, recipe);
+    read_family(section, caller, source, recipe);
     require(recipe.orders == 0 || !recipe.lower_boundary.is_present(), caller, section.at("orders"),
             "\"all\" where there is [below]", recipe.orders);
     require(recipe.orders == 0 || recipe.discretisation.scheme == Scheme::harmonic, caller,
@@ -236,15 +217,36 @@ void check_directions(const Recipe& recipe) {
     check("azimuth_deg", recipe.azimuth, 180, min_azimuth);
 }
 
-Recipe at_mixture(const Recipe& recipe, double share_of_first) {
-    if (!recipe.mixture) return recipe;
+Recipe at_member(const Recipe& recipe, const FamilyPoint& point) {
+    if (recipe.family.empty()) return recipe;
     Recipe alone = recipe;
-    alone.phase_function =
-        PhaseFunction::mixture(share_of_first, recipe.phase_function, recipe.second_phase_function);
+    alone.phase_function = phase_function_at(recipe.phase_function, recipe.second_phase_function,
+                                             recipe.family, point);
     alone.phase_text = alone.phase_function.text();
-    alone.mixture.reset();
-    alone.discretisation.mixture_samples = 0;
+    alone.leaves_path_law = leaves_path_law(recipe);
+    alone.family.clear();
+    alone.discretisation.family_samples = {};
     return alone;
+}
+
+const Range* mixture_of(const Recipe& recipe) noexcept {
+    for (const FamilyRange& axis : recipe.family)
+        if (axis.parameter == PhaseParameter::mixture) return &axis.range;
+    return nullptr;
+}
+
+Range* mixture_of(Recipe& recipe) noexcept {
+    return const_cast<Range*>(mixture_of(std::as_const(recipe)));
+}
+
+bool is_mixture_alone(const Recipe& recipe) noexcept {
+    return recipe.family.size() == 1 && mixture_of(recipe) != nullptr &&
+           recipe.family[0].values.empty();
+}
+
+void set_mixture(Recipe& recipe, const PhaseFunction& second, Range shares) {
+    recipe.second_phase_function = second;
+    recipe.family = {{PhaseParameter::mixture, shares, {}}};
 }
 
 std::string resolved_text(const Recipe& recipe) {
@@ -260,9 +262,9 @@ std::string resolved_text(const Recipe& recipe) {
     if (recipe.layers.empty())
         out << "phase_function = " << quoted(recipe.phase_function.text()) << "\n";
     out << "tolerance = " << recipe.tolerance << "\n";
-    if (recipe.mixture) {
+    if (const Range* const mixture = mixture_of(recipe)) {
         out << "second_phase_function = " << quoted(recipe.second_phase_function.text()) << "\n";
-        range("mixture", *recipe.mixture);
+        if (is_mixture_alone(recipe)) range("mixture", *mixture);
     }
     if (recipe.layers.empty()) {
         range("optical_depth", recipe.optical_depth);
@@ -296,10 +298,13 @@ std::string resolved_text(const Recipe& recipe) {
         choice("albedo_samples", d.albedo_samples);
         if (d.albedo_scale)
             out << "albedo_scale = " << quoted(axis_scale_name(*d.albedo_scale)) << "\n";
-        if (recipe.mixture) choice("mixture_samples", d.mixture_samples);
+        for (std::size_t k = 0; k < recipe.family.size(); ++k)
+            if (recipe.family[k].values.empty())
+                choice(samples_key(recipe.family[k].parameter).c_str(), d.family_samples[k]);
         out << "scheme = " << (d.scheme == Scheme::classic ? "\"classic\"" : "\"harmonic\"")
             << "\n";
     }
+    if (!is_mixture_alone(recipe)) out << family_text(recipe);
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::surface)
         out << "[below]\nlambert_albedo = " << recipe.lower_boundary.albedo << "\n";
     if (recipe.lower_boundary.kind == LowerBoundary::Kind::layer)

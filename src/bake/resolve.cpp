@@ -4,7 +4,9 @@
 
 #include <stratus/runtime/number_text.h>
 
+#include "axes.h"
 #include "choices.h"
+#include "family_section.h"
 #include "piece_of_work.h"
 
 #include <algorithm>
@@ -65,8 +67,8 @@ class Choices {
     std::vector<AxisAtCap> at_cap_;
 };
 
-/// All choices of a recipe of one mixture.
-Resolution resolve_one_mixture(const Recipe& recipe, double max_error, const BakeOptions& options) {
+/// All choices of a recipe of one member.
+Resolution resolve_one_member(const Recipe& recipe, double max_error, const BakeOptions& options) {
     Probes probes = place_probes(recipe, max_error, options);
     Discretisation& d = probes.recipe.discretisation;
     Choices choices(options);
@@ -108,17 +110,33 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
     return both;
 }
 
-/// Mixtures that serve all between them: both ends and the middle, the most peaked first; just one
-/// where the recipe does not mix.
-std::vector<double> probed_mixtures(const Recipe& recipe) {
-    if (!recipe.mixture) return {1};
-    const Range range = *recipe.mixture;
-    std::vector<double> shares{range.min, (range.min + range.max) / 2, range.max};
-    const auto peak = [&](double share) {
-        return std::abs(at_mixture(recipe, share).phase_function.asymmetry());
-    };
-    if (peak(range.max) > peak(range.min)) std::ranges::reverse(shares);
-    return shares;
+/// Points of a family that serve all between them: the most and the least peaked of its corners,
+/// and the middle, the most peaked first; just one where the recipe has no family.
+std::vector<FamilyPoint> probed_points(const Recipe& recipe) {
+    if (recipe.family.empty()) return {{}};
+    std::vector<FamilyAxis> ends, middles;
+    for (const FamilyRange& range : recipe.family) {
+        ends.push_back(family_axis({range.parameter, range.range, {}}, 2));
+        const Axis thirds = family_axis({range.parameter, range.range, {}}, 3).axis;
+        const double middle =
+            range.values.empty() ? thirds.values[1] : range.values[range.values.size() / 2];
+        middles.push_back({range.parameter, {thirds.scale, {middle}}, false});
+    }
+    std::vector<FamilyPoint> points;
+    for (std::size_t m = 0; m < member_count(ends); ++m) points.push_back(member_at(ends, m));
+    std::ranges::stable_sort(points, std::ranges::greater{}, [&](const FamilyPoint& point) {
+        return std::abs(at_member(recipe, point).phase_function.asymmetry());
+    });
+    return {points.front(), member_at(middles, 0), points.back()};
+}
+
+/// "mixture 0.5", as pieces of work and notes name a point.
+std::string name_of(const Recipe& recipe, const FamilyPoint& point, int digits) {
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < recipe.family.size(); ++k)
+        names.push_back(std::string(parameter_name(recipe.family[k].parameter)) + " " +
+                        short_number(point[k], digits));
+    return joined(names);
 }
 
 }  // namespace
@@ -126,28 +144,33 @@ std::vector<double> probed_mixtures(const Recipe& recipe) {
 Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
     check_directions(recipe);
     const double max_error = strictness * recipe.tolerance;
-    const auto note_mixture = [&](const std::string& which) {
-        if (recipe.mixture && options.note) options.note(which + ":");
+    const bool has_family = !recipe.family.empty();
+    const auto note_member = [&](const std::string& which) {
+        if (has_family && options.note) options.note(which + ":");
     };
     Resolution resolved{recipe, {}, max_error};
-    for (const double share : probed_mixtures(recipe)) {
-        note_mixture("mixture " + short_number(share));
-        BakeOptions at_share = options;
-        if (recipe.mixture)
-            at_share.log = part_of(options.log, "mixture " + short_number(share, 17));
+    for (const FamilyPoint& point : probed_points(recipe)) {
+        note_member(name_of(recipe, point, 2));
+        BakeOptions at_point = options;
+        if (has_family) at_point.log = part_of(options.log, name_of(recipe, point, 17));
         Discretisation& d = resolved.recipe.discretisation;
-        Recipe alone = at_mixture(recipe, share);
+        Recipe alone = at_member(recipe, point);
         alone.discretisation.azimuth_scale = d.azimuth_scale;  // one for all, the first's
         alone.discretisation.albedo_scale = d.albedo_scale;
-        const Resolution one = resolve_one_mixture(alone, max_error, at_share);
+        const Resolution one = resolve_one_member(alone, max_error, at_point);
         d = finer(d, one.recipe.discretisation);
         resolved.at_cap.insert(resolved.at_cap.end(), one.at_cap.begin(), one.at_cap.end());
     }
-    if (!recipe.mixture) return resolved;
-    note_mixture("all mixtures");
+    if (!has_family) return resolved;
+    note_member("all");
     Choices choices(options);
-    choices.settle(resolved.recipe.discretisation.mixture_samples, "mixture_samples",
-                   [&] { return choose_mixture_samples(resolved.recipe, max_error, options); });
+    for (std::size_t k = 0; k < recipe.family.size(); ++k) {
+        if (!recipe.family[k].values.empty()) continue;
+        choices.settle(resolved.recipe.discretisation.family_samples[k],
+                       samples_key(recipe.family[k].parameter).c_str(), [&] {
+                           return choose_family_samples(resolved.recipe, k, max_error, options);
+                       });
+    }
     resolved.at_cap.insert(resolved.at_cap.end(), choices.at_cap().begin(), choices.at_cap().end());
     return resolved;
 }

@@ -49,7 +49,7 @@ class Rounding {
 
 /// What is solved at once, on one thread: some albedos at the depths of one run of doubling.
 struct Unit {
-    std::size_t mixture;
+    std::size_t member;
     int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
     std::size_t first_albedo, albedo_count;
 };
@@ -60,15 +60,17 @@ class TableSolver {
         : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
         place_axes();
         table_.path_law = path_law_of(recipe);
-        for (const double share : recipe.mixture ? table_.mixture.values : std::vector<double>{1}) {
-            mixtures_.push_back(at_mixture(recipe, share));
-            const Recipe& mixed = mixtures_.back();
-            const std::vector<double> exponents = decay_exponents(mixed, table_.albedo.values);
+        for (std::size_t m = 0; m < table_.member_count(); ++m) {
+            members_.push_back(at_member(recipe, member_at(table_.family, m)));
+            const Recipe& member = members_.back();
+            const std::vector<double> exponents = decay_exponents(member, table_.albedo.values);
+            table_.extrapolation_lengths.push_back(
+                extrapolation_length(member.phase_function, member.lower_boundary));
             table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
                                              exponents.end());
-            grids_.emplace_back(mixed.phase_function, mixed.lower_boundary, mu_,
-                                table_.azimuth.values, recipe.discretisation.modes, table_.path_law,
-                                pairs_);
+            grids_.emplace_back(member.phase_function, member.lower_boundary, mu_,
+                                table_.azimuth.values, recipe.discretisation.modes,
+                                path_law_of(member), pairs_);
         }
     }
 
@@ -106,7 +108,7 @@ class TableSolver {
             for (const LayerSolution& solution : of_albedo)
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate_tabulated(solution, side, grids_[timed.mixture]);
+                        evaluate_tabulated(solution, side, grids_[timed.member]);
         const double seconds = processor_seconds() - started;
         std::vector<double> of_unit;
         for (const Unit& unit : units)
@@ -136,8 +138,8 @@ class TableSolver {
         table_.highest_order = recipe_.orders;
         table_.extrapolation_length =
             extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
-        if (recipe_.mixture) {
-            table_.mixture = mixture_axis(*recipe_.mixture, d.mixture_samples);
+        table_.family = family_axes(recipe_);
+        if (mixture_of(recipe_) != nullptr) {
             table_.second_phase_function = recipe_.second_phase_function;
             table_.second_extrapolation_length =
                 extrapolation_length(recipe_.second_phase_function, recipe_.lower_boundary);
@@ -167,7 +169,7 @@ class TableSolver {
     }
 
     void make_room() {
-        const std::size_t rows = table_.mixture_count() * table_.albedo.values.size() *
+        const std::size_t rows = table_.member_count() * table_.albedo.values.size() *
                                  table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * table_.mu_out.values.size() * table_.azimuth.values.size();
@@ -196,10 +198,10 @@ class TableSolver {
     std::vector<Unit> divide_work() const {
         const std::size_t albedos = table_.albedo.values.size();
         std::vector<Unit> units;
-        for (std::size_t mixture = 0; mixture < mixtures_.size(); ++mixture)
+        for (std::size_t member = 0; member < members_.size(); ++member)
             for (std::size_t first = 0; first < albedos; first += albedos_at_once)
                 for (int run = 0; run < runs(); ++run)
-                    units.push_back({mixture, run, first,
+                    units.push_back({member, run, first,
                                      std::min<std::size_t>(albedos_at_once, albedos - first)});
         return units;
     }
@@ -215,7 +217,7 @@ class TableSolver {
     std::vector<std::vector<LayerSolution>> solutions_of(const Unit& unit) const {
         const auto first =
             table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
-        return solve_material(recipe_.layers, mixtures_[unit.mixture].phase_function,
+        return solve_material(recipe_.layers, members_[unit.member].phase_function,
                               {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
                               ladder_of(unit), mu_, solver_options(recipe_),
                               recipe_.lower_boundary);
@@ -227,7 +229,7 @@ class TableSolver {
         const std::size_t depths = table_.optical_depth.values.size();
         std::vector<std::size_t> rows;
         for (std::size_t a = 0; a < unit.albedo_count; ++a) {
-            const std::size_t first = (unit.mixture * albedos + unit.first_albedo + a) * depths;
+            const std::size_t first = (unit.member * albedos + unit.first_albedo + a) * depths;
             for (int d = 0; d < ladder.octaves; ++d)
                 rows.push_back(first + static_cast<std::size_t>(unit.run + d * runs()));
             if (ladder.to_infinity) rows.push_back(first + depths - 1);
@@ -247,7 +249,7 @@ class TableSolver {
     std::string name_of(const Unit& unit) const {
         const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
                                   std::to_string(unit.first_albedo);
-        return recipe_.mixture ? "mixture " + std::to_string(unit.mixture) + ", " + piece : piece;
+        return table_.has_family() ? "member " + std::to_string(unit.member) + ", " + piece : piece;
     }
 
     /// The samples of all its rows, as `visit_samples` comes by them.
@@ -257,7 +259,7 @@ class TableSolver {
         std::vector<char> samples;
         for (const auto& of_albedo : solutions_of(unit))
             for (const LayerSolution& solution : of_albedo) {
-                fill(row, solution, grids_[unit.mixture]);
+                fill(row, solution, grids_[unit.member]);
                 visit_samples(row, [&](std::span<const float> some) {
                     const auto bytes = std::as_bytes(some);
                     const char* const first = reinterpret_cast<const char*>(bytes.data());
@@ -365,8 +367,8 @@ class TableSolver {
     const BakeOptions& options_;
     const Rounding rounded_;
     Table table_;
-    std::vector<Recipe> mixtures_;      // one where the recipe does not mix
-    std::vector<DirectionGrid> grids_;  // of each mixture
+    std::vector<Recipe> members_;       // one where the recipe has no family
+    std::vector<DirectionGrid> grids_;  // of each member
     std::vector<double> mu_;            // of solutions
     CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
@@ -388,7 +390,9 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
                                                      {"mu_samples", d.mu_samples},
                                                      {"azimuth_samples", d.azimuth_samples},
                                                      {"albedo_samples", d.albedo_samples}};
-    if (resolved.mixture) choices.push_back({"mixture_samples", d.mixture_samples});
+    for (std::size_t k = 0; k < resolved.family.size(); ++k)
+        if (resolved.family[k].values.empty())
+            choices.push_back({parameter_name(resolved.family[k].parameter), d.family_samples[k]});
     for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
     check_directions(resolved);

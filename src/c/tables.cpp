@@ -15,7 +15,8 @@ namespace stratus::c {
 SharedTable::SharedTable(Table table) : own(std::move(table)) {
     const Table& of = header();
     phase_function = of.phase_function.text();
-    if (of.has_mixture()) second_phase_function = of.second_phase_function.text();
+    if (of.view().second_phase_function != nullptr)
+        second_phase_function = of.second_phase_function.text();
     layer_texts.reserve(of.layers.size());  // which are pointed to
     for (const StackLayer& layer : of.layers)
         layers.push_back({layer_texts.emplace_back(layer.phase_function.text()).c_str(),
@@ -53,10 +54,12 @@ std::vector<StackLayer> layers_of(const stratus_layer* layers, std::size_t count
 }
 
 void require_mixture(const stratus_table& table, const char* function) {
-    const bool chosen = !table.view.has_mixture() || !std::isnan(table.view.chosen_mixture);
-    if (chosen) return;
-    require(false, function, "table", "of one mixture, by stratus_table_at_mixture()",
-            "one of all mixtures");
+    if (!table.view.has_family() || table.view.chosen.size() > 0) return;
+    const bool mixes = stratus::is_mixture(*table.view.family);
+    require(false, function, "table",
+            mixes ? "of one mixture, by stratus_table_at_mixture()"
+                  : "of one point of its family, by stratus_table_at()",
+            mixes ? "one of all mixtures" : "one of the whole family");
 }
 
 stratus_table* handle_of(std::shared_ptr<const SharedTable> shared) {
@@ -114,7 +117,10 @@ int look_up_arrays(const stratus_table* table, const PackedPoints& points, const
                         points.azimuth, total},
                        function);
         if (points.count == 0) return;
-        look_up(*packed, points, table->view.has_mixture() ? table->view.chosen_mixture : 1);
+        const bool has_family = table->view.has_family();
+        require(!has_family || stratus::is_mixture(*table->view.family), function, "table",
+                "of one phase function, or mixtures of two", "of a family");
+        look_up(*packed, points, has_family ? table->view.chosen_mixture : 1);
     });
 }
 
@@ -151,11 +157,40 @@ int stratus_table_at_mixture(const stratus_table* table, double share_of_first,
         require_given(mixed, function, "mixed");
         *mixed = nullptr;
         require_given(table, function, "table");
-        require(table->view.has_mixture(), function, "table", "one that mixes",
-                "one of a single phase function");
+        require(table->view.has_family() && stratus::is_mixture(*table->view.family), function,
+                "table", "one that mixes", "one that does not");
         require(share_of_first >= 0 && share_of_first <= 1, function, "share_of_first", "in [0, 1]",
                 share_of_first);
         *mixed = new stratus_table{table->shared, table->shared->view().at_mixture(share_of_first)};
+    });
+}
+
+int stratus_table_at(const stratus_table* table, size_t count, const double* values,
+                     stratus_table** chosen) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(chosen, function, "chosen");
+        *chosen = nullptr;
+        require_given(table, function, "table");
+        if (count > 0) require_given(values, function, "values");
+        const std::vector<double> all(values, values + count);
+        const stratus::TableView whole = table->shared->view();
+        *chosen = new stratus_table{table->shared, whole.at(stratus::FamilyPoint(all))};
+    });
+}
+
+int stratus_table_family(const stratus_table* table, size_t axis, const char** name,
+                         stratus_range* range) {
+    const char* const function = __func__;
+    return status_of([&] {
+        require_given(table, function, "table");
+        require_given(name, function, "name");
+        require_given(range, function, "range");
+        const auto& family = table->shared->header().family;
+        require(axis < family.size(), function, "axis", "below " + std::to_string(family.size()),
+                axis);
+        *name = family[axis].name();
+        *range = range_of(family[axis].axis);
     });
 }
 
@@ -180,7 +215,8 @@ int stratus_table_describe(const stratus_table* table, stratus_table_info* info)
         found.highest_order = of.highest_order;
         found.tolerance = of.tolerance;
         found.measured_error = of.measured_error;
-        found.mixture = range_of(of.mixture);
+        if (of.has_family() && stratus::is_mixture(of.family))
+            found.mixture = range_of(of.family[0].axis);
         found.is_packed = table->shared->packed() != nullptr;
         found.is_stack = of.is_stack();
         fill(*info, found);
@@ -192,7 +228,7 @@ const char* stratus_table_text(const stratus_table* table, const char* name) {
     const SharedTable& of = *table->shared;
     if (std::strcmp(name, "phase_function") == 0) return of.phase_function.c_str();
     if (std::strcmp(name, "second_phase_function") == 0)
-        return of.header().has_mixture() ? of.second_phase_function.c_str() : nullptr;
+        return of.second_phase_function.empty() ? nullptr : of.second_phase_function.c_str();
     for (const auto& [known, text] : of.header().attributes)
         if (known == name) return text.c_str();
     return nullptr;

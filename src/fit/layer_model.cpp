@@ -21,16 +21,19 @@ double cos_scattering_angle(const Observation& observed) {
 
 class TableModel : public LayerModel {
   public:
-    explicit TableModel(const TableView& table) : table_(table) {}
+    explicit TableModel(const TableView& table) : table_(table) {
+        require(!table.has_family() || is_mixture(*table.family), "fit", "table",
+                "of one phase function, or mixtures of two", "of a family");
+    }
 
-    int kinds() const override { return table_.has_mixture() ? 2 : 1; }
+    int kinds() const override { return table_.has_family() ? 2 : 1; }
 
     ParameterRanges ranges() const override {
         const auto of = [](const AxisView& axis) { return Interval{axis.lowest, axis.highest}; };
         const Interval infinite{infinity, infinity};
         return {table_.optical_depth.count > 0 ? of(table_.optical_depth) : infinite,
                 of(table_.albedo),
-                table_.has_mixture() ? of(table_.mixture) : Interval{1, 1},
+                table_.has_family() ? of((*table_.family)[0].axis.view()) : Interval{1, 1},
                 {0, 0}};
     }
 

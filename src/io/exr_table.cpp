@@ -69,11 +69,11 @@ std::string layout_text(std::size_t rank) {
     }
 }
 
-/// The extents that determine the layout of a picture. The pictures of all mixtures are stacked
-/// vertically, as if there were that many more albedos.
+/// The extents that determine the layout of a picture. The pictures of all members of a family are
+/// stacked vertically, as if there were that many more albedos.
 std::vector<std::size_t> picture_extents(const Table& table, std::size_t rank) {
     std::vector<std::size_t> sizes = extents(table, rank);
-    if (table.has_mixture()) {
+    for (std::size_t k = 0; k < table.family.size(); ++k) {
         sizes[1] *= sizes[0];
         sizes.erase(sizes.begin());
     }
@@ -229,9 +229,8 @@ Metadata attributes_of(const Table& table, const Metadata& metadata) {
     Metadata texts;
     for (const auto& [name, text] : metadata) texts[std::string(metadata_prefix) + name] = text;
     for (const AxisField& field : axis_fields_of(table)) {
-        const Axis& axis = table.*field.axis;
-        texts[dataset + field.name] = to_text(axis.values);
-        texts[dataset + field.name + ".scale"] = stored_scale_name(field, axis);
+        texts[dataset + field.name] = to_text(axis_of(table, field).values);
+        texts[dataset + field.name + ".scale"] = stored_scale_name(field, table);
         texts[dataset + field.name + ".units"] = field.units;
     }
     texts[dataset + diffusion_exponent_name] = to_text(table.diffusion_exponent);
@@ -264,11 +263,11 @@ Metadata read_metadata(const Imf::Header& header, bool ignore_checksums) {
 
 void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table) {
     const Metadata texts = texts_of(header, dataset_prefix, false);
-    for (const AxisField& field : axis_fields_of(metadata, texts.contains(mixture_field.name))) {
+    check_mixture_axis(metadata, texts.contains(parameter_name(PhaseParameter::mixture)));
+    for (const AxisField& field : axis_fields_of(table)) {
         const std::string name = field.name;
-        Axis& axis = table.*field.axis;
-        read_scale(field, axis, entry(texts, name + ".scale"));
-        axis.values = to_numbers(name, entry(texts, name));
+        read_scale(field, table, entry(texts, name + ".scale"));
+        axis_of(table, field).values = to_numbers(name, entry(texts, name));
     }
     table.diffusion_exponent =
         to_numbers(diffusion_exponent_name, entry(texts, diffusion_exponent_name));
@@ -297,8 +296,10 @@ Imf::Header part_header(const SampleField& field, const std::string& layout,
 std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata,
                                     const std::vector<SampleField>& fields) {
     const PictureSize display = picture_size(picture_extents(table, fields.front().rank));
-    const std::string mixture_layout =
-        table.has_mixture() ? "one picture per mixture, one beneath the other: " : "";
+    const std::string family_layout = !table.has_family() ? ""
+                                      : is_mixture(table.family)
+                                          ? "one picture per mixture, one beneath the other: "
+                                          : "one picture per member, one beneath the other: ";
     std::vector<Imf::Header> headers;
     for (const SampleField& field : fields) {
         const PictureSize size = picture_size(picture_extents(table, field.rank));
@@ -306,8 +307,8 @@ std::vector<Imf::Header> headers_of(const Table& table, const Metadata& metadata
             throw std::runtime_error(std::string(field.name) + " is too large for a picture, " +
                                      std::to_string(size.width) + " x " +
                                      std::to_string(size.height));
-        headers.push_back(part_header(field, mixture_layout + layout_text(field.rank), size,
-                                      display, table.*field.samples));
+        headers.push_back(part_header(field, family_layout + layout_text(field.rank), size, display,
+                                      table.*field.samples));
     }
     Metadata texts = attributes_of(table, metadata);
     const std::string sum = checksum(texts);

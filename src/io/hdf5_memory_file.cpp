@@ -56,9 +56,7 @@ std::string name_in_memory() {
 
 }  // namespace
 
-Handle create_file(Bytes& bytes) {
-    return create_file(name_in_memory(), access_to(bytes));
-}
+Handle create_file(Bytes& bytes) { return create_file(name_in_memory(), access_to(bytes)); }
 
 Handle open_file(const Bytes& bytes) {
     Bytes& image = const_cast<Bytes&>(bytes);  // only read

@@ -82,11 +82,12 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
     return dataset;
 }
 
-void write_axis(hid_t file, const AxisField& field, const Axis& axis) {
+void write_axis(hid_t file, const AxisField& field, const Table& table) {
+    const Axis& axis = axis_of(table, field);
     const std::size_t count = axis.values.size();
     const Handle dataset =
         write_dataset(file, field.name, field.long_name, field.units, {&count, 1}, axis.values);
-    write_text(dataset, "scale", stored_scale_name(field, axis));
+    write_text(dataset, "scale", stored_scale_name(field, table));
     checked(H5DSset_scale(dataset, field.name),
             std::string("make a dimension scale of ") + field.name);
 }
@@ -151,7 +152,7 @@ std::vector<Number> read_over_axes(const Source& source, const std::string& name
     return read_values<Number>(source, dataset, name, extents);
 }
 
-void read_axis(const Source& source, const AxisField& field, Axis& axis) {
+void read_axis(const Source& source, const AxisField& field, Table& table) {
     const std::string name = field.name;
     const Handle dataset = open_dataset(source.file, name);
     const std::vector<std::size_t> extents = dataset_extents(dataset, name, 1);
@@ -160,8 +161,8 @@ void read_axis(const Source& source, const AxisField& field, Axis& axis) {
                                  " samples");
     const auto scale = read_text(dataset, "scale");
     if (!scale) throw std::runtime_error(name + " has no attribute scale");
-    read_scale(field, axis, *scale);
-    axis.values = read_values<double>(source, dataset, name, extents);
+    read_scale(field, table, *scale);
+    axis_of(table, field).values = read_values<double>(source, dataset, name, extents);
 }
 
 }  // namespace
@@ -170,7 +171,7 @@ namespace {
 
 void fill(hid_t file, const Table& table, const Metadata& metadata, int threads) {
     const std::vector<AxisField> axes = axis_fields_of(table);
-    for (const AxisField& field : axes) write_axis(file, field, table.*field.axis);
+    for (const AxisField& field : axes) write_axis(file, field, table);
     const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
                                      const auto& values) {
         const std::vector<std::size_t> sizes = extents(table, rank);
@@ -210,8 +211,8 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
     const Source source{file, bytes.size(), options.ignore_checksums};
     const Metadata metadata = read_metadata(file, options.ignore_checksums);
     Table table = table_without_samples(metadata, options.notes);
-    for (const AxisField& field : axis_fields_of(metadata, has_dataset(file, mixture_field.name)))
-        read_axis(source, field, table.*field.axis);
+    check_mixture_axis(metadata, has_dataset(file, parameter_name(PhaseParameter::mixture)));
+    for (const AxisField& field : axis_fields_of(table)) read_axis(source, field, table);
     check_azimuths(metadata, table);
     table.diffusion_exponent =
         read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));

@@ -26,13 +26,15 @@ struct MetadataField {
     EntryType type;
 };
 
-constexpr std::array<MetadataField, 21> metadata_fields{{
+constexpr std::array<MetadataField, 23> metadata_fields{{
     {"format", EntryType::text},
     {"format_major", EntryType::integer},
     {"format_minor", EntryType::integer},
     {"datasets", EntryType::text},
     {"phase_function", EntryType::text},
     {"second_phase_function", EntryType::text},
+    {"family", EntryType::text},
+    {"extrapolation_lengths", EntryType::numbers},
     {"below", EntryType::text},
     {"below_albedo", EntryType::number},
     {"below_phase_function", EntryType::text},
@@ -51,6 +53,9 @@ constexpr std::array<MetadataField, 21> metadata_fields{{
 }};
 
 constexpr int stored_moments = 64;
+
+/// In place of a scale, of an axis of which lookups take one value.
+constexpr const char* discrete_name = "discrete";
 
 /// Moments computed from a phase function's text equal the stored ones up to the rounding of the
 /// machine that wrote them.
@@ -167,19 +172,32 @@ void read_layers(const Metadata& metadata, Table& table) {
         to_number("spherical_albedo_below", entry(metadata, "spherical_albedo_below"));
 }
 
+/// True of families that files of format 1 cannot hold.
+bool has_other_family(const Table& table) {
+    return table.has_family() && !is_mixture(table.family);
+}
+
 /// The version that a table is written in.
 struct FormatVersion {
     int major, minor;
 };
 
 FormatVersion version_of(const Table& table) {
+    if (has_other_family(table))
+        return {table_format_major_of_family, table_format_minor_of_family};
     if (table.is_stack()) return {table_format_major_of_stack, table_format_minor_of_stack};
     if (table.path_law) return {table_format_major_of_path_law, table_format_minor_of_path_law};
     return {table_format_major, table_format_minor};
 }
 
-void add_mixture(const Table& table, Metadata& metadata) {
-    if (!table.has_mixture()) return;
+void add_family(const Table& table, Metadata& metadata) {
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
+    if (has_other_family(table)) {
+        metadata["family"] = joined(names, " ");
+        metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
+    }
+    if (std::ranges::count(names, parameter_name(PhaseParameter::mixture)) == 0) return;
     metadata["second_phase_function"] = table.second_phase_function.text();
     metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
 }
@@ -189,18 +207,30 @@ bool has_mixture(const Metadata& metadata) {
            metadata.contains("second_extrapolation_length");
 }
 
-void read_mixture(const Metadata& metadata, Table& table) {
+void read_family(const Metadata& metadata, Table& table) {
+    const bool is_other = metadata.contains("family");
+    const int major = to_integer("format_major", entry(metadata, "format_major"));
+    if (is_other != (major == table_format_major_of_family))
+        throw std::runtime_error("attribute family belongs to format " +
+                                 std::to_string(table_format_major_of_family) + ".x alone");
+    std::istringstream names(is_other                ? entry(metadata, "family")
+                             : has_mixture(metadata) ? parameter_name(PhaseParameter::mixture)
+                                                     : "");
+    for (std::string name; table.family.size() <= max_family_axes && names >> name;) {
+        const auto parameter = parameter_named(name);
+        if (!parameter)
+            throw std::runtime_error("attribute family must be of names out of " +
+                                     joined(parameter_names()) + ", got " + shown(name));
+        table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
+    }
+    if (is_other)
+        table.extrapolation_lengths =
+            to_numbers("extrapolation_lengths", entry(metadata, "extrapolation_lengths"));
     if (!has_mixture(metadata)) return;
     table.second_phase_function =
         read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
     table.second_extrapolation_length =
         to_number("second_extrapolation_length", entry(metadata, "second_extrapolation_length"));
-}
-
-std::vector<AxisField> all_axis_fields(bool has_mixture) {
-    std::vector<AxisField> fields(axis_fields.begin(), axis_fields.end());
-    if (has_mixture) fields.insert(fields.begin(), mixture_field);
-    return fields;
 }
 
 /// With the path law all moments that matter to it: readers sum its orders.
@@ -220,7 +250,8 @@ const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smo
 void read_path_law(const Metadata& metadata, Table& table) {
     const bool has_path_law = metadata.contains("path_law");
     const int major = to_integer("format_major", entry(metadata, "format_major"));
-    if (has_path_law != (major == table_format_major_of_path_law))
+    if (has_path_law != (major == table_format_major_of_path_law) &&
+        major != table_format_major_of_family)
         throw std::runtime_error("attribute path_law belongs to format " +
                                  std::to_string(table_format_major_of_path_law) + ".x alone");
     if (!has_path_law) return;
@@ -228,7 +259,11 @@ void read_path_law(const Metadata& metadata, Table& table) {
     if (to_numbers("path_law", text) != path_law_moments)
         throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
                                  ", got " + shown(text));
-    table.path_law = PathOrders::of(table.phase_function);
+    if (table.has_family())  // at the very parameters, by lookups
+        table.path_law =
+            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
+    else
+        table.path_law = PathOrders::of(table.phase_function);
     if (!table.path_law)
         throw std::runtime_error("attribute path_law needs a phase function with a narrow peak");
 }
@@ -249,7 +284,8 @@ void check_moments(const Metadata& metadata, const Table& table) {
 
 void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
     const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int newest = major == table_format_major_of_stack      ? table_format_minor_of_stack
+    const int newest = major == table_format_major_of_family     ? table_format_minor_of_family
+                       : major == table_format_major_of_stack    ? table_format_minor_of_stack
                        : major == table_format_major_of_path_law ? table_format_minor_of_path_law
                                                                  : table_format_minor;
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
@@ -287,7 +323,7 @@ Metadata metadata_of(const Table& table) {
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
     add_layers(table, metadata);
-    add_mixture(table, metadata);
+    add_family(table, metadata);
     metadata["moments"] = to_text(moments_to_store(table));
     if (table.path_law) metadata["path_law"] = to_text(path_law_moments);
     metadata["asymmetry"] = shortest_text(table.phase_function.asymmetry());
@@ -309,8 +345,8 @@ void check_format(const Metadata& metadata) {
     const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
     const std::string version = std::to_string(major) + "." + std::to_string(minor);
     const std::string readable = "this program reads (" + std::to_string(table_format_major) +
-                                 ".x to " + std::to_string(table_format_major_of_stack) + ".x)";
-    if (major > table_format_major_of_stack)
+                                 ".x to " + std::to_string(table_format_major_of_family) + ".x)";
+    if (major > table_format_major_of_family)
         throw std::runtime_error("format " + version + " is newer than " + readable);
     if (major < table_format_major || minor < 0)
         throw std::runtime_error("format " + version + " is not one that " + readable);
@@ -322,7 +358,7 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
     table.lower_boundary = read_lower_boundary(metadata);
     read_layers(metadata, table);
-    read_mixture(metadata, table);
+    read_family(metadata, table);
     read_path_law(metadata, table);
     check_moments(metadata, table);
     table.extrapolation_length = number("extrapolation_length");
@@ -406,11 +442,20 @@ void check_checksum(const std::string& what, const std::optional<std::string>& s
                           computed + ", sealed with " + shown(*stored) + ")");
 }
 
-const char* stored_scale_name(const AxisField& field, const Axis& axis) {
-    return field.axis == &Table::mixture ? mixture_scale_name : axis_scale_name(axis.scale);
+const char* stored_scale_name(const AxisField& field, const Table& table) {
+    const AxisScale scale = axis_of(table, field).scale;
+    if (field.axis != nullptr) return axis_scale_name(scale);
+    if (table.family[field.family].is_discrete) return discrete_name;
+    return scale == AxisScale::linear ? mixture_scale_name : axis_scale_name(scale);
 }
 
-void read_scale(const AxisField& field, Axis& axis, const std::string& stored) {
+void read_scale(const AxisField& field, Table& table, const std::string& stored) {
+    Axis& axis = axis_of(table, field);
+    if (field.axis == nullptr && stored == discrete_name &&
+        table.extrapolation_lengths.size() > 0) {
+        table.family[field.family].is_discrete = true;
+        return;
+    }
     std::optional<AxisScale> other;  // that the axis may have instead
     if (field.axis == &Table::azimuth) other = AxisScale::square_root;
     if (field.axis == &Table::albedo) other = AxisScale::fourth_root_of_complement;
@@ -425,22 +470,31 @@ void read_scale(const AxisField& field, Axis& axis, const std::string& stored) {
     };
     if (!matches)
         throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, axis) + or_other() + ", got " +
+                                 stored_scale_name(field, table) + or_other() + ", got " +
                                  shown(stored));
 }
 
 std::vector<AxisField> axis_fields_of(const Table& table) {
-    return all_axis_fields(table.has_mixture());
+    std::vector<AxisField> fields;
+    for (std::size_t k = 0; k < table.family.size(); ++k) {
+        const PhaseParameter parameter = table.family[k].parameter;
+        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
+                          parameter == PhaseParameter::mixture
+                              ? "share of phase_function in all that is scattered"
+                              : "parameter of phase_function",
+                          nullptr, k});
+    }
+    fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
+    return fields;
 }
 
-std::vector<AxisField> axis_fields_of(const Metadata& metadata, bool mixture_is_stored) {
-    if (mixture_is_stored) entry(metadata, "second_phase_function");
-    return all_axis_fields(has_mixture(metadata));
+void check_mixture_axis(const Metadata& metadata, bool is_stored) {
+    if (is_stored) entry(metadata, "second_phase_function");
 }
 
 std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
     std::vector<std::size_t> sizes;
-    if (table.has_mixture()) sizes.push_back(table.mixture.values.size());
+    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
     for (const AxisField& field : std::span(axis_fields).first(rank))
         sizes.push_back((table.*field.axis).values.size());
     return sizes;

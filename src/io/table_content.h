@@ -2,7 +2,7 @@
 //
 // Datasets run over the first axes of the table in order: reflection and transmission over all
 // five, plane albedo and diffuse transmittance over three, spherical albedo over two, the diffusion
-// exponent over one. If the table has a mixture axis, it precedes these in all of them. Metadata is
+// exponent over one. The axes of a family precede these in all of them. Metadata is
 // text by name; `entry_type` tells which entries are numbers. A number is written as the shortest
 // text that reads back as the same bits, so that one checksum over names and texts serves both
 // formats.
@@ -31,13 +31,21 @@ struct AxisField {
     const char* name;
     const char* units;
     const char* long_name;
-    Axis Table::*axis;
+    Axis Table::*axis;       // null: of the family
+    std::size_t family = 0;  // there its place
 };
+
+inline const Axis& axis_of(const Table& table, const AxisField& field) {
+    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
+}
+inline Axis& axis_of(Table& table, const AxisField& field) {
+    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
+}
 
 struct SampleField {
     const char* name;
     const char* long_name;
-    std::size_t rank;  // without the mixture axis
+    std::size_t rank;  // without the axes of a family
     std::vector<float> Table::*samples;
 };
 
@@ -48,9 +56,6 @@ inline constexpr std::array<AxisField, 5> axis_fields{{
     {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
     {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
 }};
-
-inline constexpr AxisField mixture_field{
-    "mixture", "1", "share of phase_function in all that is scattered", &Table::mixture};
 
 inline constexpr std::array<SampleField, 5> sample_fields{{
     {"reflection_multiple", "reflection, orders of scattering from 2", 5,
@@ -133,20 +138,20 @@ void check_checksum(const std::string& what, const std::optional<std::string>& s
                     const std::string& computed);
 
 /// Name of an axis's scale in a file.
-const char* stored_scale_name(const AxisField& field, const Axis& axis);
+const char* stored_scale_name(const AxisField& field, const Table& table);
 
 /// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
-/// the azimuth takes over either of its two. A linear scale goes by either of its names.
-void read_scale(const AxisField& field, Axis& axis, const std::string& stored);
+/// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear
+/// scale goes by either of its names.
+void read_scale(const AxisField& field, Table& table, const std::string& stored);
 
-/// The axes of a table, the mixture first.
+/// The axes of a table, those of the family first.
 std::vector<AxisField> axis_fields_of(const Table& table);
 
-/// The axes that a file must have according to its metadata. A mixture axis must not be stored
-/// unless the metadata names a second phase function.
-std::vector<AxisField> axis_fields_of(const Metadata& metadata, bool mixture_is_stored);
+/// Refuses a mixture axis that is stored although the metadata names no second phase function.
+void check_mixture_axis(const Metadata& metadata, bool is_stored);
 
-/// Sizes of the first `rank` axes, preceded by that of the mixture axis if there is one.
+/// Sizes of the first `rank` axes, preceded by those of the family.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
 /// Product of the extents, to be asked for before memory is allocated: throws std::runtime_error

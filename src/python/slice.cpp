@@ -92,13 +92,12 @@ Effects effects_of(const py::dict& asked) {
 }
 
 std::shared_ptr<Bound> bind_table(const AnyTable& table, const std::vector<double>& optical_depth,
-                                  const std::vector<double>& albedo, double mixture, bool clamp,
-                                  bool sampled, const py::dict& asked) {
+                                  const std::vector<double>& albedo,
+                                  const std::vector<double>& member, bool clamp, bool sampled,
+                                  const py::dict& asked) {
     const Effects effects = effects_of(asked);
     const TableView all = table.view();
-    if (all.has_mixture() && !(mixture >= 0 && mixture <= 1))
-        require(false, "bind", "mixture", "in [0, 1], of a table of two phase functions", mixture);
-    const TableView view = all.at_mixture(mixture);
+    const TableView view = all.at(FamilyPoint(member));
     const KnownDirections known{view.has_all_directions(), view.mu_in, view.mu_out, view.azimuth};
     const OutsideTable outside = clamp ? OutsideTable::clamp : OutsideTable::refuse;
     return bound(optical_depth, albedo, sampled, known,

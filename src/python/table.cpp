@@ -31,8 +31,7 @@ namespace {
 
 using Shared = std::shared_ptr<AnyTable>;
 
-constexpr std::pair<const char*, Axis Table::*> axes[] = {{"mixture", &Table::mixture},
-                                                          {"albedo", &Table::albedo},
+constexpr std::pair<const char*, Axis Table::*> axes[] = {{"albedo", &Table::albedo},
                                                           {"optical_depth", &Table::optical_depth},
                                                           {"mu_in", &Table::mu_in},
                                                           {"mu_out", &Table::mu_out},
@@ -84,7 +83,8 @@ py::dict facts(const AnyTable& any) {
     const Table& table = any.table();
     py::dict facts;
     facts["phase_function"] = table.phase_function;
-    if (table.has_mixture()) facts["second_phase_function"] = table.second_phase_function;
+    if (table.view().second_phase_function != nullptr)
+        facts["second_phase_function"] = table.second_phase_function;
     facts["tolerance"] = table.tolerance;
     facts["measured_error"] = table.measured_error;
     facts["highest_order"] = table.highest_order;
@@ -100,18 +100,20 @@ py::dict facts(const AnyTable& any) {
 
 py::dict axes_of(const AnyTable& any) {
     py::dict found;
-    for (const auto& [name, axis] : axes)
-        if (!(any.table().*axis).values.empty()) found[name] = array_of((any.table().*axis).values);
+    for (const FamilyAxis& of_family : any.table().family)
+        found[of_family.name()] = array_of(of_family.axis.values);
+    for (const auto& [name, axis] : axes) found[name] = array_of((any.table().*axis).values);
     return found;
 }
 
 py::dict scales_of(const AnyTable& any) {
     py::dict found;
-    for (const auto& [name, axis] : axes)
-        if (!(any.table().*axis).values.empty())
-            found[name] = std::string(name) == "mixture"
-                              ? mixture_scale_name
-                              : axis_scale_name((any.table().*axis).scale);
+    for (const FamilyAxis& of_family : any.table().family)
+        found[of_family.name()] = of_family.is_discrete ? "discrete"
+                                  : of_family.parameter == PhaseParameter::mixture
+                                      ? mixture_scale_name
+                                      : axis_scale_name(of_family.axis.scale);
+    for (const auto& [name, axis] : axes) found[name] = axis_scale_name((any.table().*axis).scale);
     return found;
 }
 
@@ -122,9 +124,12 @@ void add_dataset(py::dict& found, const char* name, const std::vector<Number>& v
     if (values.empty()) return;
     std::vector<py::ssize_t> shape;
     std::vector<std::string> dimensions;
+    for (const FamilyAxis& of_family : table->table().family) {
+        shape.push_back(static_cast<py::ssize_t>(of_family.axis.values.size()));
+        dimensions.emplace_back(of_family.name());
+    }
     for (const auto& [axis_name, axis] : axes) {
         const bool is_over =
-            std::string(axis_name) == "mixture" ||
             std::find(over.begin(), over.end(), std::string(axis_name)) != over.end();
         const std::size_t count = (table->table().*axis).values.size();
         if (!is_over || count == 0) continue;
@@ -224,7 +229,8 @@ void look_up_packed(const PackedTable& table, Side side, const Points& at, doubl
 
 Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
                 const Doubles& optical_depth, const Doubles& mu_in, const Doubles& mu_out,
-                const Doubles& azimuth, double mixture, bool single, bool multiple) {
+                const Doubles& azimuth, const std::vector<double>& member, bool single,
+                bool multiple) {
     const Points at{albedo.data(), optical_depth.data(), mu_in.data(),
                     mu_out.data(), azimuth.data(),       count_of(albedo)};
     const char* const function = transmitted ? "Table.transmission" : "Table.reflection";
@@ -235,14 +241,15 @@ Doubles look_up(const AnyTable& table, bool transmitted, const Doubles& albedo,
         require(transmitted ? all.has_transmission() : all.has_reflection(), function, "the table",
                 transmitted ? "one that holds transmission" : "one that holds reflection",
                 transmitted ? "reflection alone" : "transmission alone");
-        if (all.has_mixture())
-            require_within(&mixture, 1, function, "mixture", all.mixture.lowest,
-                           all.mixture.highest);
-        const TableView view = all.at_mixture(mixture);
+        const TableView view = all.at(FamilyPoint(member));
+        for (std::size_t k = 0; k < member.size(); ++k)
+            require(holds((*all.family)[k], member[k]), function, (*all.family)[k].name(),
+                    allowed_text((*all.family)[k]), member[k]);
         require_known(view, at, function);
-        if (single && multiple && table.packed()) {
+        const bool mixes = all.has_family() && is_mixture(*all.family);
+        if (single && multiple && table.packed() && (mixes || !all.has_family())) {
             look_up_packed(*table.packed(), transmitted ? Side::transmission : Side::reflection, at,
-                           mixture, found);
+                           mixes ? member[0] : 1, found);
         } else {
             for (std::size_t i = 0; i < at.count; ++i) {
                 const Geometry geometry{at.mu_in[i], at.mu_out[i], at.azimuth[i]};

@@ -19,6 +19,7 @@ double coordinate_of(AxisScale scale, double value) noexcept {
         case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
         case AxisScale::square_root: return std::sqrt(value);
         case AxisScale::fourth_root_of_complement: return -std::sqrt(std::sqrt(1 - value));
+        case AxisScale::logarithm_of_complement: return -std::log2(1 - value);
     }
     return value;
 }
@@ -32,6 +33,7 @@ double value_at(AxisScale scale, double coordinate) noexcept {
         case AxisScale::square_root: return coordinate * coordinate;
         case AxisScale::fourth_root_of_complement:
             return 1 - coordinate * coordinate * (coordinate * coordinate);
+        case AxisScale::logarithm_of_complement: return 1 - std::exp2(-coordinate);
     }
     return coordinate;
 }
@@ -45,6 +47,7 @@ bool in_domain(AxisScale scale, double value) noexcept {
         case AxisScale::square_root_of_complement:
         case AxisScale::fourth_root_of_complement: return value <= 1;
         case AxisScale::square_root: return value >= 0;
+        case AxisScale::logarithm_of_complement: return value < 1;
     }
     return false;
 }
@@ -57,6 +60,7 @@ const char* domain_name(AxisScale scale) noexcept {
         case AxisScale::square_root_of_complement:
         case AxisScale::fourth_root_of_complement: return "finite and at most 1";
         case AxisScale::square_root: return "in [0, inf)";
+        case AxisScale::logarithm_of_complement: return "finite and below 1";
     }
     return "";
 }
@@ -108,6 +112,7 @@ const char* axis_scale_name(AxisScale scale) noexcept {
         case AxisScale::square_root_of_complement: return "square_root_of_complement";
         case AxisScale::square_root: return "square_root";
         case AxisScale::fourth_root_of_complement: return "fourth_root_of_complement";
+        case AxisScale::logarithm_of_complement: return "logarithm_of_complement";
     }
     return "";
 }

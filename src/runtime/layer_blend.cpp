@@ -15,28 +15,24 @@ struct LayerQuery {
     Stencil albedo_stencil;
     double albedo;  // clamped to the axis; 1 where samples are not divided by anything
     double optical_depth;
-    int mixture;  // a sample of it
+    int member;
     double extrapolation_length;
     double diffusion_exponent;
-    double mixed_diffusion_exponent = 0;  // at the chosen mixture, not at the sample
+    double chosen_diffusion_exponent = 0;  // at the chosen point, not at the member
 };
 
 int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
 
-LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int mixture,
+LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int member,
                     BeyondDeepest beyond) noexcept {
     LayerQuery query{table.albedo.stencil(albedo),
                      std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
                      optical_depth,
-                     mixture,
-                     table.extrapolation_length,
+                     member,
+                     table.extrapolation_lengths[member],
                      0};
-    if (table.has_mixture())
-        query.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
-                                                                table.second_extrapolation_length,
-                                                                table.mixture.value(mixture));
     const double* const exponent =
-        table.diffusion_exponent + mixture * table.albedo.count + query.albedo_stencil.first;
+        table.diffusion_exponent + member * table.albedo.count + query.albedo_stencil.first;
     for (int l = 0; l < used(table.albedo); ++l)
         query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
@@ -47,44 +43,45 @@ LayerQuery query_of(const TableView& table, double albedo, double optical_depth,
     return query;
 }
 
-/// What transmitted light is to be multiplied by to get from a sample of the mixture to the chosen
-/// one. Light of n orders is a polynomial of degree n in the mixture and divided by nothing; but in
-/// deep layers many orders make it exponential.
-double fall_with_mixture(const TableView& table, const LayerQuery& query) noexcept {
-    if (!table.has_mixture()) return 1;
+/// What transmitted light is to be multiplied by to get from a member to the chosen point. Light of
+/// n orders is a polynomial of degree n in a mixture and divided by nothing; but in deep layers many
+/// orders make it exponential.
+double fall_from_member(const TableView& table, const LayerQuery& query) noexcept {
+    if (!table.has_family()) return 1;
     const auto fall = [&](double exponent) {
         return transmission_scale(query.optical_depth, exponent, table.extrapolation_length);
     };
     const double sampled = fall(query.diffusion_exponent);
-    return sampled > 0 ? fall(query.mixed_diffusion_exponent) / sampled : 0;
+    return sampled > 0 ? fall(query.chosen_diffusion_exponent) / sampled : 0;
 }
 
 /// Adds up the terms of one side of a table.
 class BlendBuilder {
   public:
-    BlendBuilder(const TableView& table, const float* samples, const float* weight) noexcept
+    BlendBuilder(const TableView& table, const float* samples, const float* weight,
+                 LayerBlend& blend) noexcept
         : table_(table),
           weight_(weight),
           depths_(table.optical_depth.size()),
-          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count) {
+          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count),
+          blend_(blend) {
         blend_.samples = samples;
     }
 
-    /// The terms that add(query) adds for each mixture around the chosen one, by its share.
+    /// The terms that add(query) adds for each member around the chosen point, by its weight.
     template <class Add>
-    LayerBlend mixed(double albedo, double optical_depth, BeyondDeepest beyond,
+    void add_members(double albedo, double optical_depth, BeyondDeepest beyond,
                      const Add& add) noexcept {
-        const Stencil mixture = table_.mixture.stencil(table_.chosen_mixture);
-        const int count = std::max(1, used(table_.mixture));
-        LayerQuery queries[stencil_size];
+        const FamilyStencil& members = table_.members;
+        LayerQuery queries[FamilyStencil::max_count];
         double exponent = 0;
-        for (int m = 0; m < count; ++m) {
-            queries[m] = query_of(table_, albedo, optical_depth, mixture.first + m, beyond);
-            exponent += double{mixture.weight[m]} * queries[m].diffusion_exponent;
+        for (int m = 0; m < members.count; ++m) {
+            queries[m] = query_of(table_, albedo, optical_depth, members.member[m], beyond);
+            exponent += double{members.weight[m]} * queries[m].diffusion_exponent;
         }
-        for (int m = 0; m < count; ++m) {
-            queries[m].mixed_diffusion_exponent = exponent;
-            mixture_share_ = double{mixture.weight[m]};
+        for (int m = 0; m < members.count; ++m) {
+            queries[m].chosen_diffusion_exponent = std::max(0.0, exponent);
+            share_of_member_ = double{members.weight[m]};
             add(queries[m]);
         }
         blend_.optical_depth = queries[0].optical_depth;
@@ -92,7 +89,6 @@ class BlendBuilder {
                        table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
                        table_.optical_depth.count > 0 &&
                        blend_.optical_depth < table_.optical_depth.lowest;
-        return blend_;
     }
 
     /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
@@ -131,7 +127,7 @@ class BlendBuilder {
         for (int l = 0; l < used(table_.albedo); ++l) {
             const int albedo = query.albedo_stencil.first + l;
             const double exponent =
-                table_.diffusion_exponent[query.mixture * table_.albedo.count + albedo];
+                table_.diffusion_exponent[query.member * table_.albedo.count + albedo];
             const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
             const double weight = double{query.albedo_stencil.weight[l]};
             const bool spent = deepest < min_deficit;
@@ -147,11 +143,11 @@ class BlendBuilder {
 
   private:
     /// False when the sample is too small to be scaled back up.
-    bool add(const LayerQuery& query, int albedo, int depth, double share_of_mixture) noexcept {
+    bool add(const LayerQuery& query, int albedo, int depth, double share_in_member) noexcept {
         const std::ptrdiff_t at =
-            (std::ptrdiff_t{query.mixture} * table_.albedo.count + albedo) * depths_ + depth;
+            (std::ptrdiff_t{query.member} * table_.albedo.count + albedo) * depths_ + depth;
         if (weight_[at] == 0) return false;
-        const double share = mixture_share_ * share_of_mixture;
+        const double share = share_of_member_ * share_in_member;
         if (share != 0)
             blend_.term[blend_.count++] = {at * term_size_,
                                            static_cast<float>(share * double{weight_[at]}), depth};
@@ -162,8 +158,8 @@ class BlendBuilder {
     const float* weight_;
     int depths_;
     std::ptrdiff_t term_size_;
-    double mixture_share_ = 1;
-    LayerBlend blend_;
+    double share_of_member_ = 1;
+    LayerBlend& blend_;
 };
 
 }  // namespace
@@ -171,8 +167,9 @@ class BlendBuilder {
 LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
                             BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
-    BlendBuilder side(table, table.reflection_multiple, table.reflection_weight);
-    return side.mixed(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+    LayerBlend blend;
+    BlendBuilder side(table, table.reflection_multiple, table.reflection_weight, blend);
+    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
         if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
             side.add_between_last_and_infinity(query);
         else if (table.has_lower_boundary())
@@ -182,15 +179,17 @@ LayerBlend reflection_blend(const TableView& table, double albedo, double optica
                                                                    query.diffusion_exponent,
                                                                    query.extrapolation_length));
     });
+    return blend;
 }
 
 LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
                               BeyondDeepest beyond) noexcept {
     const AxisView& depth = table.optical_depth;
-    BlendBuilder side(table, table.transmission_multiple, table.transmission_weight);
-    return side.mixed(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+    LayerBlend blend;
+    BlendBuilder side(table, table.transmission_multiple, table.transmission_weight, blend);
+    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
         if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
-        const double scale = query.albedo * fall_with_mixture(table, query) *
+        const double scale = query.albedo * fall_from_member(table, query) *
                              transmission_scale(query.optical_depth, query.diffusion_exponent,
                                                 query.extrapolation_length);
         if (query.optical_depth > depth.highest)
@@ -198,12 +197,12 @@ LayerBlend transmission_blend(const TableView& table, double albedo, double opti
         else
             side.add_depths(query, scale);
     });
+    return blend;
 }
 
 double deficit_of_deepest(const TableView& table, double albedo) noexcept {
     const LayerQuery query =
-        query_of(table, albedo, 0, table.mixture.stencil(table.chosen_mixture).first,
-                 BeyondDeepest::is_clamped);
+        query_of(table, albedo, 0, table.members.member[0], BeyondDeepest::is_clamped);
     return reflection_deficit(table.optical_depth.highest, query.diffusion_exponent,
                               query.extrapolation_length);
 }

@@ -1,4 +1,4 @@
-// A layer of any mixture, optical depth and albedo as a weighted sum of those that a table holds:
+// A layer of any member of a family, optical depth and albedo as a weighted sum of those that a table holds:
 // cubic along these axes, by the laws of diffusion between the deepest sample and infinity, around
 // samples that float cannot hold.
 #pragma once
@@ -12,7 +12,7 @@ namespace stratus {
 /// A reflection deficit (diffusion.h) below this at the deepest sample: that sample is the limit.
 constexpr double min_deficit = 1e-5;
 
-/// One (mixture, albedo, optical_depth) of a side: where its directions start among the side's
+/// One (member, albedo, optical_depth) of a side: where its directions start among the side's
 /// samples, its share of the sum, its depth.
 struct BlendTerm {
     std::ptrdiff_t first;
@@ -21,10 +21,10 @@ struct BlendTerm {
 };
 
 /// The terms that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights of
-/// its depth along both directions: at most 4 mixtures by 4 albedos by 4 depths.
+/// its depth along both directions: at most 16 members by 4 albedos by 4 depths.
 struct LayerBlend {
     const float* samples;  // of the side
-    BlendTerm term[stencil_size * stencil_size * stencil_size];
+    BlendTerm term[FamilyStencil::max_count * stencil_size * stencil_size];
     int count = 0;
     double optical_depth = 0;  // clamped to the table
     bool fades = false;        // see `directional_factor`

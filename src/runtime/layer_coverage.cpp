@@ -66,8 +66,4 @@ std::string allowed_depth(const TableView& table) {
            (depth.ends_at_infinity ? " or inf" : "");
 }
 
-std::string allowed_mixture(const TableView& table) {
-    return range_text(table.mixture.lowest, table.mixture.highest);
-}
-
 }  // namespace stratus

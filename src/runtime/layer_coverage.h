@@ -22,6 +22,5 @@ bool is_depth_known(const TableView& table, Side side, double albedo, double opt
 // What is allowed, for messages: the table, and what its laws add to it.
 std::string allowed_albedo(const TableView& table);
 std::string allowed_depth(const TableView& table);
-std::string allowed_mixture(const TableView& table);
 
 }  // namespace stratus

@@ -133,6 +133,14 @@ double along_path(const TableView& table, Side side, double albedo, double optic
     return (*table.path_law)(side, albedo, optical_depth, geometry, table.highest_order);
 }
 
+/// The path law of a packed family, whose functions leave it out; others hold it.
+double beside_packed(const TableView& table, Side side, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept {
+    const bool held = side == Side::reflection ? table.has_reflection() : table.has_transmission();
+    return held && table.has_family() ? along_path(table, side, albedo, optical_depth, geometry)
+                                      : 0;
+}
+
 }  // namespace
 
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
@@ -148,8 +156,9 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
             single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
     if (table.packed != nullptr)
         scattered.multiple =
-            table.packed->reflection(albedo, optical_depth, geometry, table.chosen_mixture)
-                .multiple;
+            table.packed->multiple(Side::reflection, albedo, optical_depth, geometry,
+                                   table.members) +
+            beside_packed(table, Side::reflection, albedo, optical_depth, geometry);
     else if (table.has_reflection())
         scattered.multiple =
             summed(table, reflection_blend(table, albedo, optical_depth), geometry) +
@@ -168,8 +177,9 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
                                   optical_depth, geometry.mu_in, geometry.mu_out);
     if (table.packed != nullptr)
         scattered.multiple =
-            table.packed->transmission(albedo, optical_depth, geometry, table.chosen_mixture)
-                .multiple;
+            table.packed->multiple(Side::transmission, albedo, optical_depth, geometry,
+                                   table.members) +
+            beside_packed(table, Side::transmission, albedo, optical_depth, geometry);
     else if (table.has_transmission())
         scattered.multiple =
             summed(table, transmission_blend(table, albedo, optical_depth), geometry) +

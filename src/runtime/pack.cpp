@@ -238,7 +238,8 @@ void add_layers(TensorWriter& file, const Table& table) {
 }
 
 void add_path_law(TensorWriter& file, const Table& table) {
-    if (!table.path_law) return;
+    // Of families lookups work it out at the very parameters.
+    if (!table.path_law || table.has_family()) return;
     const PathOrders& law = *table.path_law;
     const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
     const std::vector<float> samples(law.of_angle(0), law.of_angle(0) + angles * orders);
@@ -256,6 +257,27 @@ void add_path_law(TensorWriter& file, const Table& table) {
              sheet.view().sample);
 }
 
+void add_family(TensorWriter& file, const Table& table) {
+    for (const FamilyAxis& of_family : table.family) {
+        const std::string name = of_family.name();
+        file.add(name, {of_family.axis.values.size()}, of_family.axis.values);
+        file.set(name + scale_suffix, of_family.is_discrete
+                                          ? discrete_scale_name
+                                          : axis_scale_name(of_family.axis.scale));
+    }
+    if (table.view().second_phase_function != nullptr) {
+        file.set(second_phase_function_name, table.second_phase_function.text());
+        file.set(second_extrapolation_length_name,
+                 shortest_text(table.second_extrapolation_length));
+    }
+    if (!table.has_family() || is_mixture(table.family)) return;
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
+    file.set(family_name, joined(names, " "));
+    if (table.path_law) file.set(family_path_law_name, "1");
+    file.add(extrapolation_lengths_name, {table.member_count()}, table.extrapolation_lengths);
+}
+
 void add_header(TensorWriter& file, const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         require(!is_reserved(name), "pack", "an attribute's name",
@@ -265,11 +287,7 @@ void add_header(TensorWriter& file, const Table& table) {
     file.set(format_name, packed_format);
     file.set(format_version_name, packed_format_version);
     file.set(phase_function_name, table.phase_function.text());
-    if (table.has_mixture()) {
-        file.set(second_phase_function_name, table.second_phase_function.text());
-        file.set(second_extrapolation_length_name,
-                 shortest_text(table.second_extrapolation_length));
-    }
+    add_family(file, table);
     if (table.lower_boundary.is_present()) {
         const bool surface = table.lower_boundary.kind == LowerBoundary::Kind::surface;
         file.set(below_name, surface ? surface_name : layer_name);
@@ -283,21 +301,20 @@ void add_header(TensorWriter& file, const Table& table) {
     file.set(highest_order_name, std::to_string(table.highest_order));
     for (const PackedAxisField& field : packed_axis_fields()) {
         const Axis& axis = table.*field.axis;
-        if (axis.values.empty()) continue;  // no mixture
         file.add(field.name, {axis.values.size()}, axis.values);
         file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
     }
     const std::size_t albedos = table.albedo.values.size(),
                       depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
-                      mixtures = table.mixture_count();
+                      members = table.member_count();
     for (const PackedFluxField& field : packed_flux_fields()) {
         const std::vector<float>& flux = table.*field.flux;
         if (flux.empty()) continue;
-        std::vector<std::size_t> shape{mixtures, albedos, depths};
+        std::vector<std::size_t> shape{members, albedos, depths};
         if (field.over_mu) shape.push_back(mus);
         file.add(field.name, shape, flux);
     }
-    file.add(diffusion_exponent_name, {mixtures, albedos}, table.diffusion_exponent);
+    file.add(diffusion_exponent_name, {members, albedos}, table.diffusion_exponent);
 }
 
 }  // namespace
@@ -312,15 +329,16 @@ std::vector<char> pack(const Table& table) {
     add_header(file, table);
     add_layers(file, table);
     add_path_law(file, table);
-    for (std::size_t m = 0; m < table.mixture_count(); ++m) {
+    for (std::size_t m = 0; m < table.member_count(); ++m) {
         const Table* one = &table;
-        Table of_mixture;
-        if (table.has_mixture()) {
-            of_mixture = table_of_mixture(table, static_cast<int>(m));
-            one = &of_mixture;
+        Table member;
+        if (table.has_family()) {
+            member = table_of_member(table, m);
+            one = &member;
         }
-        const std::string prefix = mixture_prefix(table.has_mixture(), m);
-        add_curve(file, prefix + phase_name, one->phase_curve);
+        const std::string prefix = member_prefix(table, m);
+        if (!table.has_family() || is_mixture(table.family))
+            add_curve(file, prefix + phase_name, one->phase_curve);
         const TableView view = one->view();
         for (const Side side : {Side::reflection, Side::transmission})
             add_side(file, prefix, view, side);

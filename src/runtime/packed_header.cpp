@@ -43,6 +43,8 @@ void check_format(const TensorFile& file) {
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
+    if (text == axis_scale_name(AxisScale::logarithm_of_complement))
+        return AxisScale::logarithm_of_complement;
     for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
                                   AxisScale::logarithmic, AxisScale::square_root_of_complement,
                                   AxisScale::square_root, AxisScale::fourth_root_of_complement})
@@ -105,6 +107,31 @@ std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
         static_cast<int>(orders.shape[1]) + 2, std::move(samples));
 }
 
+/// The axes of a family, and what lookups need of its members.
+void read_family(const TensorFile& file, Table& table) {
+    std::vector<std::string> names;
+    if (file.strings().count(family_name) != 0) {
+        std::istringstream words(file.text(family_name));
+        for (std::string word; names.size() <= max_family_axes && words >> word;)
+            names.push_back(word);
+        table.extrapolation_lengths = copied(file.numbers<double>(extrapolation_lengths_name, 1));
+    } else if (file.has(parameter_name(PhaseParameter::mixture))) {
+        names.emplace_back(parameter_name(PhaseParameter::mixture));
+    }
+    for (const std::string& name : names) {
+        const auto parameter = parameter_named(name);
+        require(parameter.has_value(), caller, family_name,
+                "names out of " + joined(parameter_names()), name.substr(0, 40));
+        const bool is_discrete = file.text(name + scale_suffix) == discrete_scale_name;
+        const AxisScale scale = is_discrete ? parameter_scale(*parameter) : scale_of(file, name);
+        table.family.push_back(
+            {*parameter, {scale, copied(file.numbers<double>(name, 1))}, is_discrete});
+        if (*parameter != PhaseParameter::mixture) continue;
+        table.second_phase_function = phase_function(file, second_phase_function_name);
+        table.second_extrapolation_length = number(file, second_extrapolation_length_name);
+    }
+}
+
 }  // namespace
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
@@ -135,17 +162,13 @@ Table packed_header(const TensorFile& file) {
     table.layers = layers_of(file);
     if (table.is_stack()) table.spherical_albedo_below = number(file, spherical_albedo_below_name);
     for (const PackedAxisField& field : packed_axis_fields()) {
-        if (field.axis == &Table::mixture && !file.has(field.name)) continue;
         const bool may_be_infinite = field.axis == &Table::optical_depth;
         table.*field.axis = {
             scale_of(file, field.name),
             copied(file.numbers<double>(field.name, 1,
                                         may_be_infinite ? Infinity::allowed : Infinity::refused))};
     }
-    if (table.has_mixture()) {
-        table.second_phase_function = phase_function(file, second_phase_function_name);
-        table.second_extrapolation_length = number(file, second_extrapolation_length_name);
-    }
+    read_family(file, table);
     table.extrapolation_length = number(file, extrapolation_length_name);
     table.tolerance = number(file, tolerance_name);
     table.measured_error = number(file, measured_error_name);
@@ -157,8 +180,11 @@ Table packed_header(const TensorFile& file) {
     for (const auto& [name, text] : file.strings())
         if (!is_reserved(name)) table.attributes[name] = text;
     prepare_header(table);
-    if (!table.has_mixture())
+    if (!table.has_family())
         table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
+    if (table.has_family() && file.strings().count(family_path_law_name) != 0)
+        table.path_law =
+            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
     if (file.has(path_orders_name)) {
         table.path_law = file.tensor(path_orders_name).type == TensorType::f16
                              ? path_orders(file, file.numbers<Half>(path_orders_name, 2))
@@ -174,6 +200,8 @@ bool is_reserved(const std::string& name) {
                                                 below_name,
                                                 below_albedo_name,
                                                 second_phase_function_name,
+                                                family_name,
+                                                family_path_law_name,
                                                 tolerance_name,
                                                 measured_error_name,
                                                 below_phase_function_name,
@@ -185,6 +213,8 @@ bool is_reserved(const std::string& name) {
                                                 layer_phase_functions_name,
                                                 spherical_albedo_below_name};
     if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;
+    for (const std::string& parameter : parameter_names())
+        if (name == parameter + scale_suffix) return true;
     const auto& axes = packed_axis_fields();
     return std::any_of(axes.begin(), axes.end(), [&](const PackedAxisField& field) {
         return name == std::string(field.name) + scale_suffix;

@@ -1,5 +1,5 @@
 // What a packed table's file holds, by name (docs/packed.md): strings, axes, fluxes, and for each
-// side (and sample of the mixture, if there is one) the blocks of functions.
+// side (and member of the family, if there is one) the blocks of functions.
 #pragma once
 
 #include <stratus/runtime/path_law.h>
@@ -25,6 +25,9 @@ constexpr const char* second_phase_function_name = "second_phase_function";
 constexpr const char* below_name = "below";
 constexpr const char* below_albedo_name = "below_albedo";
 constexpr const char* below_phase_function_name = "below_phase_function";
+constexpr const char* family_name = "family";  // names of its axes, but of a mixture alone
+constexpr const char* family_path_law_name = "family_path_law";  // where lookups add that
+constexpr const char* extrapolation_lengths_name = "extrapolation_lengths";  // of its members
 constexpr const char* extrapolation_length_name = "extrapolation_length";
 constexpr const char* second_extrapolation_length_name = "second_extrapolation_length";
 constexpr const char* tolerance_name = "tolerance";
@@ -36,6 +39,7 @@ constexpr const char* spherical_albedo_below_name = "spherical_albedo_below";
 constexpr const char* path_offset_name = "path_offset";
 constexpr const char* path_deepest_name = "path_deepest";
 constexpr const char* scale_suffix = "_scale";  // of an axis' name
+constexpr const char* discrete_scale_name = "discrete";
 constexpr const char* surface_name = "lambert surface";
 constexpr const char* layer_name = "semi-infinite layer";
 
@@ -53,8 +57,9 @@ constexpr const char* block_of_cell_name = "block_of_cell";
 inline std::string side_name(Side side) {
     return side == Side::reflection ? "reflection/" : "transmission/";
 }
-inline std::string mixture_prefix(bool has_mixture, std::size_t sample) {
-    return has_mixture ? "mixture_" + std::to_string(sample) + "/" : "";
+inline std::string member_prefix(const Table& table, std::size_t member) {
+    if (!table.has_family()) return "";
+    return (is_mixture(table.family) ? "mixture_" : "member_") + std::to_string(member) + "/";
 }
 
 /// Numbers of a block in `blocks`.
@@ -74,9 +79,8 @@ struct PackedAxisField {
     const char* name;
     Axis Table::*axis;
 };
-inline const std::array<PackedAxisField, 6>& packed_axis_fields() {
-    static const std::array<PackedAxisField, 6> fields{{{"mixture", &Table::mixture},
-                                                        {"albedo", &Table::albedo},
+inline const std::array<PackedAxisField, 5>& packed_axis_fields() {
+    static const std::array<PackedAxisField, 5> fields{{{"albedo", &Table::albedo},
                                                         {"optical_depth", &Table::optical_depth},
                                                         {"mu_in", &Table::mu_in},
                                                         {"mu_out", &Table::mu_out},

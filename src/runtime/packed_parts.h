@@ -1,5 +1,5 @@
 // What a packed table's file is read into (packed_names.h says what it holds): the table without its
-// samples, and both sides for each sample of the mixture.
+// samples, and both sides for each member of a family.
 #pragma once
 
 #include <stratus/runtime/argument.h>
@@ -33,8 +33,8 @@ struct SideMemory {
     std::vector<FunctionRowOf<float>> no_functions;
 };
 
-/// The sides at one sample of the mixture.
-struct MixtureSample {
+/// The sides of one member.
+struct PackedMember {
     double extrapolation_length;
     SideMemory side[2];
 };
@@ -44,13 +44,13 @@ struct MixtureSample {
 /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
 Table packed_header(const TensorFile& file);
 
-/// Sample m of the mixture, or the only one, whose numbers stay in the file, as does the sheet.
-/// Errors as above.
-MixtureSample mixture_sample(const TensorFile& file, const Table& header, std::size_t m,
-                             const PathSheetView& sheet);
+/// Member m of the family, or the only one, whose numbers stay in the file, as does the sheet. Errors
+/// as above.
+PackedMember packed_member(const TensorFile& file, const Table& header, std::size_t m,
+                           const PathSheetView& sheet);
 
-/// The path law of a file: where that has none of it, `own` is worked out and referred to. Errors as
-/// above.
+/// The path law of a file: where that has none of it, `own` is worked out and referred to; nothing of
+/// families whose members differ in it. Errors as above.
 PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
 
 /// The phase curve `name`, of `width` functions; where there is none, that of a phase function.

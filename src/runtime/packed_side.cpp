@@ -236,6 +236,11 @@ void set_nothing(SideMemory& side) {
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 
+/// Of members but mixtures of two no closed form is asked for: none lies at the point itself.
+bool has_closed_forms(const Table& table) {
+    return !table.has_family() || is_mixture(table.family);
+}
+
 }  // namespace
 
 void require_aligned(const void* data, const std::string& name) {
@@ -252,7 +257,7 @@ PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
 }
 
 PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
-    if (!table.path_law) return {};
+    if (!table.path_law || !has_closed_forms(table)) return {};
     const PathOrders& law = *table.path_law;
     if (!file.has(path_sheet_name)) {
         const std::size_t orders = size(law.order_count() - 2);
@@ -270,17 +275,15 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
                               static_cast<int>(depths));
 }
 
-MixtureSample mixture_sample(const TensorFile& file, const Table& table, std::size_t m,
-                             const PathSheetView& sheet) {
-    const std::string prefix = mixture_prefix(table.has_mixture(), m);
-    MixtureSample sample{};
-    const double share = table.has_mixture() ? table.mixture.values[m] : 1;
-    sample.extrapolation_length =
-        table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
-                                                         table.second_extrapolation_length, share)
-                            : table.extrapolation_length;
+PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m,
+                           const PathSheetView& sheet) {
+    const std::string prefix = member_prefix(table, m);
+    PackedMember sample{};
+    sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
-    const PhaseFunction phase = view.at_mixture(share).mixed_phase_function();
+    const PhaseFunction phase = has_closed_forms(table)
+                                    ? view.at(member_at(table.family, m)).chosen_phase_function()
+                                    : PhaseFunction();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);

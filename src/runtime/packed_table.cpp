@@ -80,7 +80,7 @@ struct PackedTable::Contents {
     std::size_t bytes;
     Table header;
     PathSheet own_sheet;
-    std::vector<MixtureSample> mixture;
+    std::vector<PackedMember> members;
 
     Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data,
              std::size_t bytes_)
@@ -89,35 +89,37 @@ struct PackedTable::Contents {
         const TensorFile file(data, bytes);
         header = packed_header(file);
         const PathSheetView sheet = path_sheet(file, header, own_sheet);
-        for (std::size_t m = 0; m < header.mixture_count(); ++m)
-            mixture.push_back(mixture_sample(file, header, m, sheet));
+        for (std::size_t m = 0; m < header.member_count(); ++m)
+            members.push_back(packed_member(file, header, m, sheet));
         require(holds(Side::reflection) || holds(Side::transmission), packed_caller, "file",
                 "one that holds reflection or transmission", "neither");
     }
 
     bool holds(Side side) const {
-        return mixture[0].side[side == Side::reflection ? 0 : 1].no_functions.empty();
+        return members[0].side[side == Side::reflection ? 0 : 1].no_functions.empty();
     }
 
-    /// add(sample of the mixture, its weight) for those around a mixture.
+    /// add(member, its weight) for those around a point of the family.
     template <class Add>
-    void each_mixture(double share, const Add& add) const {
-        if (!header.has_mixture()) {
-            add(mixture[0], 1.0);
-            return;
-        }
-        const AxisView axis = header.mixture.view();
-        const Stencil stencil = axis.stencil(share);
-        for (int k = 0; k < std::min(stencil_size, axis.count); ++k)
-            if (stencil.weight[k] != 0)
-                add(mixture[size(stencil.first + k)], double{stencil.weight[k]});
+    void each_member(const FamilyStencil& around, const Add& add) const {
+        for (int k = 0; k < around.count; ++k)
+            if (around.weight[k] != 0)
+                add(members[size(around.member[k])], double{around.weight[k]});
+    }
+
+    /// The same around a mixture; of other families not-a-number.
+    template <class Add>
+    void each_member(double share, const Add& add) const {
+        FamilyPoint point;
+        if (is_mixture(header.family)) point = {share};
+        each_member(family_stencil(header.family, point), add);
     }
 
     Scattered one(Side side, double albedo, double optical_depth, const Geometry& geometry,
                   double share) const noexcept {
         Scattered sum{};
         if (side == Side::transmission && header.lower_boundary.is_present()) return sum;
-        each_mixture(share, [&](const MixtureSample& sample, double weight) {
+        each_member(share, [&](const PackedMember& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
             const Scattered at = at_one(memory, albedo, optical_depth, geometry);
             sum.single += weight * at.single;
@@ -132,6 +134,17 @@ struct PackedTable::Contents {
         return sum;
     }
 
+    double multiple(Side side, double albedo, double optical_depth, const Geometry& geometry,
+                    const FamilyStencil& around) const noexcept {
+        double sum = 0;
+        if (side == Side::transmission && header.lower_boundary.is_present()) return sum;
+        each_member(around, [&](const PackedMember& sample, double weight) {
+            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+            sum += weight * at_one(memory, albedo, optical_depth, geometry).multiple;
+        });
+        return sum;
+    }
+
     void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double share,
                   double (&value)[3]) const noexcept {
         std::fill(value, value + 3, 0.0);
@@ -139,7 +152,7 @@ struct PackedTable::Contents {
         PackedPoint points[3];
         for (int k = 0; k < 3; ++k)
             points[k] = point_of(layers.albedo[k], layers.optical_depth[k], geometry);
-        each_mixture(share, [&](const MixtureSample& sample, double weight) {
+        each_member(share, [&](const PackedMember& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
             float found[3];
             memory.of_multiple->layers(memory.view, points, found);
@@ -163,13 +176,13 @@ struct PackedTable::Contents {
             return;
         }
         const int index = side == Side::reflection ? 0 : 1;
-        if (!header.has_mixture()) {
-            const SideMemory& side = mixture[0].side[index];
+        if (!header.has_family()) {
+            const SideMemory& side = members[0].side[index];
             at_many(side.view, *side.kernel, points, total);
             return;
         }
         std::fill(total, total + points.count, 0.0f);
-        each_mixture(share, [&](const MixtureSample& sample, double weight) {
+        each_member(share, [&](const PackedMember& sample, double weight) {
             constexpr std::size_t block = 256;
             float found[block];
             for (std::size_t first = 0; first < points.count; first += block) {
@@ -229,6 +242,12 @@ Scattered PackedTable::transmission(double albedo, double optical_depth, const G
     return contents_->one(Side::transmission, albedo, optical_depth, geometry, mixture);
 }
 
+double PackedTable::multiple(Side side, double albedo, double optical_depth,
+                             const Geometry& geometry,
+                             const FamilyStencil& members) const noexcept {
+    return contents_->multiple(side, albedo, optical_depth, geometry, members);
+}
+
 void PackedTable::multiple(Side side, const PackedLayers& layers, const Geometry& geometry,
                            double mixture, double (&value)[3]) const noexcept {
     contents_->multiple(side, layers, geometry, mixture, value);
@@ -284,7 +303,7 @@ float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_
 }  // namespace
 
 std::vector<float> PackedTable::layer(Side which, double albedo, double optical_depth,
-                                      double mixture) const {
+                                      const FamilyStencil& members) const {
     const TableView table = contents_->header.view();
     const FunctionLayout layout(table);
     const int ins = table.mu_in.count, outs = table.mu_out.count, azimuths = table.azimuth.count;
@@ -293,7 +312,7 @@ std::vector<float> PackedTable::layer(Side which, double albedo, double optical_
     for (int i = 0; i < ins; ++i) in.emplace_back(layout.mu_in, i);
     for (int j = 0; j < outs; ++j) out.emplace_back(layout.mu_out, j);
     std::vector<float> values(size(ins) * size(outs) * size(azimuths)), rows(layout.rows());
-    contents_->each_mixture(mixture, [&](const MixtureSample& sample, double weight) {
+    contents_->each_member(members, [&](const PackedMember& sample, double weight) {
         const SideMemory& memory = sample.side[which == Side::reflection ? 0 : 1];
         if (!memory.no_functions.empty()) return;
         PackedSide side = memory.view;  // without what is known in closed form
@@ -332,11 +351,12 @@ Table PackedTable::unpacked() const {
         std::vector<float>& samples =
             side == Side::reflection ? table.reflection_multiple : table.transmission_multiple;
         samples.reserve(table.sample_count());
-        for (std::size_t m = 0; m < table.mixture_count(); ++m)
+        for (std::size_t m = 0; m < table.member_count(); ++m)
             for (const double albedo : table.albedo.values)
                 for (const double depth : table.optical_depth.values) {
-                    const double mixture = table.has_mixture() ? table.mixture.values[m] : 1;
-                    const std::vector<float> values = layer(side, albedo, depth, mixture);
+                    FamilyStencil one;
+                    one.member[0] = static_cast<int>(m);
+                    const std::vector<float> values = layer(side, albedo, depth, one);
                     const float* value = values.data();
                     for (const double in : table.mu_in.values)
                         for (const double out : table.mu_out.values) {
@@ -354,7 +374,7 @@ Table PackedTable::unpacked() const {
 }
 
 const PackedSide& PackedTable::side(Side side) const noexcept {
-    return contents_->mixture[0].side[side == Side::reflection ? 0 : 1].view;
+    return contents_->members[0].side[side == Side::reflection ? 0 : 1].view;
 }
 
 std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }

@@ -58,13 +58,11 @@ float in_single(double optical_depth, Side which) {
 /// What a layer deeper than the deepest sample scatters, over what one as deep does.
 double beyond_deepest(const TableView& table, Side which, double albedo, double optical_depth) {
     const Stencil around = table.albedo.stencil(albedo);
-    const Stencil mixture = table.has_mixture() ? table.mixture.stencil(table.chosen_mixture)
-                                                : Stencil{0, {1, 0, 0, 0}};
     double exponent = 0;
-    for (int m = 0; m < std::min(stencil_size, std::max(1, table.mixture.count)); ++m)
+    for (int m = 0; m < table.members.count; ++m)
         for (int l = 0; l < std::min(stencil_size, table.albedo.count); ++l)
-            exponent += double{mixture.weight[m]} * double{around.weight[l]} *
-                        table.diffusion_exponent[(mixture.first + m) * table.albedo.count +
+            exponent += double{table.members.weight[m]} * double{around.weight[l]} *
+                        table.diffusion_exponent[table.members.member[m] * table.albedo.count +
                                                  around.first + l];
     const auto scale = which == Side::reflection ? reflection_scale : transmission_scale;
     const auto at = [&](double depth) {
@@ -90,7 +88,7 @@ ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
                             0.0f);
         return orders;
     }
-    orders.sheet = table.packed->layer(which, albedo, depth, table.chosen_mixture);
+    orders.sheet = table.packed->layer(which, albedo, depth, table.members);
     if (follows) {
         const double factor = beyond_deepest(table, which, albedo, optical_depth);
         for (float& value : orders.sheet) value *= static_cast<float>(factor);
@@ -239,8 +237,8 @@ SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects&
 template <int channels>
 SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& medium,
                            const Effects& effects, OutsideTable outside)
-    : SliceOf(table.mixed_phase_function(),
-              table.has_mixture() ? PhaseCurve(table.mixed_phase_function()) : *table.phase_curve,
+    : SliceOf(table.chosen_phase_function(),
+              table.has_family() ? PhaseCurve(table.chosen_phase_function()) : *table.phase_curve,
               table.lower_boundary, medium, effects) {
     if (table.is_stack()) {
         check_stack_effects(effects);
@@ -260,7 +258,7 @@ SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& mediu
     }
     if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
         check_coverage(table, Side::transmission, outside);
-    bind_background(&table, table.mixed_phase_function(), table.layers, effects);
+    bind_background(&table, table.chosen_phase_function(), table.layers, effects);
 }
 
 template <int channels>
@@ -303,21 +301,21 @@ void SliceOf<channels>::bind_layers(std::vector<StackLayer> layers, BoundSide& s
 
 template <int channels>
 void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
-    const auto check = [&](bool known, const char* argument,
-                           std::string (*allowed)(const TableView&), double value) {
+    const auto check = [&](bool known, const char* argument, const std::string& allowed,
+                           double value) {
         if (known) return;
-        if (outside == OutsideTable::refuse)
-            require(false, caller, argument, allowed(table), value);
+        if (outside == OutsideTable::refuse) require(false, caller, argument, allowed, value);
         clamped_ = true;
     };
-    if (table.has_mixture())
-        check(holds(table.mixture, table.chosen_mixture), "mixture", allowed_mixture,
-              table.chosen_mixture);
+    for (std::size_t k = 0; k < table.chosen.size(); ++k)
+        check(holds((*table.family)[k], table.chosen[k]), (*table.family)[k].name(),
+              allowed_text((*table.family)[k]), table.chosen[k]);
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
-        check(holds(table.albedo, albedo), "albedo", allowed_albedo, albedo);
-        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth, depth);
+        check(holds(table.albedo, albedo), "albedo", allowed_albedo(table), albedo);
+        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table),
+              depth);
     }
 }
 
@@ -599,6 +597,11 @@ template class SliceOf<3>;
 Slice bind(const TableView& table, double optical_depth, double albedo, const Effects& effects,
            OutsideTable outside) {
     return Slice(table, {{optical_depth}, {albedo}}, effects, outside);
+}
+
+Slice bind(const TableView& table, double optical_depth, double albedo,
+           std::initializer_list<double> parameters, const Effects& effects, OutsideTable outside) {
+    return bind(table.at(parameters), optical_depth, albedo, effects, outside);
 }
 
 RgbSlice bind_rgb(const TableView& table, const double (&optical_depth)[3],

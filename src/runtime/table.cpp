@@ -61,14 +61,6 @@ void check_cosine(const Axis& axis, const char* name) {
     check_samples(axis, name, 0, 1, true);
 }
 
-void check_mixture(const Axis& axis) {
-    if (axis.values.empty()) return;
-    check_scale(axis, "mixture", {AxisScale::linear});
-    check_samples(axis, "mixture", 0, 1, false);
-    require(axis.values.size() >= 2, caller, "mixture", "of two samples at least",
-            axis.values.size());
-}
-
 void check_azimuth(const Axis& axis) {
     check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
     check_samples(axis, "azimuth", 0, pi, false);
@@ -107,7 +99,7 @@ void check_dataset(const std::vector<Number>& samples, const char* name, std::si
 
 void check_samples(const Table& table) {
     const std::size_t samples = checked_product(
-        {table.mixture_count(), table.albedo.values.size(), table.optical_depth.values.size(),
+        {table.member_count(), table.albedo.values.size(), table.optical_depth.values.size(),
          table.mu_in.values.size(), table.mu_out.values.size(), table.azimuth.values.size()});
     require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), caller,
             "table", "given reflection_multiple or transmission_multiple", "neither");
@@ -135,8 +127,8 @@ void check_stack(const Table& table) {
             "spherical_albedo_below", "in [0, 1]", table.spherical_albedo_below);
     if (!table.is_stack()) return;
     check_layers(table.layers, table.lower_boundary.is_present(), caller);
-    require(!table.has_mixture() && !table.path_law && table.highest_order == 0, caller,
-            "table of a stack", "without mixture axis, path law and highest order", "one of them");
+    require(!table.has_family() && !table.path_law && table.highest_order == 0, caller,
+            "table of a stack", "without family, path law and highest order", "one of them");
     const StackLayer mean = mean_layer(table.layers);
     for (const auto& [axis, name, value] :
          {std::tuple(&table.optical_depth, "optical_depth", mean.optical_depth),
@@ -157,21 +149,41 @@ void check_boundary(const Table& table) {
 /// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
 float inverse_scale(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
 
+/// Extrapolation lengths of the members, where they follow from those of one or two phase functions.
+void work_out_lengths(Table& table) {
+    std::vector<double>& lengths = table.extrapolation_lengths;
+    if (!table.has_family()) {
+        lengths = {table.extrapolation_length};
+    } else if (is_mixture(table.family)) {
+        lengths.clear();
+        for (const double share : table.family[0].axis.values)
+            lengths.push_back(mixed_extrapolation_length(table.extrapolation_length,
+                                                         table.second_extrapolation_length, share));
+    }
+}
+
+/// Those of other families are given.
+void check_lengths(const Table& table) {
+    if (!table.has_family() || is_mixture(table.family)) return;
+    const std::vector<double>& lengths = table.extrapolation_lengths;
+    require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
+            "as many as members, " + std::to_string(table.member_count()), lengths.size());
+    for (const double length : lengths)
+        require(length > 0 && std::isfinite(length), caller, "extrapolation_lengths", "in (0, inf)",
+                length);
+}
+
 void work_out_weights(Table& table) {
     table.reflection_weight.clear();
     table.transmission_weight.clear();
     const std::size_t albedos = table.albedo.values.size();
-    for (std::size_t a = 0; a < table.mixture_count() * albedos; ++a)
+    for (std::size_t a = 0; a < table.member_count() * albedos; ++a)
         for (const double depth : table.optical_depth.values) {
             // Samples of albedo 0 are 0, whatever they are multiplied by.
             const double sampled = table.albedo.values[a % albedos];
             const double albedo = sampled > 0 && !table.is_stack() ? sampled : 1;
             const double exponent = table.diffusion_exponent[a];
-            const double length =
-                table.has_mixture() ? mixed_extrapolation_length(table.extrapolation_length,
-                                                                 table.second_extrapolation_length,
-                                                                 table.mixture.values[a / albedos])
-                                    : table.extrapolation_length;
+            const double length = table.extrapolation_lengths[a / albedos];
             table.reflection_weight.push_back(
                 table.lower_boundary.is_present()
                     ? 1
@@ -194,7 +206,7 @@ void work_out_weights(Table& table) {
 }  // namespace
 
 std::size_t Table::sample_count() const noexcept {
-    return mixture_count() * albedo.values.size() * optical_depth.values.size() *
+    return member_count() * albedo.values.size() * optical_depth.values.size() *
            mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
 }
 
@@ -206,14 +218,51 @@ bool TableView::has_all_directions() const noexcept {
 
 TableView TableView::at_mixture(double share_of_first) const noexcept {
     TableView view = *this;
-    if (has_mixture()) view.chosen_mixture = share_of_first;
+    if (!has_family() || !is_mixture(*family)) return view;
+    view.chosen = {share_of_first};
+    view.chosen_mixture = share_of_first;
+    view.members = family_stencil(*family, view.chosen);
     return view;
 }
 
-PhaseFunction TableView::mixed_phase_function() const {
-    if (!has_mixture()) return *phase_function;
-    require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
-            "chosen in [0, 1] for this table", chosen_mixture);
+TableView TableView::at(const FamilyPoint& point) const {
+    const std::size_t axes = has_family() ? family->size() : 0;
+    require(point.size() == axes, "at", "values of parameters",
+            std::to_string(axes) + ", one for each axis of the family", point.size());
+    TableView view = *this;
+    if (!has_family()) return view;
+    view.chosen = point;
+    PhaseFunction set = *phase_function;
+    for (std::size_t k = 0; k < axes; ++k) {
+        const FamilyAxis& axis = (*family)[k];
+        require(!axis.is_discrete || holds(axis, point[k]), "at", axis.name(), allowed_text(axis),
+                point[k]);
+        if (axis.parameter == PhaseParameter::mixture)
+            view.chosen_mixture = point[k];
+        else
+            set = with_parameter(set, axis.parameter, point[k]);
+    }
+    view.members = family_stencil(*family, point);
+    view.own_phase_function = std::make_shared<const PhaseFunction>(std::move(set));
+    view.phase_function = view.own_phase_function.get();
+    if (path_law == nullptr) return view;
+    view.own_path_law =
+        std::make_shared<const PathOrders>(PathLaw(significant_moments(*view.phase_function)));
+    view.path_law = view.own_path_law.get();
+    return view;
+}
+
+PhaseFunction TableView::chosen_phase_function() const {
+    if (!has_family()) return *phase_function;
+    for (std::size_t k = 0; k < family->size(); ++k) {
+        const FamilyAxis& axis = (*family)[k];
+        if (axis.parameter == PhaseParameter::mixture)
+            require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
+                    "chosen in [0, 1] for this table", chosen_mixture);
+        else
+            require(!std::isnan(chosen[k]), "at", axis.name(), "chosen for this table", chosen[k]);
+    }
+    if (second_phase_function == nullptr) return *phase_function;
     return PhaseFunction::mixture(chosen_mixture, *phase_function, *second_phase_function);
 }
 
@@ -221,10 +270,15 @@ TableView Table::view() const noexcept {
     TableView view;
     view.phase_function = &phase_function;
     view.phase_curve = &phase_curve;
-    if (has_mixture()) view.second_phase_function = &second_phase_function;
+    if (has_family()) {
+        view.family = &family;
+        view.members = family_stencil(family, {});
+    }
+    if (std::any_of(family.begin(), family.end(), [](const FamilyAxis& axis) {
+            return axis.parameter == PhaseParameter::mixture;
+        }))
+        view.second_phase_function = &second_phase_function;
     if (is_stack()) view.layers = &layers;
-    view.mixture = mixture.view();
-    view.second_extrapolation_length = second_extrapolation_length;
     view.lower_boundary = &lower_boundary;
     view.albedo = albedo.view();
     view.optical_depth = optical_depth.view();
@@ -240,6 +294,7 @@ TableView Table::view() const noexcept {
     view.diffusion_exponent = diffusion_exponent.data();
     if (!diffuse_transmittance.empty()) view.diffuse_transmittance = diffuse_transmittance.data();
     view.extrapolation_length = extrapolation_length;
+    view.extrapolation_lengths = extrapolation_lengths.data();
     view.tolerance = tolerance;
     view.path_law = path_law.get();
     view.highest_order = highest_order;
@@ -249,14 +304,14 @@ TableView Table::view() const noexcept {
 namespace {
 
 void check_header(const Table& table) {
-    check_mixture(table.mixture);
+    check_family(table.phase_function, table.family, caller);
+    check_lengths(table);
     check_albedo(table.albedo);
     check_optical_depth(table.optical_depth);
     check_cosine(table.mu_in, "mu_in");
     check_cosine(table.mu_out, "mu_out");
     check_azimuth(table.azimuth);
-    const std::size_t albedos =
-        checked_product({table.mixture_count(), table.albedo.values.size()});
+    const std::size_t albedos = checked_product({table.member_count(), table.albedo.values.size()});
     const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
     const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
     check_dataset(table.plane_albedo, "plane_albedo", lit, false);
@@ -277,31 +332,37 @@ void check(const Table& table) {
 
 void prepare_header(Table& table) {
     check_header(table);
+    work_out_lengths(table);
     work_out_weights(table);
 }
 
 void prepare(Table& table) {
     check(table);
+    work_out_lengths(table);
     work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
 
-Table table_of_mixture(const Table& table, int sample) {
-    if (!table.has_mixture()) return table;
-    const auto at = static_cast<std::size_t>(sample);
-    const double share = table.mixture.values[at];
+bool is_mixture(const std::vector<FamilyAxis>& family) noexcept {
+    return family.size() == 1 && family[0].parameter == PhaseParameter::mixture &&
+           !family[0].is_discrete;
+}
+
+Table table_of_member(const Table& table, std::size_t member) {
+    if (!table.has_family()) return table;
+    const TableView view = table.view().at(member_at(table.family, member));
     Table one = table;
-    one.mixture.values.clear();
-    one.phase_function = table.view().at_mixture(share).mixed_phase_function();
+    one.family.clear();
+    one.phase_function = view.chosen_phase_function();
     one.second_phase_function = {};
-    one.extrapolation_length = mixed_extrapolation_length(table.extrapolation_length,
-                                                          table.second_extrapolation_length, share);
+    one.path_law = view.own_path_law;
+    one.extrapolation_length = table.extrapolation_lengths[member];
     one.second_extrapolation_length = 1;
-    for_each_of_mixtures(
+    for_each_of_members(
         [&](auto& numbers) {
-            const auto size = static_cast<std::ptrdiff_t>(numbers.size() / table.mixture_count());
-            const auto first = numbers.begin() + sample * size;
-            numbers = {first, first + size};
+            const std::size_t size = numbers.size() / table.member_count();
+            const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(member * size);
+            numbers = {first, first + static_cast<std::ptrdiff_t>(size)};
         },
         one);
     prepare(one);

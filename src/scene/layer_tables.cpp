@@ -133,9 +133,13 @@ void check_table(const Scene& scene, const PackedTable& packed) {
     require(have_same_layers(*needed, of_table), caller, "table.layers",
             needed->layers.empty() ? "absent" : "those of the scene's stack",
             table.is_stack() ? "another stack" : "none");
-    require(table.has_mixture() == needed->mixture.has_value(), caller, "table",
-            needed->mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
-    if (needed->mixture)
+    const Range* const mixture = mixture_of(*needed);
+    require(table.has_family() == (mixture != nullptr) &&
+                (!table.has_family() || is_mixture(table.family)),
+            caller, "table",
+            mixture ? "one with a mixture axis" : "one without a mixture axis or another family",
+            "another");
+    if (mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
     const auto covers = [&](const std::string& name, const AxisView& axis, const Range& range,
@@ -146,7 +150,7 @@ void check_table(const Scene& scene, const PackedTable& packed) {
                 "at least the scene's, " + shortest_text(range.max), axis.highest);
     };
     covers("table.albedo", table.albedo.view(), needed->albedo);
-    if (needed->mixture) covers("table.mixture", table.mixture.view(), *needed->mixture);
+    if (mixture) covers("table.mixture", table.family[0].axis.view(), *mixture);
     const AxisView depths = table.optical_depth.view();
     if (std::isinf(needed->optical_depth.max))
         require(depths.ends_at_infinity, caller, "table.optical_depth.max", "inf", depths.highest);
@@ -191,8 +195,7 @@ std::optional<Recipe> needed_recipe(const Scene& scene) {
             recipe.phase_function =
                 PhaseFunction::mixture(share, scene.layer.components[0], scene.layer.components[1]);
         } else {
-            recipe.second_phase_function = scene.layer.components[1];
-            recipe.mixture = range.mixture;
+            set_mixture(recipe, scene.layer.components[1], range.mixture);
         }
     }
     recipe.phase_text = recipe.phase_function.text();
@@ -227,8 +230,8 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
     if (one.phase_text != other.phase_text || !have_same_layers(one, other) ||
         one_is_infinite != other_is_infinite ||
         one.discretisation.modes != other.discretisation.modes ||
-        one.mixture.has_value() != other.mixture.has_value() ||
-        (one.mixture && one.second_phase_function.text() != other.second_phase_function.text()))
+        one.family.size() != other.family.size() ||
+        one.second_phase_function.text() != other.second_phase_function.text())
         return std::nullopt;
     Recipe both = one;
     both.tolerance = std::min(one.tolerance, other.tolerance);
@@ -238,9 +241,9 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
         widen(both.*range, (other.*range).max);
     }
     take_fewer_pairs(both);
-    if (both.mixture) {
-        widen(*both.mixture, other.mixture->min);
-        widen(*both.mixture, other.mixture->max);
+    if (Range* const mixture = mixture_of(both)) {
+        widen(*mixture, mixture_of(other)->min);
+        widen(*mixture, mixture_of(other)->max);
     }
     both.reflection = one.reflection || other.reflection;
     both.transmission = one.transmission || other.transmission;
@@ -250,13 +253,13 @@ std::optional<Recipe> common_recipe(const Recipe& one, const Recipe& other) {
 std::unique_ptr<LayerTables> make_layer_tables(PackedTable table) {
     auto made = std::make_unique<LayerTables>();
     const Table& header = table.header();
-    made->mixture = header.mixture;
-    for (std::size_t m = 0; m < header.mixture_count(); ++m) {
+    if (header.has_family()) made->mixture = header.family[0].axis;
+    for (std::size_t m = 0; m < header.member_count(); ++m) {
         Table& one = made->headers.emplace_back(header);
-        for_each_of_mixtures(
+        for_each_of_members(
             [&](auto& numbers) {
                 const auto size =
-                    static_cast<std::ptrdiff_t>(numbers.size() / header.mixture_count());
+                    static_cast<std::ptrdiff_t>(numbers.size() / header.member_count());
                 const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(m) * size;
                 numbers = {first, first + size};
             },

@@ -38,7 +38,8 @@ std::string hash_of(const std::string& text) {
 
 /// What may be wider than asked, in the order of a file's name.
 std::vector<Range> ranges_of(const Recipe& recipe) {
-    return {recipe.optical_depth, recipe.albedo, recipe.mixture.value_or(Range{1, 1}),
+    const Range* const mixture = mixture_of(recipe);
+    return {recipe.optical_depth, recipe.albedo, mixture ? *mixture : Range{1, 1},
             recipe.mu_in,         recipe.mu_out, recipe.azimuth};
 }
 
@@ -53,7 +54,7 @@ std::string kind_of(Recipe recipe) {
     recipe.albedo = {1, 1};
     recipe.mu_in = recipe.mu_out = {0, 1};
     recipe.azimuth = {0, 180};
-    if (recipe.mixture) recipe.mixture = Range{0, 1};
+    if (Range* const mixture = mixture_of(recipe)) *mixture = {0, 1};
     recipe.reflection = recipe.transmission = true;
     return baking_program() + "\n" +
            (infinite      ? "infinite depth alone\n"

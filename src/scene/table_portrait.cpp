@@ -146,8 +146,14 @@ Image render_sphere(const TableView& table, Scene scene, double albedo, double o
 
 Portrait make_portrait(const Table& table) {
     const TableView whole = table.view();
-    const TableView view = whole.at_mixture((whole.mixture.lowest + whole.mixture.highest) / 2);
-    const PhaseFunction phase_function = view.mixed_phase_function();
+    std::vector<double> middles;
+    for (const FamilyAxis& axis : table.family) {
+        const std::vector<double>& values = axis.axis.values;
+        middles.push_back(is_mixture(table.family) ? (values.front() + values.back()) / 2
+                                                   : values[values.size() / 2]);
+    }
+    const TableView view = whole.at(FamilyPoint(middles));
+    const PhaseFunction phase_function = view.chosen_phase_function();
     const std::vector<double> depths = shown_depths(view.optical_depth);
     const auto title = table.attributes.find("title");
 

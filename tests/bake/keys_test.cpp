@@ -56,8 +56,30 @@ TEST(RecipeKeys, AreAllRead) {
     const test::KeyedFile deep = ground.with("below", "{}")
                                      .with("below.phase_function", "'rayleigh'")
                                      .with("below.albedo", "0.5");
+    const test::KeyedFile lobe = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
+                                     .with("second_phase_function", "'isotropic'")
+                                     .with("family.mixture", "[0.25, 0.5]")
+                                     .with("family.g", "[0.25, 0.5]")
+                                     .with("discretisation.g_samples", "4");
+    const test::KeyedFile lobes = ground.with("phase_function", "'henyey_greenstein:g=0.5'")
+                                      .with("second_phase_function", "'isotropic'")
+                                      .with("family.mixture.values", "[0.25, 0.5]")
+                                      .with("family.g.values", "[0.25, 0.5]");
+    const test::KeyedFile cloud = ground.with("phase_function", "'mie:radius=1um'")
+                                      .with("family.radius", "['1um', '2um']")
+                                      .with("family.wavelength", "['500nm', '0.6um']")
+                                      .with("discretisation.radius_samples", "4")
+                                      .with("discretisation.wavelength_samples", "4");
+    const test::KeyedFile clouds = ground.with("phase_function", "'mie:radius=1um'")
+                                       .with("family.radius.values", "['1um', '2um']")
+                                       .with("family.wavelength.values", "['500nm', '0.6um']");
+    const test::KeyedFile spread = ground.with("phase_function", "'mie:radius=1um'")
+                                       .with("family.variance", "[0.05, 0.1]")
+                                       .with("discretisation.variance_samples", "4");
+    const test::KeyedFile spreads = ground.with("phase_function", "'mie:radius=1um'")
+                                        .with("family.variance.values", "[0.05, 0.1]");
     test::expect_keys_are_read(
-        recipe_keys(), "recipe", {layer, ground, deep},
+        recipe_keys(), "recipe", {layer, ground, deep, lobe, lobes, cloud, clouds, spread, spreads},
         [](const std::string& text) { parse_recipe(text); }, full_name);
 }
 

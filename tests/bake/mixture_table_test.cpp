@@ -37,16 +37,18 @@ Recipe small_recipe() {
 /// All that was solved, at each sample of the mixture, is what the table of that one holds.
 void expect_tables_of_mixtures(const Recipe& recipe) {
     const Table table = solve_table(recipe);
-    ASSERT_EQ(table.mixture.values, (std::vector<double>{0, 0.5, 1}));
+    ASSERT_EQ(table.family.at(0).axis.values, (std::vector<double>{0, 0.5, 1}));
     for (std::size_t m = 0; m < 3; ++m) {
-        SCOPED_TRACE(table.mixture.values[m]);
-        const Table alone = solve_table(at_mixture(recipe, table.mixture.values[m]));
-        Table found = table_of_mixture(table, static_cast<int>(m));
+        const double share = table.family[0].axis.values[m];
+        SCOPED_TRACE(share);
+        const Table alone = solve_table(at_member(recipe, {share}));
+        Table found = table_of_member(table, m);
         EXPECT_DOUBLE_EQ(found.extrapolation_length, alone.extrapolation_length);
         found.extrapolation_length = alone.extrapolation_length;  // but for rounding
+        found.extrapolation_lengths = alone.extrapolation_lengths;
         test::expect_same_bits(found, alone);
         // between the samples of all other axes and beyond the last depth, too
-        const TableView view = table.view().at_mixture(table.mixture.values[m]);
+        const TableView view = table.view().at_mixture(share);
         for (const double albedo : {0.5, 0.83, 1.0})
             for (const double depth : {0.1, 1.3, 7.0, 30.0})
                 for (const Geometry& at : {Geometry{0.3, 0.8, 0.4}, Geometry{0.05, 0.9, 3}})
@@ -71,10 +73,10 @@ TEST(MixtureTable, HoldsTheTablesOfItsMixturesOverGround) {
 TEST(MixtureTable, AtShareOneIsThePlainTable) {
     const Table table = solve_table(small_recipe());
     Recipe plain = small_recipe();
-    plain.mixture.reset();
-    plain.discretisation.mixture_samples = 0;
+    plain.family.clear();
+    plain.discretisation.family_samples = {};
     const Table alone = solve_table(plain);
-    EXPECT_FALSE(alone.has_mixture());
+    EXPECT_FALSE(alone.has_family());
     const Slice found = bind(table.view().at_mixture(1), 2, 0.9);
     const Slice expected = bind(alone.view(), 2, 0.9);
     for (const float azimuth : {0.0f, 1.0f, 3.0f})
@@ -104,10 +106,10 @@ TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
         EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
         EXPECT_LE(verification.energy_defect, 1e-6);
         EXPECT_LE(verification.furnace_defect, recipe.tolerance);
-        const auto [first, last] =
-            std::ranges::minmax(verification.samples, {}, &ErrorSample::mixture);
-        EXPECT_LT(first.mixture, 0.1);  // the whole range was sampled
-        EXPECT_GT(last.mixture, 0.9);
+        const auto [first, last] = std::ranges::minmax(
+            verification.samples, {}, [](const ErrorSample& sample) { return sample.member[0]; });
+        EXPECT_LT(first.member[0], 0.1);  // the whole range was sampled
+        EXPECT_GT(last.member[0], 0.9);
         options.samples = 32;
         options.bound = true;
         EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));
@@ -117,21 +119,21 @@ TEST(MixtureTable, MeetsItsToleranceBetweenItsMixtures) {
 TEST(MixtureTable, FailsVerificationWhereCoarse) {
     Recipe recipe = resolve(open_recipe(2e-2, "{ min = 1, max = 1 }"));
     const auto is_met = [&](int mixture_samples) {
-        recipe.discretisation.mixture_samples = mixture_samples;
+        recipe.discretisation.family_samples[0] = mixture_samples;
         VerifyOptions options;
         options.samples = 500;
         Table table = solve_table(recipe);
         table.attributes["nodes"] = std::to_string(recipe.discretisation.nodes);
         return verify(table, options).meets(recipe.tolerance);
     };
-    EXPECT_TRUE(is_met(recipe.discretisation.mixture_samples));
+    EXPECT_TRUE(is_met(recipe.discretisation.family_samples[0]));
     EXPECT_FALSE(is_met(2));
 }
 
 TEST(Resolve, RefinesTheMixtureWithTolerance) {
     const auto samples = [](double tolerance) {
         return resolve(open_recipe(tolerance, "{ min = 1, max = 1 }"))
-            .discretisation.mixture_samples;
+            .discretisation.family_samples[0];
     };
     const int few = samples(5e-2), many = samples(2e-3);
     EXPECT_GE(few, 2);

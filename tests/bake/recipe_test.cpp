@@ -367,19 +367,19 @@ TEST(Recipe, RefusesGroundOutOfRange) {
 }
 
 TEST(Recipe, MayMixTwoPhaseFunctions) {
-    EXPECT_FALSE(parse_recipe(recipe_with("")).mixture);
+    EXPECT_TRUE(parse_recipe(recipe_with("")).family.empty());
     const Recipe all = parse_recipe(recipe_with("second_phase_function = 'isotropic'\n"));
-    ASSERT_TRUE(all.mixture);
-    EXPECT_EQ(all.mixture->min, 0);
-    EXPECT_EQ(all.mixture->max, 1);
+    ASSERT_TRUE(is_mixture_alone(all));
+    EXPECT_EQ(mixture_of(all)->min, 0);
+    EXPECT_EQ(mixture_of(all)->max, 1);
     EXPECT_EQ(all.second_phase_function.text(), "isotropic");
     const Recipe some = parse_recipe(
         recipe_with("second_phase_function = 'isotropic'\nmixture = { min = 0.25, max = 0.5 }\n"
                     "[discretisation]\nmixture_samples = 4\n"));
-    EXPECT_EQ(some.mixture->min, 0.25);
-    EXPECT_EQ(some.mixture->max, 0.5);
-    EXPECT_EQ(some.discretisation.mixture_samples, 4);
-    EXPECT_NEAR(at_mixture(some, 0.25).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
+    EXPECT_EQ(mixture_of(some)->min, 0.25);
+    EXPECT_EQ(mixture_of(some)->max, 0.5);
+    EXPECT_EQ(some.discretisation.family_samples[0], 4);
+    EXPECT_NEAR(at_member(some, {0.25}).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
 }
 
 TEST(Recipe, RefusesMixturesOutOfRange) {
@@ -405,12 +405,14 @@ void expect_same_choices(const Recipe& a, const Recipe& b) {
     EXPECT_EQ(a.title, b.title);
     EXPECT_EQ(a.phase_function.text(), b.phase_function.text());
     EXPECT_EQ(a.second_phase_function.text(), b.second_phase_function.text());
-    ASSERT_EQ(a.mixture.has_value(), b.mixture.has_value());
-    if (a.mixture) {
-        EXPECT_EQ(a.mixture->min, b.mixture->min);
-        EXPECT_EQ(a.mixture->max, b.mixture->max);
+    ASSERT_EQ(a.family.size(), b.family.size());
+    for (std::size_t k = 0; k < a.family.size(); ++k) {
+        EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
+        EXPECT_EQ(a.family[k].range.min, b.family[k].range.min);
+        EXPECT_EQ(a.family[k].range.max, b.family[k].range.max);
+        EXPECT_EQ(a.family[k].values, b.family[k].values);
     }
-    EXPECT_EQ(a.discretisation.mixture_samples, b.discretisation.mixture_samples);
+    EXPECT_EQ(a.discretisation.family_samples, b.discretisation.family_samples);
     EXPECT_EQ(a.tolerance, b.tolerance);
     EXPECT_EQ(a.optical_depth.min, b.optical_depth.min);
     EXPECT_EQ(a.optical_depth.max, b.optical_depth.max);
@@ -481,10 +483,16 @@ TEST(ResolvedText, RoundTrips) {
         LowerBoundary::layer(PhaseFunction::henyey_greenstein(1.0 / 3), 0.1 + 0.2);
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
-    recipe.mixture = {1.0 / 7, 1};
-    recipe.second_phase_function = PhaseFunction::henyey_greenstein(-1.0 / 3);
-    recipe.discretisation.mixture_samples = 5;
+    set_mixture(recipe, PhaseFunction::henyey_greenstein(-1.0 / 3), {1.0 / 7, 1});
+    recipe.discretisation.family_samples = {5, 0};
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
+
+    Recipe droplets = recipe;
+    droplets.phase_function = parse_phase_function("mie:radius=10um");
+    droplets.second_phase_function = {};
+    droplets.family = {{PhaseParameter::radius, {10.0 / 3, 20}, {}},
+                       {PhaseParameter::wavelength, {0.45, 0.7}, {0.45, 5.0 / 9, 0.7}}};
+    expect_same_choices(parse_recipe(resolved_text(droplets)), droplets);
 
     recipe.discretisation.deepest_optical_depth = 1e9;  // the largest, and a whole number
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);

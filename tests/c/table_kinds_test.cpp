@@ -227,6 +227,10 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
     stratus_table* one = nullptr;
     ASSERT_EQ(stratus_table_at_mixture(all_.get(), 0.3, &one), STRATUS_OK) << stratus_last_error();
     const Handle mixed(one, &stratus_table_close);
+    const double share = 0.3;
+    stratus_table* also = nullptr;
+    ASSERT_EQ(stratus_table_at(all_.get(), 1, &share, &also), STRATUS_OK) << stratus_last_error();
+    const Handle by_value(also, &stratus_table_close);
     all_.reset();  // samples are shared
     const stratus_point point{0.8, 1, 0.5, 0.7, 1};
     stratus_scattered r{}, t{};
@@ -235,6 +239,9 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
     const stratus::TableView same = view().at_mixture(0.3);
     EXPECT_EQ(r.single, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).single);
     EXPECT_EQ(r.multiple, stratus::reflection(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
+    stratus_scattered same_r{};
+    ASSERT_EQ(stratus_table_reflection(also, 1, &point, &same_r), STRATUS_OK);
+    EXPECT_EQ(same_r.multiple, r.multiple);
     EXPECT_EQ(t.multiple, stratus::transmission(same, 1, 0.8, {0.5, 0.7, 1}).multiple);
     const double depths[3] = {0.5, 1, 2}, albedos[3] = {0.7, 0.8, 0.9};
     stratus_slice* slice = nullptr;
@@ -251,6 +258,22 @@ TEST_P(MixedInC, AreLookedUpAtOneMixture) {
               STRATUS_OK);
     packed_->reflection({&w, &depth, &mu, &mu_out, &azimuth, 1}, &expected, 0.3);
     EXPECT_EQ(total, expected);
+}
+
+TEST_P(MixedInC, TellTheirFamily) {
+    const char* name = nullptr;
+    stratus_range range{};
+    ASSERT_EQ(stratus_table_family(all_.get(), 0, &name, &range), STRATUS_OK);
+    EXPECT_STREQ(name, "mixture");
+    EXPECT_EQ(range.highest, 1);
+    EXPECT_EQ(range.samples, 2u);
+    expect_refused(stratus_table_family(all_.get(), 1, &name, &range), STRATUS_INVALID_ARGUMENT,
+                   "axis must be below 1, got 1");
+    const double two[] = {0.3, 0.4};
+    stratus_table* chosen = nullptr;
+    expect_refused(stratus_table_at(all_.get(), 2, two, &chosen), STRATUS_INVALID_ARGUMENT,
+                   "got 2");
+    EXPECT_EQ(chosen, nullptr);
 }
 
 TEST_P(MixedInC, AreRefusedAtNone) {

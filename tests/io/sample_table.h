@@ -43,7 +43,8 @@ inline Table sample_table(const Shape& shape = {}) {
     sample_axis(table.mu_out, 0.03, 1, shape.cosines_out);
     sample_axis(table.azimuth, 0, pi, shape.azimuths);
     if (shape.mixtures > 0) {
-        sample_axis(table.mixture, 0.125, 1, shape.mixtures);
+        table.family = {{PhaseParameter::mixture, {}, false}};
+        sample_axis(table.family[0].axis, 0.125, 1, shape.mixtures);
         table.second_phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
         table.second_extrapolation_length = 0.7 + 0.1;
     }
@@ -54,7 +55,7 @@ inline Table sample_table(const Shape& shape = {}) {
         values.resize(count);
         for (auto& value : values) value = sample(random);
     };
-    const std::size_t albedos = table.mixture_count() * table.albedo.values.size();
+    const std::size_t albedos = table.member_count() * table.albedo.values.size();
     const std::size_t layers = albedos * table.optical_depth.values.size();
     const std::size_t fluxes = layers * table.mu_in.values.size();
     if (shape.reflection) fill(table.reflection_multiple, table.sample_count());

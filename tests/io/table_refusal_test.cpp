@@ -173,7 +173,7 @@ TEST_P(BothFormats, RefuseMixturesWithoutASecondPhaseFunction) {
 TEST_P(BothFormats, RefuseMixturesOutsideTheirRange) {
     const auto refusal_of = [&](std::vector<double> mixtures) {
         Table table = mixed_table();
-        table.mixture.values = std::move(mixtures);
+        table.family[0].axis.values = std::move(mixtures);
         write_changed(
             path, [](io::Metadata&) {}, table);
         return refusal_of_reading(path);
@@ -237,11 +237,11 @@ struct Change {
 std::ostream& operator<<(std::ostream& stream, const Change& row) { return stream << row.name; }
 
 const std::vector<Change> changes{
-    {"NewerMajor", "format_major", "4", "format 4.4 is newer than this program reads (1.x to 3.x)"},
+    {"NewerMajor", "format_major", "5", "format 5.4 is newer than this program reads (1.x to 4.x)"},
     {"OlderMajor", "format_major", "0",
-     "format 0.4 is not one that this program reads (1.x to 3.x)"},
+     "format 0.4 is not one that this program reads (1.x to 4.x)"},
     {"NegativeMinor", "format_minor", "-1",
-     "format 1.-1 is not one that this program reads (1.x to 3.x)"},
+     "format 1.-1 is not one that this program reads (1.x to 4.x)"},
     {"ForeignFormat", "format", "nimbus", "is not a stratus-table file: its format is \"nimbus\""},
     {"NoFormat", "format", nullptr, "is not a stratus-table file: it has no attribute format"},
     {"NoVersion", "format_major", nullptr, "attribute format_major is missing"},

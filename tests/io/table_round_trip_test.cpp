@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
+#include <utility>
 #include <limits>
 #include <ostream>
 #include <string>
@@ -143,6 +145,49 @@ void narrow_directions(Table& table) {
         make_axis(AxisScale::linear, 1.0 / 3, 1, static_cast<int>(table.azimuth.values.size()));
 }
 
+Shape six_members() {
+    Shape shape;
+    shape.mixtures = 6;
+    return shape;
+}
+
+/// One or two axes over parameters in place of the mixtures.
+void take_family(Table& table, std::vector<FamilyAxis> axes) {
+    table.family = std::move(axes);
+    table.extrapolation_lengths.clear();
+    for (std::size_t m = 0; m < table.member_count(); ++m)
+        table.extrapolation_lengths.push_back(1 + static_cast<double>(m) / 7);
+}
+
+void make_lobes(Table& table) {
+    table.phase_function = PhaseFunction::henyey_greenstein(0.5);
+    table.second_phase_function = {};
+    table.second_extrapolation_length = 1;
+    take_family(table, {{PhaseParameter::g,
+                         make_axis(AxisScale::logarithm_of_complement, -0.2, 0.7, 6), false}});
+}
+
+void make_droplets(Table& table) {
+    make_lobes(table);
+    table.phase_function = parse_phase_function("mie:radius=0.3um");
+    take_family(table,
+                {{PhaseParameter::radius, make_axis(AxisScale::logarithmic, 0.2, 0.4, 3), false},
+                 {PhaseParameter::wavelength, {AxisScale::logarithmic, {0.45, 0.65}}, true}});
+}
+
+void make_peaked_mixtures(Table& table) {
+    table.phase_function = PhaseFunction::henyey_greenstein(0.9);
+    take_family(table, {{PhaseParameter::g, {AxisScale::logarithm_of_complement, {0.5, 0.9}}, true},
+                        {PhaseParameter::mixture, make_axis(AxisScale::linear, 0.5, 1, 3), false}});
+}
+
+/// Lookups add the path law.
+void make_peaked_lobes(Table& table) {
+    make_lobes(table);
+    table.path_law =
+        std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
+}
+
 const std::vector<Case> cases{
     {"TwoSides", {}},
     {"ReflectionOnly", one_sided(true)},
@@ -161,6 +206,10 @@ const std::vector<Case> cases{
     {"ExtremeNumbers", {}, use_extreme_numbers},
     {"AllZeros", several_chunks(), clear_reflection},
     {"Mixtures", mixtures()},
+    {"Lobes", six_members(), make_lobes},
+    {"LobesWithPathLaw", six_members(), make_peaked_lobes},
+    {"Droplets", six_members(), make_droplets},
+    {"TwoAxesWithMixture", six_members(), make_peaked_mixtures},
     {"SomeDirections", {}, narrow_directions},
     {"OtherScales", {}, take_other_scales},
     {"MixturesOfOneSide", one_sided_mixtures(), put_on_ground},

@@ -84,7 +84,7 @@ TEST(Binding, RefusesLayersOutsideTheTable) {
     EXPECT_NO_THROW(bind(view, 5, 1, effects));
     const Table both = mixed(table, table);
     Table part = both;
-    part.mixture = make_axis(part.mixture.scale, 0.25, 0.75, 2);
+    set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
     prepare(part);
     expect_refusal<Error>([&] { bind(part.view().at_mixture(0.1), 1, 1); },
                           {"bind", "mixture", "[0.25, 0.75]", "0.1"});

@@ -217,7 +217,7 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndThree) {
 /// What slices are bound from, times the shares intercepted.
 void expect_layer(const Table& table, double albedo, double optical_depth) {
     const PackedTable packed(pack(table));
-    const std::vector<float> layer = packed.layer(Side::reflection, albedo, optical_depth, 1);
+    const std::vector<float> layer = packed.layer(Side::reflection, albedo, optical_depth, {});
     std::size_t n = 0;
     for (const double in : table.mu_in.values)
         for (const double out : table.mu_out.values)

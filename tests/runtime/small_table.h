@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace stratus {
 
@@ -80,6 +81,10 @@ inline Table filled(const Counts& counts, const Depths& depths, const FunctionOf
     return table;
 }
 
+inline void set_mixture(Table& table, Axis shares) {
+    table.family = {{PhaseParameter::mixture, std::move(shares), false}};
+}
+
 /// The table of two alike but for samples and phase function, in any mixture; the first of them at
 /// mixture 1.
 inline Table mixed(const Table& first, const Table& second) {
@@ -88,8 +93,8 @@ inline Table mixed(const Table& first, const Table& second) {
     table.second_phase_function = second.phase_function;
     table.extrapolation_length = first.extrapolation_length;
     table.second_extrapolation_length = second.extrapolation_length;
-    table.mixture = make_axis(AxisScale::linear, 0, 1, 2);
-    for_each_of_mixtures(
+    set_mixture(table, make_axis(AxisScale::linear, 0, 1, 2));
+    for_each_of_members(
         [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
         first);
     prepare(table);

@@ -32,7 +32,13 @@ inline void expect_same_bits(const Table& a, const Table& b) {
     EXPECT_EQ(a.lower_boundary.kind, b.lower_boundary.kind);
     EXPECT_EQ(a.lower_boundary.albedo, b.lower_boundary.albedo);
     EXPECT_EQ(a.lower_boundary.phase_function.text(), b.lower_boundary.phase_function.text());
-    expect_same(a.mixture, b.mixture, "mixture");
+    ASSERT_EQ(a.family.size(), b.family.size());
+    for (std::size_t k = 0; k < a.family.size(); ++k) {
+        EXPECT_EQ(a.family[k].parameter, b.family[k].parameter);
+        EXPECT_EQ(a.family[k].is_discrete, b.family[k].is_discrete);
+        expect_same(a.family[k].axis, b.family[k].axis, a.family[k].name());
+    }
+    expect_same_bits(a.extrapolation_lengths, b.extrapolation_lengths, "extrapolation_lengths");
     expect_same(a.albedo, b.albedo, "albedo");
     expect_same(a.optical_depth, b.optical_depth, "optical_depth");
     expect_same(a.mu_in, b.mu_in, "mu_in");

@@ -159,30 +159,32 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Mixtures, PrepareRefuses,
-    testing::Values(Refusal{"AboveOne",
-                            [](Table& t) { t.mixture = make_axis(AxisScale::linear, 0, 1.5, 2); },
-                            {"mixture", "[0, 1]", "got 1.5"}},
-                    Refusal{"BelowZero",
-                            [](Table& t) { t.mixture = make_axis(AxisScale::linear, -0.5, 1, 2); },
-                            {"mixture", "[0, 1]", "got -0.5"}},
-                    Refusal{"Descending",
-                            [](Table& t) {
-                                t.mixture.values = {0.5, 0.25};
-                            },
-                            {"mixture", "ascending", "got 0.25"}},
-                    Refusal{
-                        "InAnotherScale",
-                        [](Table& t) { t.mixture = make_axis(AxisScale::logarithmic, 0.5, 1, 2); },
-                        {"scale of axis mixture", "linear", "logarithmic"}},
-                    Refusal{"Alone",
-                            [](Table& t) { t.mixture.values = {0.5}; },
-                            {"mixture", "two samples", "got 1"}},
-                    Refusal{"WithoutSamplesOfTheirOwn",
-                            [](Table& t) { t.mixture = make_axis(AxisScale::linear, 0, 1, 2); },
-                            {"length of plane_albedo", "60", "got 30"}},
-                    Refusal{"WithoutASecondLength",
-                            [](Table& t) { t.second_extrapolation_length = 0; },
-                            {"second_extrapolation_length", "(0, inf)", "got 0"}}),
+    testing::Values(
+        Refusal{"AboveOne",
+                [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1.5, 2)); },
+                {"mixture", "[0, 1]", "got 1.5"}},
+        Refusal{"BelowZero",
+                [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, -0.5, 1, 2)); },
+                {"mixture", "[0, 1]", "got -0.5"}},
+        Refusal{"Descending",
+                [](Table& t) {
+                    set_mixture(t, {AxisScale::linear, {0.5, 0.25}});
+                },
+                {"mixture", "ascending", "got 0.25"}},
+        Refusal{"InAnotherScale",
+                [](Table& t) { set_mixture(t, make_axis(AxisScale::logarithmic, 0.5, 1, 2)); },
+                {"scale of axis mixture", "linear", "logarithmic"}},
+        Refusal{"Alone",
+                [](Table& t) {
+                    set_mixture(t, {AxisScale::linear, {0.5}});
+                },
+                {"mixture", "two samples", "got 1"}},
+        Refusal{"WithoutSamplesOfTheirOwn",
+                [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2)); },
+                {"length of plane_albedo", "60", "got 30"}},
+        Refusal{"WithoutASecondLength",
+                [](Table& t) { t.second_extrapolation_length = 0; },
+                {"second_extrapolation_length", "(0, inf)", "got 0"}}),
     [](const auto& row) { return row.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(

@@ -202,9 +202,9 @@ TEST(CommonRecipe, CoversBothDirectionsOfView) {
 
 TEST(NeededRecipe, HasAMixtureAxisForRings) {
     const Recipe recipe = *needed_recipe(small_rings(1));
-    ASSERT_TRUE(recipe.mixture);
-    EXPECT_NEAR(recipe.mixture->min, 0.5, 1e-15);
-    EXPECT_NEAR(recipe.mixture->max, 0.5 / 0.6, 1e-15);
+    ASSERT_TRUE(is_mixture_alone(recipe));
+    EXPECT_NEAR(mixture_of(recipe)->min, 0.5, 1e-15);
+    EXPECT_NEAR(mixture_of(recipe)->max, 0.5 / 0.6, 1e-15);
     EXPECT_EQ(recipe.phase_function.text(), "lambert_sphere");
     EXPECT_EQ(recipe.second_phase_function.text(), "henyey_greenstein:g=0.5");
     Scene even = small_rings(1);

@@ -50,7 +50,7 @@ struct ErrorSample {
     double expected, found;   // totals
     double error;             // relative, as above
     double floor = 0;         // errors are relative to no less
-    double mixture = 1;       // share of the first phase function
+    FamilyPoint member{};     // point of the family
     PointKind kind = PointKind::even;
 };
 
@@ -93,8 +93,8 @@ struct Verification {
 struct PointRange {
     AxisView albedo, optical_depth, mu_in, mu_out;
     bool reflection, transmission;
-    LowerBoundary lower_boundary;  // what the layer lies on
-    AxisView mixture{};            // no samples: a single mixture
+    LowerBoundary lower_boundary;      // what the layer lies on
+    std::vector<FamilyAxis> family{};  // none: a single phase function
     PhaseFunction second_phase_function{};
     bool has_path_law = false;
     bool all_kinds = false;  // of points, where something is peaked; even ones alone otherwise

@@ -38,7 +38,7 @@ struct CostPoint {
     Discretisation discretisation;  // table: how it is sampled
 
     double error_median = 0, error_99_9 = 0, error_largest = 0;  // 99_9: 99.9 % are within
-    double solve_seconds = 0;                                    // one layer, one thread
+    double solve_seconds = 0;                                    // of the processor, one layer
     double bake_seconds = 0;  // table: all threads; with choosing and checking where tolerance did;
                               // packed: of packing
     double bytes = 0;         // table: samples of both sides in memory; packed: the file

@@ -4,10 +4,12 @@
 
 #include <stratus/runtime/axis.h>
 #include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/phase_family.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/stack_layers.h>
 #include <stratus/transfer/solve.h>
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -21,6 +23,14 @@ struct Range {
     double max;
 };
 
+/// An axis over a parameter of the phase function (phase_family.h), lengths in um: a range, sampled
+/// as the tolerance asks, or just some values, of which lookups take one.
+struct FamilyRange {
+    PhaseParameter parameter;
+    Range range;                 // from the first value to the last
+    std::vector<double> values;  // ascending; empty: a range
+};
+
 /// How finely a table is solved and sampled. 0 stands for "as the tolerance asks".
 struct Discretisation {
     int nodes = 0;                             // Gauss nodes of the solver, [1, 512]
@@ -30,7 +40,7 @@ struct Discretisation {
     int optical_depth_samples_per_octave = 0;  // a whole number: doubling goes by octaves
     double deepest_optical_depth = 0;  // last finite sample of an axis that ends at infinity
     int albedo_samples = 0;
-    int mixture_samples = 0;  // of recipes that mix
+    std::array<int, max_family_axes> family_samples{};  // of the ranges of a family
     Scheme scheme = Scheme::harmonic;
     /// linear or square_root; open: the cheaper one, or linear where azimuth_samples is given.
     std::optional<AxisScale> azimuth_scale = std::nullopt;
@@ -43,9 +53,12 @@ struct Recipe {
     std::string title;
     std::string phase_text;               // as given
     PhaseFunction phase_function;         // as read
-    PhaseFunction second_phase_function;  // of recipes that mix
-    std::optional<Range> mixture;         // shares of the first in all that is scattered, [0, 1]
-    double tolerance = 1e-3;              // relative error of R and T asked for
+    PhaseFunction second_phase_function;  // of families with a mixture axis
+    // At most two; the mixture's range is of shares of the first in all that is scattered, [0, 1].
+    std::vector<FamilyRange> family;
+    // Of one member: whether the family has a path law (path_law.h); open: as its phase function.
+    std::optional<bool> leaves_path_law;
+    double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone
     Range albedo{0, 1};            // [0, 1]
     // Directions that the table knows, all unless narrowed; min = max: one alone.
@@ -85,9 +98,18 @@ Recipe recipe_of_stack(std::vector<StackLayer> layers, const LowerBoundary& lowe
 /// Errors   std::invalid_argument naming the key, the allowed range and the value met.
 void check_directions(const Recipe& recipe);
 
-/// The recipe of one mixture alone: its phase function is the sum of both. One that mixes nothing
-/// comes back as it is.
-Recipe at_mixture(const Recipe& recipe, double share_of_first);
+/// The recipe of one point of its family alone. One without a family comes back as it is.
+Recipe at_member(const Recipe& recipe, const FamilyPoint& point);
+
+/// A recipe's range of mixtures with a second phase function, to be widened; null where it has none.
+Range* mixture_of(Recipe& recipe) noexcept;
+const Range* mixture_of(const Recipe& recipe) noexcept;
+
+/// True where its family is the mixtures of two phase functions and nothing else.
+bool is_mixture_alone(const Recipe& recipe) noexcept;
+
+/// Makes the recipe one of mixtures of its phase function with a second one.
+void set_mixture(Recipe& recipe, const PhaseFunction& second, Range shares);
 
 /// TOML text of a recipe. Of a resolved one every choice is spelled out, so that the same table can
 /// be baked again from it alone; what is left open is left out.

@@ -23,6 +23,8 @@ constexpr int table_format_major_of_path_law = 2;  // of files whose samples lea
 constexpr int table_format_minor_of_path_law = 2;
 constexpr int table_format_major_of_stack = 3;  // of files whose material is a stack of layers
 constexpr int table_format_minor_of_stack = 0;
+constexpr int table_format_major_of_family = 4;  // of families but mixtures, path law or not
+constexpr int table_format_minor_of_family = 0;
 
 struct ReadOptions {
     /// Limit in bytes for the file, its samples and, of OpenEXR files, the buffers to inflate them;

@@ -1,7 +1,8 @@
 // Axes of a table: value -> fractional index and back, and the four weights of a cubic.
 //
 // Each quantity is sampled uniformly in the coordinate in which scattered light varies evenly:
-// optical depth in log2(tau), albedo in sqrt(1 - w), mixture in itself, azimuth in itself or, where
+// optical depth in log2(tau), albedo in sqrt(1 - w), parameters of phase functions as phase_family.h
+// says, azimuth in itself or, where
 // light is scattered mostly straight on, in its square root, cosines in asin(mu^(1/4)): thin layers
 // vary fast at grazing angles, and odd azimuthal modes carry a factor sqrt(1 - mu^2), which has
 // infinite slope at mu = 1 in any power of mu. Interpolation is by the cubic through the four
@@ -19,10 +20,12 @@ enum class AxisScale {
     square_root_of_complement,  // albedo: -sqrt(1 - w)
     square_root,                // azimuth of peaked light: sqrt(azimuth)
     fourth_root_of_complement,  // albedo of deep layers near 1: -(1 - w)^(1/4)
+    logarithm_of_complement,    // g of a family: -log2(1 - g)
 };
 
 /// Name of a scale in files: "linear", "arcsine_of_fourth_root", "logarithmic",
-/// "square_root_of_complement", "square_root", "fourth_root_of_complement".
+/// "square_root_of_complement", "square_root", "fourth_root_of_complement",
+/// "logarithm_of_complement".
 const char* axis_scale_name(AxisScale scale) noexcept;
 
 /// Name in files of the linear scale of a mixture.

@@ -83,11 +83,16 @@ class PackedTable {
     TableView view() const noexcept;
 
     /// As the functions of the same names in lookup.h. Mixture [0, 1]: the share of the first phase
-    /// function, which tables without a mixture axis ignore.
+    /// function, which tables without a family ignore. Families of other parameters answer with
+    /// not-a-number: look them up through view().at(point), here and below.
     Scattered reflection(double albedo, double optical_depth, const Geometry& geometry,
                          double mixture = 1) const noexcept;
     Scattered transmission(double albedo, double optical_depth, const Geometry& geometry,
                            double mixture = 1) const noexcept;
+
+    /// Orders n >= 2 alone, around a point of a family without its path law.
+    double multiple(Side side, double albedo, double optical_depth, const Geometry& geometry,
+                    const FamilyStencil& members) const noexcept;
 
     /// Orders n >= 2 of three layers along the same directions: the same numbers, faster than one
     /// by one.
@@ -104,12 +109,13 @@ class PackedTable {
     /// Orders n >= 2 without the path law, over (mu_in, mu_out, azimuth) at the samples of a view's
     /// axes, divided by the shares intercepted along both directions; over a lower boundary as they
     /// are. What slices are bound from.
-    std::vector<float> layer(Side side, double albedo, double optical_depth, double mixture) const;
+    std::vector<float> layer(Side side, double albedo, double optical_depth,
+                             const FamilyStencil& members) const;
 
     /// The table with its samples, as the functions give them.
     Table unpacked() const;
 
-    /// What lookups of a side read, of the first sample of a mixture.
+    /// What lookups of a side read, of the first member of a family.
     const PackedSide& side(Side side) const noexcept;
 
     /// Size of the file.

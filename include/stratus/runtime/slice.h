@@ -61,8 +61,8 @@ class SliceOf {
     ///
     /// Range    layers that the table knows, see above.
     /// Errors   std::invalid_argument for a medium or effects out of range, for a layer that the
-    ///          table does not know, or a table with a mixture axis of which none was chosen
-    ///          (TableView::at_mixture).
+    ///          table does not know, or a table with a family of which no point was chosen
+    ///          (TableView::at).
     SliceOf(const TableView& table, const Medium<channels>& medium, const Effects& effects = {},
             OutsideTable outside = OutsideTable::refuse);
 
@@ -168,6 +168,10 @@ extern template class SliceOf<3>;
 
 /// The layer of one optical depth and albedo: two milliseconds where it takes less than a megabyte.
 Slice bind(const TableView& table, double optical_depth, double albedo, const Effects& effects = {},
+           OutsideTable outside = OutsideTable::refuse);
+/// The same at a point of a table's family, TableView::at(parameters): bind(table, tau, w, {10}).
+Slice bind(const TableView& table, double optical_depth, double albedo,
+           std::initializer_list<double> parameters, const Effects& effects = {},
            OutsideTable outside = OutsideTable::refuse);
 RgbSlice bind_rgb(const TableView& table, const double (&optical_depth)[3],
                   const double (&albedo)[3], const Effects& effects = {},

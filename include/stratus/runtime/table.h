@@ -5,9 +5,11 @@
 // is never tabulated: the lookup adds the closed form with the exact phase function. Of phase
 // functions with a narrow peak the path law (path_law.h) is not tabulated either.
 //
-// Two kinds of scattering may be mixed, w P = w1 P1 + w2 P2 with w = w1 + w2: a table then has
-// another axis, `mixture` = w1 / w, before all others. A view is of one mixture at a time: for two
-// phase functions P1, P2 and f = `mixture`, everything is that of f P1 + (1 - f) P2. [Blinn82] 4.3
+// A table may hold a family of phase functions (phase_family.h): one or two of their parameters are
+// then further axes, before all others, and all numbers lie once for each member. A view is of one
+// point of the family at a time: what is known in closed form is that of the phase function at the
+// very parameters, the samples of the members around it are joined by a cubic. Two kinds of
+// scattering, w P = w1 P1 + w2 P2 with w = w1 + w2, mix with `mixture` = w1 / w. [Blinn82] 4.3
 //
 // A stack of unlike layers (stack_layers.h) is one material: its table has one sample of
 // optical_depth and albedo, those of the mean layer, as is phase_function. It is lit from above.
@@ -17,6 +19,7 @@
 #include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
+#include <stratus/runtime/phase_family.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/stack_layers.h>
 
@@ -39,35 +42,39 @@ struct TableView {
     const LowerBoundary* lower_boundary;  // null: none
     AxisView albedo, optical_depth, mu_in, mu_out, azimuth;
 
-    // Of tables with a mixture axis; that has no samples in others.
-    const PhaseFunction* second_phase_function = nullptr;
-    AxisView mixture{};
-    double chosen_mixture = std::numeric_limits<double>::quiet_NaN();
-    double second_extrapolation_length = 0;
+    // Of a family. Until a point is chosen the weights of its members are not-a-number.
+    const std::vector<FamilyAxis>* family = nullptr;       // null: none
+    const PhaseFunction* second_phase_function = nullptr;  // of one with a mixture axis
+    FamilyPoint chosen;
+    double chosen_mixture = std::numeric_limits<double>::quiet_NaN();  // the share in it
+    FamilyStencil members;  // around the point; one of all without a family
+    std::shared_ptr<const PhaseFunction> own_phase_function;  // what `phase_function` points to
+    std::shared_ptr<const PathOrders> own_path_law;           // what `path_law` points to
 
     const std::vector<StackLayer>* layers = nullptr;  // of a stack; null: one layer
 
     const float* reflection_multiple = nullptr;  // null when the table has no such side
     const float* transmission_multiple = nullptr;
 
-    // What samples are multiplied by before they are interpolated (lookup.h): over (mixture,
+    // What samples are multiplied by before they are interpolated (lookup.h): over (member,
     // albedo, optical_depth) for either side, and over (optical_depth, mu); 1 over a boundary.
     const float* reflection_weight;
     const float* transmission_weight;
     const float* mu_in_weight;
     const float* mu_out_weight;
-    const double* diffusion_exponent;  // over (mixture, albedo)
+    const double* diffusion_exponent;  // over (member, albedo)
 
     // Path law (path_law.h) that the samples leave to lookups; null: none. Orders above
     // `highest_order` are left out there, too, if that is not 0.
     const PathOrders* path_law = nullptr;
     int highest_order = 0;
 
-    // Over (mixture, albedo, optical_depth, mu_in); null where the table does not have it.
+    // Over (member, albedo, optical_depth, mu_in); null where the table does not have it.
     const float* diffuse_transmittance = nullptr;
 
-    double extrapolation_length;  // optical depth; of the first phase function
-    double tolerance;             // that the samples were baked for; 0: unknown
+    double extrapolation_length;  // optical depth; of the phase function before any is chosen
+    const double* extrapolation_lengths;  // over members
+    double tolerance;                     // that the samples were baked for; 0: unknown
 
     // Of a packed table, in place of samples and weights; null: none.
     const PackedTable* packed = nullptr;
@@ -82,7 +89,7 @@ struct TableView {
     bool has_lower_boundary() const noexcept {
         return lower_boundary != nullptr && lower_boundary->is_present();
     }
-    bool has_mixture() const noexcept { return mixture.count > 0; }
+    bool has_family() const noexcept { return family != nullptr; }
     bool is_stack() const noexcept { return layers != nullptr; }
 
     /// True where mu_in and mu_out are sampled alike.
@@ -98,15 +105,23 @@ struct TableView {
     /// True where nothing narrows the directions: cosines from 0.01 or less to 1, all azimuths.
     bool has_all_directions() const noexcept;
 
-    /// The same table, seen at one mixture: for any number of lookups, slices, BSDFs. Beyond its
-    /// samples the orders n >= 2 are those of the axis' end. Without one, a table that has a
-    /// mixture axis answers lookups by not-a-number and refuses to be bound.
+    /// The same table, seen at one point of its family: for any number of lookups, slices, BSDFs.
+    /// Beyond their samples the orders n >= 2 are those of the axes' ends. Until a point is chosen
+    /// a table of a family answers lookups by not-a-number and refuses to be bound.
     ///
-    /// Range    [0, 1], the share of the first phase function. Tables without a mixture axis ignore
-    ///          it.
+    /// Range    a value for each axis of the family, in their order (none without a family), such
+    ///          that there is a phase function; of a discrete axis one of its values.
+    /// Errors   std::invalid_argument naming the axis, what is allowed and what was met.
+    /// Cost     allocates. Droplets (mie) are computed at the first lookup, or here where there is
+    ///          a path law.
+    TableView at(const FamilyPoint& point) const;
+
+    /// The same for a family of one axis, `mixture`; allocates nothing.
+    ///
+    /// Range    [0, 1], the share of the first phase function. Tables without a family ignore it.
     TableView at_mixture(double share_of_first) const noexcept;
 
-    /// phi at the chosen mixture.
+    /// phi at the chosen point.
     double phase(double cos_scattering_angle) const noexcept {
         const double first = (*phase_function)(cos_scattering_angle);
         if (second_phase_function == nullptr) return first;
@@ -116,17 +131,19 @@ struct TableView {
 
     /// The same as a function of its own.
     ///
-    /// Errors   std::invalid_argument when the table's mixture was not chosen, or not in [0, 1].
-    PhaseFunction mixed_phase_function() const;
+    /// Errors   std::invalid_argument when the table has a family and no point of it was chosen, or
+    ///          a mixture that is not in [0, 1].
+    PhaseFunction chosen_phase_function() const;
 };
 
 /// A whole table, as files hold it.
 struct Table {
     PhaseFunction phase_function;
-    PhaseFunction second_phase_function;  // of tables with a mixture axis
-    LowerBoundary lower_boundary;  // with one, reflection is that of both, and no transmission
-    std::vector<StackLayer> layers;       // of a stack, top first; empty: one layer
-    Axis mixture{AxisScale::linear, {}};  // share of the first; empty where nothing is mixed
+    PhaseFunction second_phase_function;  // of families with a mixture axis
+    LowerBoundary lower_boundary;    // with one, reflection is that of both, and no transmission
+    std::vector<StackLayer> layers;  // of a stack, top first; empty: one layer
+    // At most two; empty: `phase_function` alone. Its own value of the parameters is not used.
+    std::vector<FamilyAxis> family;
     Axis albedo{AxisScale::square_root_of_complement, {}};
     Axis optical_depth{AxisScale::logarithmic, {}};
     Axis mu_in{AxisScale::arcsine_of_fourth_root, {}};
@@ -135,7 +152,7 @@ struct Table {
     Axis azimuth{AxisScale::linear, {}};
 
     // Orders n >= 2 over (albedo, optical_depth, mu_in, mu_out, azimuth); empty when the side was
-    // not asked for. These, and all below, lie once for each mixture, one after the other.
+    // not asked for. These, and all below, lie once for each member, one after the other.
     std::vector<float> reflection_multiple;
     std::vector<float> transmission_multiple;
 
@@ -150,6 +167,8 @@ struct Table {
     std::vector<double> diffusion_exponent;  // over albedo
     double extrapolation_length = 1;         // optical depth
     double second_extrapolation_length = 1;  // of the second phase function alone
+    // Over members; of one axis `mixture`, and without a family, `prepare` works them out.
+    std::vector<double> extrapolation_lengths;
 
     double tolerance = 0;       // relative error asked for at the bake
     double measured_error = 0;  // largest relative error met at the bake's own check
@@ -171,20 +190,20 @@ struct Table {
     /// Number of samples of one side.
     std::size_t sample_count() const noexcept;
 
-    bool has_mixture() const noexcept { return !mixture.values.empty(); }
+    bool has_family() const noexcept { return !family.empty(); }
     bool is_stack() const noexcept { return !layers.empty(); }
 
-    /// 1 in a table without a mixture axis.
-    std::size_t mixture_count() const noexcept { return has_mixture() ? mixture.values.size() : 1; }
+    /// 1 in a table without a family.
+    std::size_t member_count() const noexcept { return stratus::member_count(family); }
 
     /// View for lookups, valid while this table lives and is not changed. Call `prepare` first.
     TableView view() const noexcept;
 };
 
-/// What of a table lies once for each mixture, one after the other: calls
+/// What of a table lies once for each member of its family, one after the other: calls
 /// use(table.*member, others.*member...) for each of its numbers.
 template <class Use, class... Tables>
-void for_each_of_mixtures(const Use& use, Tables&... tables) {
+void for_each_of_members(const Use& use, Tables&... tables) {
     use(tables.reflection_multiple...);
     use(tables.transmission_multiple...);
     use(tables.plane_albedo...);
@@ -208,9 +227,12 @@ void check(const Table& table);
 /// The same without samples, whatever there are, and without the phase curve.
 void prepare_header(Table& table);
 
-/// A sample of the mixture axis as a table of its own, its phase function the sum of both.
+/// True where the family is the mixtures of two phase functions and nothing else.
+bool is_mixture(const std::vector<FamilyAxis>& family) noexcept;
+
+/// A member of a family as a table of its own.
 ///
-/// Range    sample in [0, mixture_count()).
-Table table_of_mixture(const Table& table, int sample);
+/// Range    member in [0, member_count()).
+Table table_of_member(const Table& table, std::size_t member);
 
 }  // namespace stratus

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 _ABOUT = {
     "mixture": ("share of the first phase function", "1"),
+    "g": ("g of the Henyey-Greenstein function", "1"),
+    "radius": ("effective radius of the droplets", "um"),
+    "wavelength": ("wavelength", "um"),
+    "variance": ("effective variance of the droplets", "1"),
     "albedo": ("single-scattering albedo", "1"),
     "optical_depth": ("optical depth of the layer", "1"),
     "mu_in": ("cosine of the incident light's angle to the normal", "1"),
@@ -62,7 +66,7 @@ class Table:
 
     @property
     def phase_function(self) -> PhaseFunction:
-        """Of a table with a mixture axis the first."""
+        """Of mixtures the first; of other families the parameters of its own do not count."""
         return PhaseFunction._of(self._own.facts()["phase_function"])
 
     @property
@@ -91,9 +95,21 @@ class Table:
 
     # ---- lookups at any layer
 
-    def _look_up(self, transmitted: bool, at: tuple[ArrayLike, ...], mixture: float, single: bool, multiple: bool) -> Any:
+    def _member(self, mixture: float | None, family: Mapping[str, float] | None) -> list[float]:
+        """A value for each axis of the family; not-a-number where none is given."""
+        given = dict(family or {})
+        if mixture is not None:
+            given.setdefault("mixture", mixture)
+        names = list(self._own.axes())
+        names = names[: names.index("albedo")]
+        unknown = set(family or {}) - set(names)
+        if unknown:
+            raise ValueError(f"family must be of {', '.join(names) or 'no parameters, of this table'}, got {min(unknown)}")
+        return [given.get(name, float("nan")) for name in names]
+
+    def _look_up(self, transmitted: bool, at: tuple[ArrayLike, ...], member: list[float], single: bool, multiple: bool) -> Any:
         def look_up(*arrays: NDArray[np.float64]) -> NDArray[np.float64]:
-            return self._own.look_up(transmitted, *arrays, mixture, single, multiple)
+            return self._own.look_up(transmitted, *arrays, member, single, multiple)
 
         return each(look_up, np.float64, *at)
 
@@ -106,6 +122,7 @@ class Table:
         azimuth: ArrayLike,
         *,
         mixture: float = 1.0,
+        family: Mapping[str, float] | None = None,
         single: bool = True,
         multiple: bool = True,
     ) -> NDArray[np.float64]:
@@ -114,12 +131,14 @@ class Table:
         albedo, optical_depth   of a layer that the table holds, or a thinner one
         mu_in, mu_out, azimuth  cosines (0, 1], radians, 0 the forward side
         mixture                 share of the first phase function, of a table that mixes two
+        family                  parameters of the phase function, of a table of a family, by name:
+                                {"radius": 10}; lengths in um
         single, multiple        light scattered once, and of the orders n >= 2
 
         Errors   ValueError naming argument, range and value.
         Accuracy of a packed table within its tolerance of the samples', in single precision.
         """
-        return self._look_up(False, (albedo, optical_depth, mu_in, mu_out, azimuth), mixture, single, multiple)
+        return self._look_up(False, (albedo, optical_depth, mu_in, mu_out, azimuth), self._member(mixture, family), single, multiple)
 
     def transmission(
         self,
@@ -130,19 +149,19 @@ class Table:
         azimuth: ArrayLike,
         *,
         mixture: float = 1.0,
+        family: Mapping[str, float] | None = None,
         single: bool = True,
         multiple: bool = True,
     ) -> NDArray[np.float64]:
         """Diffuse T likewise; the beam, exp(-optical_depth / mu_in), is not part of it."""
-        return self._look_up(True, (albedo, optical_depth, mu_in, mu_out, azimuth), mixture, single, multiple)
+        return self._look_up(True, (albedo, optical_depth, mu_in, mu_out, azimuth), self._member(mixture, family), single, multiple)
 
     # ---- one layer
 
-    def _bound(self, optical_depth: ArrayLike, albedo: ArrayLike, mixture: float | None, clamp: bool, sampled: bool,
+    def _bound(self, optical_depth: ArrayLike, albedo: ArrayLike, member: list[float], clamp: bool, sampled: bool,
                effects: EffectOptions) -> _stratus.Bound:
         medium = medium_of(optical_depth, albedo)
-        share = float("nan") if mixture is None else mixture
-        return _stratus.bind_table(self._own, *medium, share, clamp, sampled, effects_of(**effects))
+        return _stratus.bind_table(self._own, *medium, member, clamp, sampled, effects_of(**effects))
 
     def bind(
         self,
@@ -150,6 +169,7 @@ class Table:
         albedo: ArrayLike,
         *,
         mixture: float | None = None,
+        family: Mapping[str, float] | None = None,
         clamp: bool = False,
         **effects: Unpack[EffectOptions],
     ) -> Slice:
@@ -157,13 +177,15 @@ class Table:
 
         optical_depth, albedo   one number, or three; one for both where only the other varies
         mixture                 [0, 1], needed of a table of two phase functions
+        family                  parameters by name, needed of a table of a family: {"radius": 10},
+                                lengths in um
         clamp                   take the nearest layer where the table does not know this one
         effects                 `EffectOptions`
 
         Errors   ValueError for a layer that the table does not know, naming the range.
         Cost     2 to 20 ms. The table may go.
         """
-        return Slice(self._bound(optical_depth, albedo, mixture, clamp, False, effects))
+        return Slice(self._bound(optical_depth, albedo, self._member(mixture, family), clamp, False, effects))
 
     def bsdf(
         self,
@@ -171,6 +193,7 @@ class Table:
         albedo: ArrayLike,
         *,
         mixture: float | None = None,
+        family: Mapping[str, float] | None = None,
         clamp: bool = False,
         **effects: Unpack[EffectOptions],
     ) -> Bsdf:
@@ -179,7 +202,7 @@ class Table:
         Errors   as of `bind`; ValueError for a table that was narrowed to some directions.
         Cost     3 to 40 ms more.
         """
-        return Bsdf(self._bound(optical_depth, albedo, mixture, clamp, True, effects))
+        return Bsdf(self._bound(optical_depth, albedo, self._member(mixture, family), clamp, True, effects))
 
     # ---- files and other forms
 

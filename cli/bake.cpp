@@ -103,7 +103,8 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
 void write_files(const Table& table, const BakeCommand& command) {
     std::future<void> picture;
     if (!command.exr.empty())
-        picture = std::async(std::launch::async, [&] { write_table(table, command.exr, command.threads); });
+        picture = std::async(std::launch::async,
+                             [&] { write_table(table, command.exr, command.threads); });
     write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
@@ -247,7 +248,9 @@ void run_bake(const BakeCommand& command) {
     if (command.dry_run) return run_dry(command);
     auto transport = started_ranks();
     if (!command.sweep.empty()) {
-        if (transport) throw std::invalid_argument("bake: --sweep must run without mpirun");
+        if (transport && transport->count() > 1)
+            throw std::invalid_argument("bake: --sweep must be on one rank, got " +
+                                        std::to_string(transport->count()));
         return run_sweep({command.recipe, command.sweep, command.output, command.threads,
                           command.quiet, command.resume, command.accept});
     }
@@ -272,7 +275,8 @@ void add_bake(CLI::App& app) {
                      "With --dry-run: also how long it will take on so many ranks of --threads "
                      "threads each (0: one), and what limits it; 1,2,4,1000")
         ->delimiter(',')
-        ->check(whole_number(1, 1000000));
+        ->check(whole_number(1, 1000000))
+        ->needs(dry_run);
     CLI::Option* const exr =
         bake->add_option("--exr", command->exr, "The same table as a picture file, .exr")
             ->check(file_name());
@@ -310,8 +314,6 @@ void add_bake(CLI::App& app) {
         "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
         "saturn_rings.exr\n  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
-        if (!command->dry_run && !command->ranks.empty())
-            throw CLI::RequiresError("--ranks", "--dry-run");
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);
     });

@@ -301,7 +301,7 @@ TEST(ReadRecipe, FindsPhaseTablesBesideTheRecipe) {
     EXPECT_TRUE(std::holds_alternative<Tabulated>(recipe.phase_function.terms()[0].second));
     EXPECT_FALSE(notes.empty());  // the values had to be scaled
     // and what comes of it needs the file no more
-    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, 0, Scheme::harmonic};
+    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, {}, Scheme::harmonic};
     EXPECT_EQ(parse_recipe(resolved_text(recipe)).phase_function.text(),
               recipe.phase_function.text());
 }
@@ -467,7 +467,7 @@ TEST(ResolvedText, RoundTrips) {
     Recipe recipe = parse_recipe(recipe_with("title = 'A \"title\" with \\ and \u03c4'\n"));
     recipe.phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
     recipe.tolerance = 1.0 / 300;
-    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, 0, Scheme::classic};
+    recipe.discretisation = {24, 20, 22, 9, 3, 0, 11, {}, Scheme::classic};
     expect_same_choices(parse_recipe(resolved_text(recipe)), recipe);
 
     recipe.optical_depth = {1.0 / 7, infinity};

@@ -209,7 +209,7 @@ TEST(NeededRecipe, HasAMixtureAxisForRings) {
     EXPECT_EQ(recipe.second_phase_function.text(), "henyey_greenstein:g=0.5");
     Scene even = small_rings(1);
     std::get<Rings>(even.subject).profile.w2 = {0.5, 0.3};
-    EXPECT_FALSE(needed_recipe(even)->mixture);  // one mixture everywhere: their sum
+    EXPECT_EQ(mixture_of(*needed_recipe(even)), nullptr);  // one mixture everywhere: their sum
     EXPECT_FALSE(common_recipe(recipe, *needed_recipe(even)));
 }
 

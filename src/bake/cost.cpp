@@ -68,7 +68,8 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.seconds > 0, "measure_cost", "seconds", "above 0", options.seconds);
     require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
     require(recipe.family.empty(), "measure_cost", "family",
-            "absent, as second_phase_function: costs are of one phase function", "given");
+            "absent, as second_phase_function: costs are of one phase function",
+            recipe.family.empty() ? "" : parameter_name(recipe.family[0].parameter));
     require(recipe.layers.empty(), "measure_cost", "layers", "absent: costs are of one layer",
             recipe.layers.size());
     const CostBudget budget(options);

@@ -13,7 +13,7 @@ namespace stratus {
 
 namespace {
 
-StackLayer read_layer(const Section& section, const PhaseSource& source) {
+StackLayer read_stack_layer(const Section& section, const PhaseSource& source) {
     return {section.phase_function("phase_function", source.directory, source.notes),
             section.number("albedo"), section.number("optical_depth")};
 }
@@ -26,7 +26,7 @@ Stack read_layers(const Section& file, const TomlFile& origin, const PhaseSource
     for (const toml::node& node : file.tables("layers")) {
         sections.emplace_back(*node.as_table(), origin, stack_keys(),
                               "layer " + std::to_string(sections.size() + 1), "layers");
-        stack.layers.push_back(read_layer(sections.back(), source));
+        stack.layers.push_back(read_stack_layer(sections.back(), source));
     }
     if (file.has("below")) stack.lower_boundary = read_lower_boundary(file, origin.caller, source);
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {

@@ -15,8 +15,6 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = "fit_layer";
-
 const char* name_of(Light light) {
     switch (light) {
         case Light::reflected: return "reflected light";
@@ -28,15 +26,15 @@ const char* name_of(Light light) {
 
 void check(const Observation& at, const LayerModel& model) {
     const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
-    require(is_cosine(at.geometry.mu_out), caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
+    require(is_cosine(at.geometry.mu_out), fit_caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
     if (at.light != Light::beam) {
-        require(is_cosine(at.geometry.mu_in), caller, "mu_in", "in (0, 1]", at.geometry.mu_in);
-        require(std::isfinite(at.geometry.azimuth), caller, "azimuth", "finite",
+        require(is_cosine(at.geometry.mu_in), fit_caller, "mu_in", "in (0, 1]", at.geometry.mu_in);
+        require(std::isfinite(at.geometry.azimuth), fit_caller, "azimuth", "finite",
                 at.geometry.azimuth);
     }
-    require(std::isfinite(at.brightness), caller, "brightness", "finite", at.brightness);
-    require(at.sigma > 0 && std::isfinite(at.sigma), caller, "sigma", "in (0, inf)", at.sigma);
-    require(model.has(at.light), caller, "observed light", "such as the model knows",
+    require(std::isfinite(at.brightness), fit_caller, "brightness", "finite", at.brightness);
+    require(at.sigma > 0 && std::isfinite(at.sigma), fit_caller, "sigma", "in (0, inf)", at.sigma);
+    require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
             name_of(at.light));
 }
 
@@ -46,8 +44,8 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     known.density = options.density;
     known.opposition = options.opposition;
     check_effects(known);
-    require(options.opposition.law == Opposition::Law::none || !model.has_lower_boundary(), caller,
-            "opposition", "none over a lower boundary", "a law");
+    require(options.opposition.law == Opposition::Law::none || !model.has_lower_boundary(),
+            fit_caller, "opposition", "none over a lower boundary", "a law");
     for (const Observation& at : observations) check(at, model);
 }
 
@@ -101,7 +99,7 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     check(model, observations, options);
     const ParameterSpace space(model, options);
     const auto needed = static_cast<std::size_t>(std::max(space.size(), 1));
-    require(observations.size() >= needed, caller, "observations",
+    require(observations.size() >= needed, fit_caller, "observations",
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());
     const Problem problem(model, space, observations, options);

@@ -11,8 +11,6 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = "fit_layer";
-
 double between(double low, double high, double share) { return low + share * (high - low); }
 
 std::string text_of(const Interval& range) {
@@ -45,7 +43,7 @@ ParameterSpace::ParameterSpace(const LayerModel& model, const FitOptions& option
     if (options.optical_depth) {
         held_.optical_depth = *options.optical_depth;
         require(model.has_depth(effective_optical_depth(held_.optical_depth, options.density)),
-                caller, "optical_depth held",
+                fit_caller, "optical_depth held",
                 "one that the model knows, such as in " + text_of(depth), held_.optical_depth);
     } else if (depth.low < depth.high) {
         add(Coordinate::log_depth, {std::log2(depth.low), std::log2(depth.high)});
@@ -64,27 +62,27 @@ void ParameterSpace::add(Coordinate of, Interval range) {
 void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& options) {
     const ParameterRanges ranges = model.ranges();
     const char* const w1 = one_kind_ ? "w held" : "w1 held";
-    require(model.kinds() > 0 || (!options.w1 && !options.w2), caller, "albedos",
+    require(model.kinds() > 0 || (!options.w1 && !options.w2), fit_caller, "albedos",
             "left out where beams alone are fitted", "one");
-    require(model.kinds() != 1 || !options.w2, caller, "w2", "left out with particles of one kind",
-            options.w2.value_or(0));
+    require(model.kinds() != 1 || !options.w2, fit_caller, "w2",
+            "left out with particles of one kind", options.w2.value_or(0));
     const auto check = [&](const char* name, double value) {
-        require(value >= 0 && value <= 1, caller, name, "in [0, 1]", value);
+        require(value >= 0 && value <= 1, fit_caller, name, "in [0, 1]", value);
     };
     if (options.w1) check(w1, held_.w1 = *options.w1);
     if (options.w2) check("w2 held", held_.w2 = *options.w2);
     const bool both_held = options.w1 && (options.w2 || one_kind_);
     if (both_held) {
-        require(ranges.albedo.contains(held_.albedo()), caller, one_kind_ ? w1 : "w1 + w2 held",
+        require(ranges.albedo.contains(held_.albedo()), fit_caller, one_kind_ ? w1 : "w1 + w2 held",
                 "in the model's " + text_of(ranges.albedo), held_.albedo());
-        require(one_kind_ || ranges.mixture.contains(held_.mixture()), caller,
+        require(one_kind_ || ranges.mixture.contains(held_.mixture()), fit_caller,
                 "w1 / (w1 + w2) held", "in the model's " + text_of(ranges.mixture),
                 held_.mixture());
     } else if (options.w1 || options.w2) {
         const bool first = !options.w1;
         const double held = first ? held_.w2 : held_.w1;
         const Interval range = free_albedo(ranges, first, held);
-        require(range.low < range.high, caller, first ? "w2 held" : w1,
+        require(range.low < range.high, fit_caller, first ? "w2 held" : w1,
                 "one that leaves room for the other: w1 + w2 in " + text_of(ranges.albedo) +
                     ", w1 / (w1 + w2) in " + text_of(ranges.mixture),
                 held);
@@ -105,17 +103,17 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
     const std::optional<double> own = model.asymmetry(kind);
     value = own.value_or(0);
     if (!held && !is_free) return;
-    require(own.has_value(), caller, name,
+    require(own.has_value(), fit_caller, name,
             "left out unless the phase function is Henyey-Greenstein and not a table's",
             held ? short_number(*held, 6) : "free");
     const Interval range = model.ranges().g;
     if (is_free) {
-        require(!held, caller, name, "either held or free", "both");
+        require(!held, fit_caller, name, "either held or free", "both");
         value = std::clamp(value, range.low, range.high);
         add(kind == 1 ? Coordinate::g1 : Coordinate::g2, range);
         return;
     }
-    require(range.contains(*held), caller, name + " held", "in " + text_of(range), *held);
+    require(range.contains(*held), fit_caller, name + " held", "in " + text_of(range), *held);
     value = *held;
 }
 

@@ -10,6 +10,8 @@
 
 namespace stratus {
 
+constexpr const char* fit_caller = "fit_layer";  // in refusals
+
 /// Both albedos free are varied as w1 + w2 and w1 / (w1 + w2), which tables are made of; the depth
 /// is varied by its log2.
 enum class Coordinate { log_depth, albedo, mixture, w1, w2, g1, g2 };

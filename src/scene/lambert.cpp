@@ -9,7 +9,7 @@
 namespace stratus {
 namespace {
 
-constexpr int solver_nodes = 48;
+constexpr int layer_nodes = 48;          // of the solver
 constexpr int cosine_count = 101;        // 0.01 to 1, denser towards 0.01
 constexpr int azimuth_count = 64;        // of a mean
 constexpr double min_compared_mu = 0.2;  // below it, no cloud is plane-parallel
@@ -33,7 +33,7 @@ LambertComparison compare_with_lambert(const LambertFigure& figure) {
     }
     mu.insert(mu.end(), figure.mu_in.begin(), figure.mu_in.end());
     SolverOptions options;
-    options.nodes = solver_nodes;
+    options.nodes = layer_nodes;
     const LayerSolution layer =
         solve_layer(figure.phase_function, figure.albedo, figure.optical_depth, mu, options);
 

@@ -83,7 +83,7 @@ expect_refused 2 RECIPE required -- cost
 expect_refused 1 absent.toml -- cost absent.toml -o older.csv
 expect_refused 2 extra -- cost tiny.toml extra
 { cat tiny.toml; echo 'second_phase_function = "rayleigh"'; } >bad.toml
-expect_refused 2 second_phase_function absent "got rayleigh" -- cost bad.toml -o older.csv
+expect_refused 2 second_phase_function absent "got mixture" -- cost bad.toml -o older.csv
 sed 's/0.1$/0.2/' tiny.toml >bad.toml
 expect_refused 2 tolerance "[1e-6, 0.1]" "got 0.2" -- cost bad.toml -o older.csv --svg older.svg
 

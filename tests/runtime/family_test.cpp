@@ -199,7 +199,7 @@ TEST(Family, RefusesAxesThatAreNone) {
            {"scale of axis g", "logarithm_of_complement", "linear"});
     refuse({{PhaseParameter::g, {AxisScale::linear, {0.2, 0.1}}, true}}, {"g", "ascending", "0.1"});
     refuse({range_of(PhaseParameter::radius, 4, 20, 5)}, {"radius", "one mie"});
-    refuse({range_of(PhaseParameter::g, 0.2, 0.9, 4)}, {"diffusion_exponent", "16"});
+    refuse({range_of(PhaseParameter::g, 0.2, 0.9, 4)}, {"extrapolation_lengths", "4", "got 5"});
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 
 namespace stratus {
@@ -118,7 +119,9 @@ TEST(FamilyTable, MeetsItsToleranceBetweenItsMembers) {
     options.samples = 200;
     const Verification verification = verify(table, options);
     EXPECT_TRUE(verification.meets(recipe.tolerance)) << verification.samples.back().error;
-    EXPECT_NE(verification.samples.front().member[0], verification.samples.back().member[0]);
+    std::set<double> members;
+    for (const auto& sample : verification.samples) members.insert(sample.member[0]);
+    EXPECT_GE(members.size(), 4u);
     options.samples = 16;
     options.bound = true;
     EXPECT_TRUE(verify(table, options).meets(recipe.tolerance));

@@ -1,5 +1,5 @@
 // Where the time of a sweep of small tables goes: parsing, choosing, solving, checking and writing,
-// row by row on one thread, then the sweep as `stratus bake --sweep` runs it.
+// row by row on one thread. `sweep_bench [RECIPE.toml SWEEP.csv]`; without them 20 tables of hazes.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/bake/sweep.h>
@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <string>
+#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -32,18 +34,36 @@ struct Stage {
     }
 };
 
+void write_hazes(const std::filesystem::path& recipe, const std::filesystem::path& sweep) {
+    std::ofstream(recipe) << "phase_function = 'isotropic'\n"
+                             "tolerance = 1e-2\n"
+                             "optical_depth = { min = 0.25, max = 2.0 }\n"
+                             "albedo = { min = 0.5, max = 1.0 }\n";
+    std::ofstream rows(sweep);
+    rows << "phase_function\n";
+    for (int row = 0; row < 20; ++row) rows << "henyey_greenstein:g=" << 0.03 * row << '\n';
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: sweep_bench RECIPE.toml SWEEP.csv FOLDER\n");
+    if (argc != 1 && argc != 3) {
+        std::fprintf(stderr, "usage: sweep_bench [RECIPE.toml SWEEP.csv]\n");
         return 2;
     }
-    const std::filesystem::path folder = argv[3];
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("sweep_bench_" + std::to_string(getpid()));
     std::filesystem::create_directory(folder);
+    std::filesystem::path recipe = folder / "recipe.toml", sweep = folder / "sweep.csv";
+    if (argc == 3) {
+        recipe = argv[1];
+        sweep = argv[2];
+    } else {
+        write_hazes(recipe, sweep);
+    }
     Stage parsing{"parsing"}, choosing{"choosing"}, solving{"solving"}, checking{"checking"},
         writing{"writing"}, whole{"as a bake"};
-    const std::vector<SweepRow> rows = parsing.time([&] { return read_sweep(argv[1], argv[2]); });
+    const std::vector<SweepRow> rows = parsing.time([&] { return read_sweep(recipe, sweep); });
     BakeOptions options;
     options.threads = 1;
     for (const SweepRow& row : rows) {
@@ -63,4 +83,5 @@ int main(int argc, char** argv) {
     for (const Stage& stage : {parsing, choosing, solving, checking, writing, whole})
         std::printf("%-10s %8.3f s, %7.2f ms a row\n", stage.name, stage.seconds,
                     1e3 * stage.seconds / static_cast<double>(rows.size()));
+    std::filesystem::remove_all(folder);
 }

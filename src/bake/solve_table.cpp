@@ -257,6 +257,7 @@ class TableSolver {
         std::vector<float> room;
         const Row row = row_in(room);
         std::vector<char> samples;
+        samples.reserve(room.size() * sizeof(float) * rows_of(unit, ladder_of(unit)).size());
         for (const auto& of_albedo : solutions_of(unit))
             for (const LayerSolution& solution : of_albedo) {
                 fill(row, solution, grids_[unit.member]);

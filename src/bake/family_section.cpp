@@ -76,7 +76,7 @@ std::string value_text(PhaseParameter parameter, double value) {
 std::string list_text(PhaseParameter parameter, const std::vector<double>& values) {
     std::vector<std::string> texts;
     for (const double value : values) texts.push_back(value_text(parameter, value));
-    return "[" + joined(texts) + "]";
+    return std::string("[").append(joined(texts)).append("]");
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 // row by row on one thread. `sweep_bench [RECIPE.toml SWEEP.csv]`; without them 20 tables of hazes.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/io/table_file.h>
 
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -17,9 +17,6 @@
 using namespace stratus;
 
 namespace {
-
-/// Of the processor, so that other programs do not count.
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Stage {
     const char* name;

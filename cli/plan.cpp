@@ -2,6 +2,7 @@
 // its table.
 #include <stratus/scene/plan.h>
 
+#include <stratus/bake/clock.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
@@ -17,7 +18,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -238,9 +238,9 @@ void run_plan(const PlanCommand& command) {
     }
     Progress progress(command.quiet);
     std::vector<std::string> notes;
-    const std::clock_t started = std::clock();
+    const double started = processor_seconds();
     SceneFile file = read_scene(command.scene, &notes);
-    const double reading = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
+    const double reading = processor_seconds() - started;
     for (const std::string& note : notes) progress.note("note: " + note);
     if (file.figure)
         throw std::invalid_argument("plan: SCENE must be a picture, got a figure: " +

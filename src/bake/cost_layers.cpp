@@ -4,8 +4,6 @@
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/constants.h>
 
-#include "solve_table.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -1,11 +1,11 @@
 #include "cost_methods.h"
 
+#include <stratus/bake/clock.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
 
 #include "cost_layers.h"
-#include "solve_table.h"
 
 #include <algorithm>
 #include <cmath>

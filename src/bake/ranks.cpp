@@ -3,8 +3,6 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 
-#include "solve_table.h"
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>

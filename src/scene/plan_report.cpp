@@ -9,7 +9,6 @@
 #include <stratus/scene/render.h>
 
 #include "forecast.h"
-#include "solve_table.h"
 
 #include <unistd.h>
 

@@ -53,9 +53,14 @@ bool leaves_path_law(const Recipe& recipe) {
     return true;
 }
 
+Recipe with_path_law_decided(Recipe recipe) {
+    if (!recipe.family.empty()) recipe.leaves_path_law = leaves_path_law(recipe);
+    return recipe;
+}
+
 std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe) {
     if (!leaves_path_law(recipe)) return {};
-    return std::make_shared<const PathOrders>(PathLaw(significant_moments(recipe.phase_function)));
+    return PathOrders::of_any(recipe.phase_function);
 }
 
 Axis mu_axis(Range range, int samples) {
@@ -82,10 +87,15 @@ Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale) {
                      range.min == range.max ? 1 : std::max(2, samples));
 }
 
+FamilyAxis ranging_axis(const FamilyRange& range, int samples) {
+    return {range.parameter,
+            make_axis(parameter_scale(range.parameter), range.range.min, range.range.max, samples),
+            false};
+}
+
 FamilyAxis family_axis(const FamilyRange& range, int samples) {
-    const AxisScale scale = parameter_scale(range.parameter);
-    if (!range.values.empty()) return {range.parameter, {scale, range.values}, true};
-    return {range.parameter, make_axis(scale, range.range.min, range.range.max, samples), false};
+    if (range.values.empty()) return ranging_axis(range, samples);
+    return {range.parameter, {parameter_scale(range.parameter), range.values}, true};
 }
 
 std::vector<FamilyAxis> family_axes(const Recipe& resolved) {

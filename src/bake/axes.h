@@ -21,6 +21,9 @@ std::shared_ptr<const PathOrders> path_law_of(const Recipe& recipe);
 /// Whether they leave it, of a family: no mixture, and a narrow peak at all ends of its axes.
 bool leaves_path_law(const Recipe& recipe);
 
+/// The recipe with that decided: of a family of droplets it takes long to find out.
+Recipe with_path_law_decided(Recipe recipe);
+
 // Directions that tables know unless recipes narrow them: cosines, and azimuths in degrees.
 constexpr Range all_cosines{0, 1}, all_azimuths{0, 180};
 
@@ -57,7 +60,10 @@ DirectionAxes direction_axes(const Recipe& resolved);
 /// min = max.
 Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std::nullopt);
 
-/// Even in the scale of the parameter, or just its values.
+/// Even in the scale of the parameter, from the first of its values to the last.
+FamilyAxis ranging_axis(const FamilyRange& range, int samples);
+
+/// The same for a range; or just its values.
 FamilyAxis family_axis(const FamilyRange& range, int samples);
 
 /// The axes of a resolved recipe's family; none without one.

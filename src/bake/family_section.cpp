@@ -10,10 +10,6 @@ namespace stratus {
 
 namespace {
 
-constexpr PhaseParameter parameters[] = {PhaseParameter::mixture, PhaseParameter::g,
-                                         PhaseParameter::radius, PhaseParameter::wavelength,
-                                         PhaseParameter::variance};
-
 constexpr std::size_t most_values = 64;
 
 bool is_length(PhaseParameter parameter) { return std::string(parameter_unit(parameter)) == "um"; }
@@ -99,7 +95,7 @@ void read_family(const Section& file, const char* caller, const PhaseSource& sou
             "absent where there is no second_phase_function", "given");
     require(!file.has("mixture") || !family.has("mixture"), caller, family.at("mixture"),
             "given once, here or at the top", "both");
-    for (const PhaseParameter parameter : parameters) {
+    for (const PhaseParameter parameter : all_parameters) {
         const char* const key = parameter_name(parameter);
         const std::string samples = samples_key(parameter);
         const bool is_mixed = parameter == PhaseParameter::mixture && mixes;

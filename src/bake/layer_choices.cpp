@@ -253,8 +253,7 @@ struct FineMembers {
                 const BakeOptions& options_, int fine)
         : recipe(recipe_), max_error(max_error_), options(options_), axis(axis_) {
         for (std::size_t k = 0; k < recipe.family.size(); ++k) {
-            along.push_back(family_axis({recipe.family[k].parameter, recipe.family[k].range, {}},
-                                        k == axis ? fine + 1 : 3));
+            along.push_back(ranging_axis(recipe.family[k], k == axis ? fine + 1 : 3));
             std::vector<double>& values = along.back().axis.values;
             if (k != axis) values = {values[1]};
         }

@@ -224,21 +224,14 @@ class PointSource {
 };
 
 bool has_peak(const PhaseFunction& phase_function, const PointRange& range) {
-    const auto is_peaked_at = [&](const std::vector<double>& share_of_way) {
-        FamilyPoint point{share_of_way};
-        for (std::size_t k = 0; k < range.family.size(); ++k)
-            point[k] = random_value(range.family[k], share_of_way[k]);
-        return is_peaked(
-            phase_function_at(phase_function, range.second_phase_function, range.family, point));
-    };
-    for (const double a : {0.0, 0.999999})
-        for (const double b : {0.0, 0.999999})
-            if (!range.family.empty() &&
-                is_peaked_at(range.family.size() > 1 ? std::vector{a, b} : std::vector{a}))
-                return true;
-    const PhaseFunction own = range.family.empty() ? phase_function : PhaseFunction();
-    return std::ranges::any_of(phase_functions_of(range.layers, own, range.lower_boundary),
-                               is_peaked);
+    std::vector<PhaseFunction> corners;  // the phase function itself without a family
+    for (const FamilyPoint& corner : corners_of(range.family))
+        corners.push_back(
+            phase_function_at(phase_function, range.second_phase_function, range.family, corner));
+    return std::ranges::any_of(corners, [&](const PhaseFunction& corner) {
+        return std::ranges::any_of(phase_functions_of(range.layers, corner, range.lower_boundary),
+                                   is_peaked);
+    });
 }
 
 /// Cosines without repetition.

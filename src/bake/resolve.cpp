@@ -114,20 +114,19 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
 /// and the middle, the most peaked first; just one where the recipe has no family.
 std::vector<FamilyPoint> probed_points(const Recipe& recipe) {
     if (recipe.family.empty()) return {{}};
-    std::vector<FamilyAxis> ends, middles;
+    std::vector<FamilyAxis> ends;
+    std::vector<double> middle;
     for (const FamilyRange& range : recipe.family) {
-        ends.push_back(family_axis({range.parameter, range.range, {}}, 2));
-        const Axis thirds = family_axis({range.parameter, range.range, {}}, 3).axis;
-        const double middle =
-            range.values.empty() ? thirds.values[1] : range.values[range.values.size() / 2];
-        middles.push_back({range.parameter, {thirds.scale, {middle}}, false});
+        ends.push_back(ranging_axis(range, 2));
+        middle.push_back(range.values.empty() ? ranging_axis(range, 3).axis.values[1]
+                                              : range.values[range.values.size() / 2]);
     }
-    std::vector<FamilyPoint> points;
-    for (std::size_t m = 0; m < member_count(ends); ++m) points.push_back(member_at(ends, m));
-    std::ranges::stable_sort(points, std::ranges::greater{}, [&](const FamilyPoint& point) {
-        return std::abs(at_member(recipe, point).phase_function.asymmetry());
-    });
-    return {points.front(), member_at(middles, 0), points.back()};
+    std::vector<std::pair<double, FamilyPoint>> peaks;
+    for (const FamilyPoint& corner : corners_of(ends))
+        peaks.emplace_back(std::abs(at_member(recipe, corner).phase_function.asymmetry()), corner);
+    std::ranges::stable_sort(peaks, std::ranges::greater{},
+                             &std::pair<double, FamilyPoint>::first);
+    return {peaks.front().second, FamilyPoint(middle), peaks.back().second};
 }
 
 /// "mixture 0.5", as pieces of work and notes name a point.
@@ -141,8 +140,9 @@ std::string name_of(const Recipe& recipe, const FamilyPoint& point, int digits) 
 
 }  // namespace
 
-Resolution resolve_to(const Recipe& recipe, double strictness, const BakeOptions& options) {
-    check_directions(recipe);
+Resolution resolve_to(const Recipe& given, double strictness, const BakeOptions& options) {
+    check_directions(given);
+    const Recipe recipe = with_path_law_decided(given);
     const double max_error = strictness * recipe.tolerance;
     const bool has_family = !recipe.family.empty();
     const auto note_member = [&](const std::string& which) {

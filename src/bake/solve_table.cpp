@@ -2,11 +2,13 @@
 #include "solve_table.h"
 
 #include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
 
 #include "axes.h"
+#include "family_section.h"
 #include "piece_of_work.h"
 #include "solve_material.h"
 
@@ -386,18 +388,20 @@ PredictedUnits predict_units(const Recipe& resolved) {
 
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
     const Discretisation& d = resolved.discretisation;
-    std::vector<std::pair<const char*, int>> choices{{"nodes", d.nodes},
+    std::vector<std::pair<std::string, int>> choices{{"nodes", d.nodes},
                                                      {"modes", d.modes},
                                                      {"mu_samples", d.mu_samples},
                                                      {"azimuth_samples", d.azimuth_samples},
                                                      {"albedo_samples", d.albedo_samples}};
     for (std::size_t k = 0; k < resolved.family.size(); ++k)
         if (resolved.family[k].values.empty())
-            choices.push_back({parameter_name(resolved.family[k].parameter), d.family_samples[k]});
+            choices.push_back(
+                {samples_key(resolved.family[k].parameter), d.family_samples[k]});
     for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
     check_directions(resolved);
-    Table table = TableSolver(resolved, options).solve();
+    const Recipe decided = with_path_law_decided(resolved);
+    Table table = TableSolver(decided, options).solve();
     if (is_first_rank(options.log)) prepare(table);
     return table;
 }

@@ -15,8 +15,7 @@ namespace stratus::c {
 SharedTable::SharedTable(Table table) : own(std::move(table)) {
     const Table& of = header();
     phase_function = of.phase_function.text();
-    if (of.view().second_phase_function != nullptr)
-        second_phase_function = of.second_phase_function.text();
+    if (mixes_two(of.family)) second_phase_function = of.second_phase_function.text();
     layer_texts.reserve(of.layers.size());  // which are pointed to
     for (const StackLayer& layer : of.layers)
         layers.push_back({layer_texts.emplace_back(layer.phase_function.text()).c_str(),

@@ -172,18 +172,13 @@ void read_layers(const Metadata& metadata, Table& table) {
         to_number("spherical_albedo_below", entry(metadata, "spherical_albedo_below"));
 }
 
-/// True of families that files of format 1 cannot hold.
-bool has_other_family(const Table& table) {
-    return table.has_family() && !is_mixture(table.family);
-}
-
 /// The version that a table is written in.
 struct FormatVersion {
     int major, minor;
 };
 
 FormatVersion version_of(const Table& table) {
-    if (has_other_family(table))
+    if (table.varies_parameters())  // which files of format 1 cannot hold
         return {table_format_major_of_family, table_format_minor_of_family};
     if (table.is_stack()) return {table_format_major_of_stack, table_format_minor_of_stack};
     if (table.path_law) return {table_format_major_of_path_law, table_format_minor_of_path_law};
@@ -191,13 +186,13 @@ FormatVersion version_of(const Table& table) {
 }
 
 void add_family(const Table& table, Metadata& metadata) {
-    std::vector<std::string> names;
-    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
-    if (has_other_family(table)) {
+    if (table.varies_parameters()) {
+        std::vector<std::string> names;
+        for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
         metadata["family"] = joined(names, " ");
         metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
     }
-    if (std::ranges::count(names, parameter_name(PhaseParameter::mixture)) == 0) return;
+    if (!mixes_two(table.family)) return;
     metadata["second_phase_function"] = table.second_phase_function.text();
     metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
 }
@@ -259,11 +254,9 @@ void read_path_law(const Metadata& metadata, Table& table) {
     if (to_numbers("path_law", text) != path_law_moments)
         throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
                                  ", got " + shown(text));
-    if (table.has_family())  // at the very parameters, by lookups
-        table.path_law =
-            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
-    else
-        table.path_law = PathOrders::of(table.phase_function);
+    // Of a family lookups work it out at the very parameters.
+    table.path_law = table.has_family() ? PathOrders::of_any(table.phase_function)
+                                        : PathOrders::of(table.phase_function);
     if (!table.path_law)
         throw std::runtime_error("attribute path_law needs a phase function with a narrow peak");
 }

@@ -83,8 +83,7 @@ py::dict facts(const AnyTable& any) {
     const Table& table = any.table();
     py::dict facts;
     facts["phase_function"] = table.phase_function;
-    if (table.view().second_phase_function != nullptr)
-        facts["second_phase_function"] = table.second_phase_function;
+    if (mixes_two(table.family)) facts["second_phase_function"] = table.second_phase_function;
     facts["tolerance"] = table.tolerance;
     facts["measured_error"] = table.measured_error;
     facts["highest_order"] = table.highest_order;

@@ -265,12 +265,12 @@ void add_family(TensorWriter& file, const Table& table) {
                                           ? discrete_scale_name
                                           : axis_scale_name(of_family.axis.scale));
     }
-    if (table.view().second_phase_function != nullptr) {
+    if (mixes_two(table.family)) {
         file.set(second_phase_function_name, table.second_phase_function.text());
         file.set(second_extrapolation_length_name,
                  shortest_text(table.second_extrapolation_length));
     }
-    if (!table.has_family() || is_mixture(table.family)) return;
+    if (!table.varies_parameters()) return;
     std::vector<std::string> names;
     for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
     file.set(family_name, joined(names, " "));
@@ -337,7 +337,7 @@ std::vector<char> pack(const Table& table) {
             one = &member;
         }
         const std::string prefix = member_prefix(table, m);
-        if (!table.has_family() || is_mixture(table.family))
+        if (!table.varies_parameters())
             add_curve(file, prefix + phase_name, one->phase_curve);
         const TableView view = one->view();
         for (const Side side : {Side::reflection, Side::transmission})

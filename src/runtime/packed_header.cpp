@@ -43,11 +43,10 @@ void check_format(const TensorFile& file) {
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    if (text == axis_scale_name(AxisScale::logarithm_of_complement))
-        return AxisScale::logarithm_of_complement;
     for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
                                   AxisScale::logarithmic, AxisScale::square_root_of_complement,
-                                  AxisScale::square_root, AxisScale::fourth_root_of_complement})
+                                  AxisScale::square_root, AxisScale::fourth_root_of_complement,
+                                  AxisScale::logarithm_of_complement})
         if (text == axis_scale_name(scale)) return scale;
     require(false, caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
     return {};
@@ -183,8 +182,7 @@ Table packed_header(const TensorFile& file) {
     if (!table.has_family())
         table.phase_curve = curve_of(file, phase_name, 1, table.phase_function);
     if (table.has_family() && file.strings().count(family_path_law_name) != 0)
-        table.path_law =
-            std::make_shared<const PathOrders>(PathLaw(significant_moments(table.phase_function)));
+        table.path_law = PathOrders::of_any(table.phase_function);
     if (file.has(path_orders_name)) {
         table.path_law = file.tensor(path_orders_name).type == TensorType::f16
                              ? path_orders(file, file.numbers<Half>(path_orders_name, 2))

@@ -59,7 +59,7 @@ inline std::string side_name(Side side) {
 }
 inline std::string member_prefix(const Table& table, std::size_t member) {
     if (!table.has_family()) return "";
-    return (is_mixture(table.family) ? "mixture_" : "member_") + std::to_string(member) + "/";
+    return (table.varies_parameters() ? "member_" : "mixture_") + std::to_string(member) + "/";
 }
 
 /// Numbers of a block in `blocks`.

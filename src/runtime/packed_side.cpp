@@ -236,11 +236,6 @@ void set_nothing(SideMemory& side) {
     side.block_of_cell.assign(albedos * stencil_size, 0.0f);
 }
 
-/// Of members but mixtures of two no closed form is asked for: none lies at the point itself.
-bool has_closed_forms(const Table& table) {
-    return !table.has_family() || is_mixture(table.family);
-}
-
 }  // namespace
 
 void require_aligned(const void* data, const std::string& name) {
@@ -257,7 +252,7 @@ PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
 }
 
 PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
-    if (!table.path_law || !has_closed_forms(table)) return {};
+    if (!table.path_law || table.varies_parameters()) return {};
     const PathOrders& law = *table.path_law;
     if (!file.has(path_sheet_name)) {
         const std::size_t orders = size(law.order_count() - 2);
@@ -281,9 +276,10 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     PackedMember sample{};
     sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
-    const PhaseFunction phase = has_closed_forms(table)
-                                    ? view.at(member_at(table.family, m)).chosen_phase_function()
-                                    : PhaseFunction();
+    // Of members that vary in parameters no closed form is asked for: none lies at the point itself.
+    const PhaseFunction phase =
+        table.varies_parameters() ? PhaseFunction()
+                                  : view.at(member_at(table.family, m)).chosen_phase_function();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);

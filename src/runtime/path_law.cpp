@@ -230,6 +230,10 @@ std::shared_ptr<const PathOrders> PathOrders::of(const PhaseFunction& phase_func
     return std::make_shared<const PathOrders>(PathLaw(std::move(moments)));
 }
 
+std::shared_ptr<const PathOrders> PathOrders::of_any(const PhaseFunction& phase_function) {
+    return std::make_shared<const PathOrders>(PathLaw(significant_moments(phase_function)));
+}
+
 double PathLaw::smooth_moment(std::size_t l) const noexcept {
     constexpr double first = first_smoothed, last = smooth_moments;
     const double u = std::clamp((static_cast<double>(l) - first) / (last - first), 0.0, 1.0);

@@ -11,10 +11,6 @@
 namespace stratus {
 namespace {
 
-constexpr PhaseParameter all_parameters[] = {PhaseParameter::mixture, PhaseParameter::g,
-                                             PhaseParameter::radius, PhaseParameter::wavelength,
-                                             PhaseParameter::variance};
-
 constexpr double rounding = 1e-7;
 
 /// Whether a term has the parameter.
@@ -123,6 +119,22 @@ FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member) {
         member /= samples.size();
     }
     return FamilyPoint(values);
+}
+
+std::vector<FamilyPoint> corners_of(std::vector<FamilyAxis> axes) {
+    for (FamilyAxis& axis : axes) {
+        std::vector<double>& values = axis.axis.values;
+        values = {values.front(), values.back()};
+    }
+    std::vector<FamilyPoint> corners;
+    for (std::size_t m = 0; m < member_count(axes); ++m) corners.push_back(member_at(axes, m));
+    return corners;
+}
+
+bool mixes_two(const std::vector<FamilyAxis>& axes) noexcept {
+    return std::any_of(axes.begin(), axes.end(), [](const FamilyAxis& axis) {
+        return axis.parameter == PhaseParameter::mixture;
+    });
 }
 
 FamilyStencil family_stencil(const std::vector<FamilyAxis>& axes, const FamilyPoint& at) noexcept {

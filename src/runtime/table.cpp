@@ -164,7 +164,7 @@ void work_out_lengths(Table& table) {
 
 /// Those of other families are given.
 void check_lengths(const Table& table) {
-    if (!table.has_family() || is_mixture(table.family)) return;
+    if (!table.varies_parameters()) return;
     const std::vector<double>& lengths = table.extrapolation_lengths;
     require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
             "as many as members, " + std::to_string(table.member_count()), lengths.size());
@@ -210,6 +210,8 @@ std::size_t Table::sample_count() const noexcept {
            mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
 }
 
+bool Table::varies_parameters() const noexcept { return has_family() && !is_mixture(family); }
+
 bool TableView::has_all_directions() const noexcept {
     constexpr double grazing = 0.01;
     return has_same_cosines() && mu_in.lowest <= grazing && mu_in.highest == 1 &&
@@ -232,22 +234,18 @@ TableView TableView::at(const FamilyPoint& point) const {
     TableView view = *this;
     if (!has_family()) return view;
     view.chosen = point;
-    PhaseFunction set = *phase_function;
     for (std::size_t k = 0; k < axes; ++k) {
         const FamilyAxis& axis = (*family)[k];
         require(!axis.is_discrete || holds(axis, point[k]), "at", axis.name(), allowed_text(axis),
                 point[k]);
-        if (axis.parameter == PhaseParameter::mixture)
-            view.chosen_mixture = point[k];
-        else
-            set = with_parameter(set, axis.parameter, point[k]);
+        if (axis.parameter == PhaseParameter::mixture) view.chosen_mixture = point[k];
     }
     view.members = family_stencil(*family, point);
-    view.own_phase_function = std::make_shared<const PhaseFunction>(std::move(set));
+    view.own_phase_function =
+        std::make_shared<const PhaseFunction>(with_parameters(*phase_function, *family, point));
     view.phase_function = view.own_phase_function.get();
     if (path_law == nullptr) return view;
-    view.own_path_law =
-        std::make_shared<const PathOrders>(PathLaw(significant_moments(*view.phase_function)));
+    view.own_path_law = PathOrders::of_any(*view.phase_function);
     view.path_law = view.own_path_law.get();
     return view;
 }
@@ -274,10 +272,7 @@ TableView Table::view() const noexcept {
         view.family = &family;
         view.members = family_stencil(family, {});
     }
-    if (std::any_of(family.begin(), family.end(), [](const FamilyAxis& axis) {
-            return axis.parameter == PhaseParameter::mixture;
-        }))
-        view.second_phase_function = &second_phase_function;
+    if (mixes_two(family)) view.second_phase_function = &second_phase_function;
     if (is_stack()) view.layers = &layers;
     view.lower_boundary = &lower_boundary;
     view.albedo = albedo.view();

@@ -135,7 +135,7 @@ void check_table(const Scene& scene, const PackedTable& packed) {
             table.is_stack() ? "another stack" : "none");
     const Range* const mixture = mixture_of(*needed);
     require(table.has_family() == (mixture != nullptr) &&
-                (!table.has_family() || is_mixture(table.family)),
+                !table.varies_parameters(),
             caller, "table",
             mixture ? "one with a mixture axis" : "one without a mixture axis or another family",
             "another");

@@ -56,7 +56,8 @@ struct Recipe {
     PhaseFunction second_phase_function;  // of families with a mixture axis
     // At most two; the mixture's range is of shares of the first in all that is scattered, [0, 1].
     std::vector<FamilyRange> family;
-    // Of one member: whether the family has a path law (path_law.h); open: as its phase function.
+    // Whether the path law (path_law.h) is left to lookups, of all members of the family alike;
+    // open: not decided yet.
     std::optional<bool> leaves_path_law;
     double tolerance = 1e-3;       // relative error of R and T asked for
     Range optical_depth{0.01, 8};  // (0, inf]; min = max = inf: the semi-infinite layer alone

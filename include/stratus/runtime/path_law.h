@@ -110,6 +110,8 @@ class PathOrders {
 
     /// Null for a phase function without a narrow peak, or with one too narrow for 8192 moments.
     static std::shared_ptr<const PathOrders> of(const PhaseFunction& phase_function);
+    /// Of members of a family of narrow peaks, however wide they are themselves.
+    static std::shared_ptr<const PathOrders> of_any(const PhaseFunction& phase_function);
 
     /// The sum of weights times f_n, n >= 2, at 1 - cos Theta and 1 + cos Theta, each accurate
     /// where it is small. Linear between angles: to 4e-4 of its value.

@@ -29,6 +29,11 @@ enum class PhaseParameter {
     variance,
 };
 
+/// In the order of a family's axes.
+inline constexpr std::array<PhaseParameter, 5> all_parameters{
+    PhaseParameter::mixture, PhaseParameter::g, PhaseParameter::radius, PhaseParameter::wavelength,
+    PhaseParameter::variance};
+
 /// Its name in recipes, files and queries.
 const char* parameter_name(PhaseParameter parameter) noexcept;
 
@@ -93,25 +98,27 @@ struct FamilyStencil {
 PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter parameter,
                              double value);
 
-/// The phase function at a point of the axes (FamilyAxis, or anything with a `parameter`), whose
-/// parameters are those of `first`. Errors as above.
+/// The same for all parameters of some axes (FamilyAxis, or anything with a `parameter`) but
+/// `mixture`.
+template <class Axes>
+PhaseFunction with_parameters(const PhaseFunction& phase_function, const Axes& axes,
+                              const FamilyPoint& at) {
+    PhaseFunction set = phase_function;
+    for (std::size_t k = 0; k < axes.size(); ++k)
+        if (axes[k].parameter != PhaseParameter::mixture)
+            set = with_parameter(set, axes[k].parameter, at[k]);
+    return set;
+}
+
+/// The phase function at a point of the axes, whose parameters are those of `first`. Errors as above.
 template <class Axes>
 PhaseFunction phase_function_at(const PhaseFunction& first, const PhaseFunction& second,
                                 const Axes& axes, const FamilyPoint& at) {
-    PhaseFunction set = first;
-    const double* share = nullptr;
-    double share_of_first = 1;
-    std::size_t k = 0;
-    for (const auto& axis : axes) {
-        if (axis.parameter != PhaseParameter::mixture) {
-            set = with_parameter(set, axis.parameter, at[k]);
-        } else {
-            share_of_first = at[k];
-            share = &share_of_first;
-        }
-        ++k;
-    }
-    return share != nullptr ? PhaseFunction::mixture(*share, set, second) : set;
+    const PhaseFunction set = with_parameters(first, axes, at);
+    for (std::size_t k = 0; k < axes.size(); ++k)
+        if (axes[k].parameter == PhaseParameter::mixture)
+            return PhaseFunction::mixture(at[k], set, second);
+    return set;
 }
 
 /// 1 without axes.
@@ -120,8 +127,14 @@ std::size_t member_count(const std::vector<FamilyAxis>& axes) noexcept;
 /// Range    member in [0, member_count()).
 FamilyPoint member_at(const std::vector<FamilyAxis>& axes, std::size_t member);
 
+/// Where all axes end.
+std::vector<FamilyPoint> corners_of(std::vector<FamilyAxis> axes);
+
 /// Clamped to ranges; discrete values must be met to 1e-7 of them, or the weights are not-a-number.
 FamilyStencil family_stencil(const std::vector<FamilyAxis>& axes, const FamilyPoint& at) noexcept;
+
+/// True of a family with an axis `mixture`.
+bool mixes_two(const std::vector<FamilyAxis>& axes) noexcept;
 
 /// True where a lookup may ask for the value: within the range, or one of the discrete values.
 bool holds(const FamilyAxis& axis, double value) noexcept;

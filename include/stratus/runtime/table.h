@@ -193,6 +193,9 @@ struct Table {
     bool has_family() const noexcept { return !family.empty(); }
     bool is_stack() const noexcept { return !layers.empty(); }
 
+    /// True of a family that is more than the mixtures of two phase functions.
+    bool varies_parameters() const noexcept;
+
     /// 1 in a table without a family.
     std::size_t member_count() const noexcept { return stratus::member_count(family); }
 

@@ -4,6 +4,7 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/ranks.h>
+#include <stratus/bake/shared_writing.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 
@@ -99,13 +100,16 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
     }
 }
 
-/// Writes all files of a table, compressed at the same time.
-void write_files(const Table& table, const BakeCommand& command) {
+/// Writes all files of a table, compressed at the same time; with ranks, by all of them.
+void write_files(const Table& table, const BakeCommand& command, Ranks* ranks) {
     std::future<void> picture;
     if (!command.exr.empty())
         picture = std::async(std::launch::async,
                              [&] { write_table(table, command.exr, command.threads); });
-    write_table(table, command.output, command.threads);
+    if (ranks)
+        write_on_ranks(table, command.output, *ranks, command.threads);
+    else
+        write_table(table, command.output, command.threads);
     if (picture.valid()) picture.get();
 }
 
@@ -182,7 +186,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     if (of) of->is_writing = true;
     const SignalsHeld held;
     try {
-        write_files(table, command);
+        write_files(table, command, of ? &of->ranks : nullptr);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
         throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +
@@ -211,6 +215,7 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     options.threads = command.threads;
     options.log.ranks = &ranks;
     bake(read_recipe(command.recipe), options);
+    help_write(ranks, command.threads);
     ranks.finish();
 }
 

@@ -45,7 +45,13 @@ void solve_pieces(const Pieces& pieces, const WorkLog& log, int threads) {
         if (pieces.progress) pieces.progress(static_cast<double>(done) / pieces.count);
     };
     if (log.ranks != nullptr) {
-        log.ranks->run({pieces.count, solve, is_done, take, progress}, thread_count(threads));
+        RankedStage stage;
+        stage.count = pieces.count;
+        stage.solve = [&](int piece, std::span<const char>) { return solve(piece); };
+        stage.is_done = is_done;
+        stage.take = take;
+        stage.progress = progress;
+        log.ranks->run(stage, thread_count(threads));
         return;
     }
     const auto do_piece = [&](int piece) {

@@ -13,6 +13,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <signal.h>
 #include <stdexcept>
 #include <thread>
@@ -34,6 +35,7 @@ enum Tag {
 enum class Kind { claim, alive, failed, leaving };
 
 constexpr int no_piece = -1;
+constexpr int not_yet = -2;  // the next piece waits for others
 
 /// Before the bytes of a message to rank 0.
 struct Head {
@@ -148,9 +150,9 @@ struct Ranks::State {
         return of_rank;
     }
 
-    std::vector<char> solve(const RankedStage& of_all, int piece) {
+    std::vector<char> solve(const RankedStage& of_all, int piece, std::span<const char> given) {
         ++pieces;
-        return of_all.solve(piece);
+        return of_all.solve(piece, given);
     }
 
     RankTally tally() const { return {pieces, processor_seconds()}; }
@@ -167,34 +169,60 @@ struct Ranks::State {
                std::to_string(place.process) + ")";
     }
 
-    /// The stage's next open piece, if there is one.
+    /// The stage's next open piece, no_piece or not_yet. The caller holds the mutex.
     int next_piece() {
-        const std::lock_guard lock(mutex);
         if (open.empty()) return no_piece;
         const int piece = open.front();
+        if (stage->most_ahead > 0 && !running.empty() &&
+            piece - *running.begin() >= stage->most_ahead)
+            return not_yet;
         open.pop_front();
+        running.insert(piece);
         return piece;
     }
 
-    /// A claim of a later stage waits until rank 0 is there.
+    /// The next one for a thread of rank 0, which waits for it.
+    int await_piece() {
+        std::unique_lock lock(mutex);
+        int piece = not_yet;
+        changed.wait(lock, [&] { return (piece = next_piece()) != not_yet; });
+        return piece;
+    }
+
+    std::vector<char> given(int piece) const {
+        return stage->give ? stage->give(piece) : std::vector<char>{};
+    }
+
+    /// A claim waits until rank 0 is at its stage and the next piece may begin.
     void serve(const Claim& claim) {
+        int piece = no_piece;
         {
             const std::lock_guard lock(mutex);
-            if (claim.stage > stage_number) {
+            if (claim.stage == stage_number) piece = next_piece();
+            if (claim.stage > stage_number || piece == not_yet) {
                 waiting.push_back(claim);
                 return;
             }
         }
-        const int piece = claim.stage == stage_number ? next_piece() : no_piece;
-        transport->send(claim.from, first_slot + claim.slot, bytes_of(piece));
+        std::vector<char> answer;
+        if (piece != no_piece) answer = given(piece);
+        const std::span<const char> first = bytes_of(piece);
+        answer.insert(answer.begin(), first.begin(), first.end());
+        transport->send(claim.from, first_slot + claim.slot, answer);
     }
 
     void finish_piece(int piece, std::span<const char> result) {
         stage->take(piece, result);
-        const std::lock_guard lock(mutex);
-        ++finished;
-        stage->progress(finished);
-        changed.notify_all();
+        std::deque<Claim> held;
+        {
+            const std::lock_guard lock(mutex);
+            running.erase(piece);
+            ++finished;
+            stage->progress(finished);
+            held.swap(waiting);
+            changed.notify_all();
+        }
+        for (const Claim& claim : held) serve(claim);
     }
 
     void handle(const RankMessage& message) {
@@ -297,11 +325,12 @@ struct Ranks::State {
         for (const Claim& claim : early) serve(claim);
         parallel_for(threads, threads, [&](int) {
             try {
-                for (int piece; (piece = next_piece()) != no_piece;)
-                    finish_piece(piece, solve(of_all, piece));
+                for (int piece; (piece = await_piece()) != no_piece;)
+                    finish_piece(piece, solve(of_all, piece, given(piece)));
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 open.clear();
+                changed.notify_all();
                 throw;
             }
         });
@@ -318,9 +347,10 @@ struct Ranks::State {
             std::vector<char> result;
             for (;;) {
                 tell_first(claim, result);
-                claim.piece = content_of<int>(await(0, first_slot + slot).bytes);
+                const std::vector<char> answer = await(0, first_slot + slot).bytes;
+                claim.piece = content_of<int>(answer);
                 if (claim.piece == no_piece) return;
-                result = solve(of_all, claim.piece);
+                result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
             }
         });
     }
@@ -384,7 +414,8 @@ struct Ranks::State {
     std::vector<Clock::time_point> seen;
     std::vector<RankTally> tallies;
     const RankedStage* stage = nullptr;
-    std::deque<int> open;  // pieces
+    std::deque<int> open;   // pieces
+    std::set<int> running;  // pieces
     std::deque<Claim> waiting;
     int finished = 0;  // pieces
     std::condition_variable changed;

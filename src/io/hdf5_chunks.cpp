@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <future>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <thread>
 #include <utility>
@@ -73,6 +77,127 @@ Deflated deflated(std::span<const float> values, std::size_t length) {
     return {std::move(bytes), 0};
 }
 
+/// Where chunks end, of samples of which the first begins one.
+struct Cuts {
+    std::size_t length;  // samples of a chunk
+    std::size_t run;     // samples that the last chunk may cut short
+
+    /// Samples of the chunk that begins there.
+    std::size_t count_from(std::size_t first) const { return std::min(length, run - first % run); }
+};
+
+/// A dataset's chunks, written in their order.
+class OrderedChunks {
+  public:
+    OrderedChunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents)
+        : dataset_(dataset),
+          name_(name),
+          extents_(extents),
+          chunks_(extents),
+          at_(extents.size(), 0) {}
+
+    Cuts cuts() const { return {chunks_.length(), extents_[chunks_.split] * chunks_.inner}; }
+
+    void write_next(const Deflated& chunk) {
+        checked(H5Dwrite_chunk(dataset_, H5P_DEFAULT, chunk.filters_left_out, at_.data(),
+                               chunk.bytes.size(), chunk.bytes.data()),
+                "write dataset " + name_);
+        const std::size_t split = chunks_.split;
+        at_[split] = std::min<hsize_t>(extents_[split], at_[split] + chunks_.chunk[split]);
+        for (std::size_t d = split; d > 0 && at_[d] == extents_[d]; --d) {
+            at_[d] = 0;
+            ++at_[d - 1];
+        }
+    }
+
+  private:
+    const hid_t dataset_;
+    const std::string name_;
+    const std::span<const std::size_t> extents_;
+    const Chunks chunks_;
+    std::vector<hsize_t> at_;
+};
+
+// ---- parts --------------------------------------------------------------------------------------
+
+/// Before the bytes of each chunk of a part.
+struct DeflatedHead {
+    std::size_t size;
+    unsigned filters_left_out;
+};
+
+template <class Content>
+std::span<const std::byte> bytes_of(const Content& content) {
+    return std::as_bytes(std::span(&content, 1));
+}
+
+void append(std::span<const std::byte> bytes, std::vector<char>& all) {
+    const std::size_t before = all.size();
+    all.resize(before + bytes.size());
+    if (!bytes.empty()) std::memcpy(all.data() + before, bytes.data(), bytes.size());
+}
+
+/// Takes what `bytes` begin with.
+template <class Content>
+Content taken(std::span<const char>& bytes) {
+    if (bytes.size() < sizeof(Content)) throw std::runtime_error("a part of a table is cut short");
+    Content content;
+    std::memcpy(&content, bytes.data(), sizeof content);
+    bytes = bytes.subspan(sizeof content);
+    return content;
+}
+
+/// Some chunks each: whole runs, or a part of one.
+class Parts {
+  public:
+    Parts(const Cuts& cuts, std::span<const float> values) : cuts_(cuts), values_(values) {
+        const std::size_t most = most_bytes_of_part / sizeof(float);
+        const std::size_t runs = most / cuts.run, chunks = most / cuts.length;
+        for (std::size_t first = 0; first < values.size();) {
+            first_.push_back(first);
+            first += runs > 0 ? runs * cuts.run
+                              : std::min(chunks * cuts.length, cuts.run - first % cuts.run);
+        }
+        first_.push_back(values.size());
+    }
+
+    int count() const { return static_cast<int>(first_.size()) - 1; }
+
+    std::vector<char> give(int part) const {
+        const auto n = static_cast<std::size_t>(part);
+        const Cuts of_part{cuts_.length, cuts_.run - first_[n] % cuts_.run};
+        std::vector<char> given;
+        append(bytes_of(of_part), given);
+        append(std::as_bytes(values_.subspan(first_[n], first_[n + 1] - first_[n])), given);
+        return given;
+    }
+
+    void take(int part, std::span<const char> deflated, OrderedChunks& file) {
+        const std::lock_guard lock(mutex_);
+        waiting_.emplace(part, std::vector(deflated.begin(), deflated.end()));
+        for (; !waiting_.empty() && waiting_.begin()->first == next_; ++next_) {
+            std::span<const char> bytes = waiting_.begin()->second;
+            while (!bytes.empty()) {
+                const auto head = taken<DeflatedHead>(bytes);
+                if (bytes.size() < head.size)
+                    throw std::runtime_error("a part of a table is cut short");
+                const auto* const first = reinterpret_cast<const unsigned char*>(bytes.data());
+                file.write_next({{first, first + head.size}, head.filters_left_out});
+                bytes = bytes.subspan(head.size);
+            }
+            waiting_.erase(waiting_.begin());
+        }
+    }
+
+  private:
+    const Cuts cuts_;
+    const std::span<const float> values_;
+    std::vector<std::size_t> first_;  // sample of each part, and the end of the last
+    std::mutex mutex_;
+    int next_ = 0;                              // part in the file
+    std::map<int, std::vector<char>> waiting_;  // deflated
+};
+
 /// Chunks that are deflated while one waits to be written: two for each thread, so that none is
 /// idle while the first of them is not ready.
 std::size_t chunks_ahead(int threads) {
@@ -92,31 +217,46 @@ void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
 }
 
 void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
-                  std::span<const float> values, int threads) {
-    const Chunks chunks(extents);
-    const std::size_t split = chunks.split;
-    std::vector<hsize_t> at(extents.size(), 0);
-    const auto write_next = [&](const Deflated& chunk) {
-        checked(H5Dwrite_chunk(dataset, H5P_DEFAULT, chunk.filters_left_out, at.data(),
-                               chunk.bytes.size(), chunk.bytes.data()),
-                "write dataset " + name);
-        at[split] = std::min<hsize_t>(extents[split], at[split] + chunks.chunk[split]);
-        for (std::size_t d = split; d > 0 && at[d] == extents[d]; --d) {
-            at[d] = 0;
-            ++at[d - 1];
-        }
-    };
-    const std::size_t run = extents[split] * chunks.inner;  // samples that whole chunks end with
+                  std::span<const float> values, const WriteOptions& options) {
+    OrderedChunks file(dataset, name, extents);
+    if (options.share) {
+        Parts parts(file.cuts(), values);
+        options.share(
+            {parts.count(), [&](int part) { return parts.give(part); },
+             [&](int part, std::span<const char> deflated) { parts.take(part, deflated, file); }});
+        return;
+    }
+    const Cuts cuts = file.cuts();
     std::deque<std::future<Deflated>> ahead;
-    for (std::size_t first = 0, count; first < values.size(); first += count) {
-        count = std::min(chunks.length(), run - first % run);
-        ahead.push_back(std::async(std::launch::async, deflated, values.subspan(first, count),
-                                   chunks.length()));
-        if (ahead.size() < chunks_ahead(threads)) continue;
-        write_next(ahead.front().get());
+    for (std::size_t first = 0; first < values.size(); first += cuts.count_from(first)) {
+        ahead.push_back(std::async(std::launch::async, deflated,
+                                   values.subspan(first, cuts.count_from(first)), cuts.length));
+        if (ahead.size() < chunks_ahead(options.threads)) continue;
+        file.write_next(ahead.front().get());
         ahead.pop_front();
     }
-    for (std::future<Deflated>& last : ahead) write_next(last.get());
+    for (std::future<Deflated>& last : ahead) file.write_next(last.get());
 }
 
 }  // namespace stratus::io::hdf5
+
+namespace stratus {
+
+std::vector<char> deflate_part(std::span<const char> given) {
+    using namespace io::hdf5;
+    const auto cuts = taken<Cuts>(given);
+    if (cuts.length == 0 || cuts.run == 0 || given.size() % sizeof(float) != 0)
+        throw std::runtime_error("a part of a table to deflate is damaged");
+    std::vector<float> values(given.size() / sizeof(float));
+    if (!values.empty()) std::memcpy(values.data(), given.data(), given.size());
+    std::vector<char> all;
+    for (std::size_t first = 0; first < values.size(); first += cuts.count_from(first)) {
+        const std::size_t count = std::min(cuts.count_from(first), values.size() - first);
+        const Deflated chunk = deflated(std::span(values).subspan(first, count), cuts.length);
+        append(bytes_of(DeflatedHead{chunk.bytes.size(), chunk.filters_left_out}), all);
+        append(std::as_bytes(std::span(chunk.bytes)), all);
+    }
+    return all;
+}
+
+}  // namespace stratus

@@ -4,6 +4,8 @@
 
 #include "hdf5_library.h"
 
+#include <stratus/io/table_file.h>
+
 #include <span>
 #include <string>
 
@@ -14,10 +16,10 @@ void set_chunks(hid_t creation, std::span<const std::size_t> extents);
 
 /// Writes all chunks of a dataset from `values`, which has the size of its extents.
 ///
-/// Threads  `threads` deflate (0: as many as the machine has), this one alone calls HDF5; the file
-///          is the same for any number of them.
+/// Threads  as many deflate as `options` say; one at a time calls HDF5; the file is the same for any
+///          number of them.
 /// Errors   std::runtime_error for a chunk that HDF5 cannot write.
 void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
-                  std::span<const float> values, int threads);
+                  std::span<const float> values, const WriteOptions& options);
 
 }  // namespace stratus::io::hdf5

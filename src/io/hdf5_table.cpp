@@ -63,7 +63,7 @@ Handle creation_properties(std::span<const std::size_t> extents) {
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
-                     const std::vector<Number>& values, int threads = 1) {
+                     const std::vector<Number>& values, const WriteOptions& options = {}) {
     const std::string task = "write dataset " + name;
     const Handle space = new_dataspace(extents);
     const Handle creation = creation_properties(extents);
@@ -71,7 +71,7 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
                               creation, H5P_DEFAULT),
                    H5Dclose, task);
     if constexpr (std::is_same_v<Number, float>)
-        if (is_chunked(extents)) write_chunks(dataset, name, extents, values, threads);
+        if (is_chunked(extents)) write_chunks(dataset, name, extents, values, options);
     if (!is_chunked(extents))
         checked(H5Dwrite(dataset, Element<Number>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
                          values.data()),
@@ -169,13 +169,13 @@ void read_axis(const Source& source, const AxisField& field, Table& table) {
 
 namespace {
 
-void fill(hid_t file, const Table& table, const Metadata& metadata, int threads) {
+void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteOptions& options) {
     const std::vector<AxisField> axes = axis_fields_of(table);
     for (const AxisField& field : axes) write_axis(file, field, table);
     const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
                                      const auto& values) {
         const std::vector<std::size_t> sizes = extents(table, rank);
-        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values, threads),
+        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values, options),
                     std::span(axes).first(sizes.size()));
     };
     write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
@@ -191,16 +191,15 @@ Bytes encode_hdf5(const Table& table, const Metadata& metadata) {
     const QuietErrors quiet;
     Bytes bytes;
     Handle file = create_file(bytes);
-    constexpr int all_threads = 0;
-    fill(file, table, metadata, all_threads);
+    fill(file, table, metadata, {});
     file.close("finish the file");
     return bytes;
 }
 
 void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
-                int threads) {
+                const WriteOptions& options) {
     const QuietErrors quiet;
-    write_file(path, [&](hid_t file) { fill(file, table, metadata, threads); });
+    write_file(path, [&](hid_t file) { fill(file, table, metadata, options); });
 }
 
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {

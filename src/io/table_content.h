@@ -177,10 +177,9 @@ void check_table(const Table& table);
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};
 inline constexpr std::string_view exr_magic{"\x76\x2f\x31\x01", 4};
 Bytes encode_hdf5(const Table& table, const Metadata& metadata);
-/// The bytes of encode_hdf5, which are never in memory at once; as many `threads` compress, 0: as
-/// many as the machine has.
+/// The bytes of encode_hdf5, which are never in memory at once.
 void write_hdf5(const Table& table, const Metadata& metadata, const std::filesystem::path& path,
-                int threads);
+                const WriteOptions& options);
 Table decode_hdf5(const Bytes& bytes, const ReadOptions& options = {});
 Bytes encode_exr(const Table& table, const Metadata& metadata);
 Table decode_exr(const Bytes& bytes, const ReadOptions& options = {});

@@ -14,12 +14,13 @@ namespace {
 struct Format {
     std::string_view magic;
     const char* kind;
-    void (*write)(const Table&, const io::Metadata&, const std::filesystem::path&, int threads);
+    void (*write)(const Table&, const io::Metadata&, const std::filesystem::path&,
+                  const WriteOptions&);
     Table (*decode)(const io::Bytes&, const ReadOptions&);
 };
 
 void write_exr(const Table& table, const io::Metadata& metadata, const std::filesystem::path& path,
-               int) {
+               const WriteOptions&) {
     io::write_bytes(path, io::encode_exr(table, metadata));
 }
 
@@ -35,7 +36,7 @@ const Format& format_of(const std::filesystem::path& path, const char* function)
 
 void write_directly(const Table& table, const std::filesystem::path& path, const Format& format) {
     io::check_table(table);
-    io::naming(path, [&] { format.write(table, io::metadata_of(table), path, 0); });
+    io::naming(path, [&] { format.write(table, io::metadata_of(table), path, {}); });
 }
 
 /// Reads a table, and names the path in errors and notes.
@@ -81,10 +82,15 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options) 
 }
 
 void write_table(const Table& table, const std::filesystem::path& path, int threads) {
+    write_table(table, path, WriteOptions{threads, {}});
+}
+
+void write_table(const Table& table, const std::filesystem::path& path,
+                 const WriteOptions& options) {
     const Format& format = format_of(path, "write_table");
     io::check_table(table);
     write_atomically(path, [&](const auto& temporary) {
-        io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, threads); });
+        io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, options); });
     });
 }
 

@@ -45,7 +45,7 @@ on_ranks() { # on_ranks COUNT ARGS...: leaves its exit code
     code=$?
 }
 
-for count in 1 2 3; do
+for count in 1 2 3 5; do
     on_ranks $count "$stratus" bake small.toml --accept -o t.h5 --threads $((count % 2 + 1)) --quiet
     [ $code -eq 0 ] || fail "exit code $code on $count ranks"
     expect_same t.h5 whole.h5
@@ -60,16 +60,16 @@ on_ranks 2 "$stratus" bake missing.toml -o t.h5
 [ $code -eq 1 ] || fail "exit code $code of a missing recipe"
 expect_says "$err" 'missing.toml'
 
-# A rank is killed, or stopped, as soon as some work is kept: the run says which, and is resumed.
-lose() { # lose SIGNAL ARGS...
-    export signal=$1
+# A rank is killed, stopped, or denied any more memory as soon as some work is kept: the run says which, and is resumed.
+lose() { # lose COMMAND ARGS...: the command and the rank's process
+    export lose=$1
     shift
     rm -f t.h5*
     cat >rank.sh <<'RANK'
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
     (
         until [ "$(stat -c %s t.h5.checkpoint 2>/dev/null || echo 0)" -gt 100000 ]; do sleep 0.01; done
-        kill -"$signal" $$
+        $lose $$
     ) &
 fi
 exec "$@"
@@ -91,13 +91,19 @@ optical_depth_samples_per_octave = 4
 albedo_samples = 41
 RECIPE
 expect_ok bake long.toml --accept -o whole.h5 --quiet
-lose KILL
+lose 'kill -KILL'
 expect_says "$err" 'stratus: rank 1 (' 'was killed or has crashed; finished work is kept in t.h5.checkpoint'
 on_ranks 3 "$stratus" bake long.toml --accept -o t.h5 --threads 1 --resume
 expect_says "$err" 'resuming from t.h5.checkpoint'
 expect_same t.h5 whole.h5
-lose STOP --rank-timeout 1
+lose 'kill -STOP' --rank-timeout 1
 expect_says "$err" 'stratus: rank 1 (' 'has given no sign of life for 1 s; finished work is kept in'
 expect_ok bake long.toml --accept -o t.h5 --resume --quiet
+expect_same t.h5 whole.h5
+lose 'prlimit --as=1 --pid'
+end='out of memory'
+if grep -aq __asan_init "$stratus"; then end='was killed or has crashed'; fi  # by AddressSanitizer
+expect_says "$err" 'stratus: rank 1 (' "$end; finished work is kept in"
+on_ranks 2 "$stratus" bake long.toml --accept -o t.h5 --threads 1 --resume
 expect_same t.h5 whole.h5
 finish

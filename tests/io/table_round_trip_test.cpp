@@ -13,6 +13,7 @@
 #include <utility>
 #include <limits>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -279,6 +280,35 @@ TEST(TableFile, IsTheSameOnAnyNumberOfThreads) {
         EXPECT_TRUE(content(folder / "one.h5") == content(folder / "many.h5")) << threads;
     }
     expect_same(read_table(folder / "one.h5"), table);
+}
+
+/// Parts hold several albedos of the first, and some depths of one of the second.
+TEST(TableFile, IsTheSameInWhateverOrderItsPartsAreDeflated) {
+    const TemporaryFolder folder;
+    Shape large = one_sided(true);
+    large.cosines_in = large.cosines_out = 70;
+    large.azimuths = 9;
+    for (const auto& [albedos, depths] : {std::pair{7, 4}, {2, 29}}) {
+        large.albedos = albedos;
+        large.finite_depths = depths;
+        const Table table = sample_table(large);
+        write_table(table, folder / "alone.h5");
+        WriteOptions options;
+        int count = 0;
+        options.share = [&](const PartsToDeflate& parts) {
+            count = parts.count;
+            for (int part = count; part-- > 0;) {
+                const std::vector<char> given = parts.give(part);
+                EXPECT_LT(given.size(), most_bytes_of_part + 100);
+                parts.take(part, deflate_part(given));
+            }
+        };
+        write_table(table, folder / "shared.h5", options);
+        EXPECT_EQ(count, albedos == 7 ? 2 : 4);
+        EXPECT_TRUE(content(folder / "alone.h5") == content(folder / "shared.h5"));
+    }
+    EXPECT_THROW(deflate_part(std::vector<char>(7)), std::runtime_error);
+    EXPECT_THROW(deflate_part(std::vector<char>(100)), std::runtime_error);
 }
 
 }  // namespace

@@ -33,12 +33,17 @@ struct RankTally {
 };
 
 /// A part of the work in pieces 0 .. count - 1. Each is solved once, by any rank; all else is rank
-/// 0's: whether a piece needs no solving, what becomes of its result, the number done so far.
+/// 0's: what the solver is given, whether a piece needs no solving, what becomes of its result, the
+/// number done so far.
 ///
 /// Threads  all are called by several at once, but `progress`.
 struct RankedStage {
     int count = 0;
-    std::function<std::vector<char>(int piece)> solve;
+    /// From what `give` gave; of other ranks, rank 0's bytes.
+    std::function<std::vector<char>(int piece, std::span<const char> given)> solve;
+    std::function<std::vector<char>(int piece)> give;  // may be empty: nothing
+    /// A piece so far ahead of the first that is not done waits for it; 0: none waits.
+    int most_ahead = 0;
     std::function<bool(int piece)> is_done;
     std::function<void(int piece, std::span<const char> result)> take;
     std::function<void(int done)> progress;

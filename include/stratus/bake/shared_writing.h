@@ -1,0 +1,20 @@
+// Tables written by many ranks: all deflate, rank 0 writes the file.
+#pragma once
+
+#include <stratus/bake/ranks.h>
+#include <stratus/runtime/table.h>
+
+#include <filesystem>
+
+namespace stratus {
+
+/// What `write_table` writes to a .h5, called by rank 0 while all others are in `help_write`; each
+/// rank deflates on so many threads. Besides the table, rank 0 holds the parts that are deflated.
+///
+/// Errors   those of `write_table`.
+void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
+                    int threads);
+
+void help_write(Ranks& ranks, int threads);
+
+}  // namespace stratus

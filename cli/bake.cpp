@@ -7,6 +7,7 @@
 #include <stratus/bake/shared_writing.h>
 #include <stratus/bake/sweep.h>
 #include <stratus/io/checkpoint.h>
+#include <stratus/io/sample_files.h>
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/argument.h>
 
@@ -100,15 +101,16 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
 }
 
 /// Writes all files of a table, compressed at the same time; with ranks, by all of them.
-void write_files(const Table& table, const BakeCommand& command, Ranks* ranks) {
+void write_files(const Table& table, const BakeCommand& command, const SampleFiles* samples,
+                 Ranks* ranks) {
     std::future<void> picture;
     if (!command.exr.empty())
         picture = std::async(std::launch::async,
                              [&] { write_table(table, command.exr, command.threads); });
     if (ranks)
-        write_on_ranks(table, command.output, *ranks, command.threads);
+        write_on_ranks(table, command.output, *ranks, command.threads, samples);
     else
-        write_table(table, command.output, command.threads);
+        write_table(table, command.output, WriteOptions{command.threads, {}, samples});
     if (picture.valid()) picture.get();
 }
 
@@ -174,6 +176,8 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     BakeOptions options = options_of(command, progress);
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
+    SampleFiles samples(std::filesystem::path(command.output).parent_path());
+    if (command.exr.empty()) options.samples = &samples;  // pictures are made in memory
     const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
     if (of) {
@@ -185,7 +189,8 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     if (of) of->is_writing = true;
     const SignalsHeld held;
     try {
-        write_files(table, command, of ? &of->ranks : nullptr);
+        write_files(table, command, samples.has_room() ? &samples : nullptr,
+                    of ? &of->ranks : nullptr);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
         throw std::runtime_error(std::string(error.what()) + "; finished work is kept in " +

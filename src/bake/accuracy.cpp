@@ -1,5 +1,6 @@
 #include <stratus/bake/accuracy.h>
 
+#include <stratus/io/sample_files.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/slice.h>
@@ -141,9 +142,19 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
+/// Of a table whose samples may be in files.
+TableView view_of(const Table& table, const SampleFiles* files) {
+    TableView view = table.view();
+    if (files == nullptr) return view;
+    if (view.has_reflection()) view.reflection_multiple = files->samples(Side::reflection).data();
+    if (view.has_transmission())
+        view.transmission_multiple = files->samples(Side::transmission).data();
+    return view;
+}
+
 /// The furnace_defect of a Verification, of one member.
-double furnace_defect(const Table& table, std::size_t member) {
-    const TableView view = table.view().at(member_at(table.family, member));
+double furnace_defect(const Table& table, std::size_t member, const SampleFiles* files) {
+    const TableView view = view_of(table, files).at(member_at(table.family, member));
     if (!view.has_reflection() || table.plane_albedo.empty() || !view.has_all_directions())
         return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
@@ -153,7 +164,8 @@ double furnace_defect(const Table& table, std::size_t member) {
     const std::size_t depths = table.optical_depth.values.size();
     const std::size_t first_albedo = member * table.albedo.values.size();
     for (std::size_t w : {std::size_t{0}, table.albedo.values.size() - 1})
-        for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6))
+        for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6)) {
+            if (files) files->release();
             for (std::size_t i = 0; i < mus; i += std::max<std::size_t>(1, mus / 4)) {
                 const double mu_in = table.mu_in.values[i];
                 if (mu_in < 0.1) continue;
@@ -171,6 +183,7 @@ double furnace_defect(const Table& table, std::size_t member) {
                              static_cast<double>(
                                  table.plane_albedo[((first_albedo + w) * depths + d) * mus + i])));
             }
+        }
     return worst;
 }
 
@@ -196,7 +209,7 @@ class ChosenView {
 
 /// found(sample) is what a lookup says.
 template <class Found>
-void compare(std::vector<ErrorSample>& samples, const Found& found) {
+void compare(std::span<ErrorSample> samples, const Found& found) {
     for (ErrorSample& at : samples) {
         at.found = found(at);
         at.error = std::abs(at.found - at.expected) / std::max(at.expected, at.floor);
@@ -205,7 +218,7 @@ void compare(std::vector<ErrorSample>& samples, const Found& found) {
 
 }  // namespace
 
-void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
+void look_up(const TableView& table, std::span<ErrorSample> samples) {
     ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         const auto side = at.side == Side::reflection ? reflection : transmission;
@@ -213,7 +226,7 @@ void look_up(const TableView& table, std::vector<ErrorSample>& samples) {
     });
 }
 
-void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
+void look_up_bound(const TableView& table, std::span<ErrorSample> samples) {
     ChosenView chosen(table);
     compare(samples, [&](const ErrorSample& at) {
         Effects effects;
@@ -229,6 +242,20 @@ void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples) {
     });
 }
 
+namespace {
+
+/// Few points at a time where samples are in files: what these bring into memory is let go.
+void look_up_by_few(const TableView& view, std::span<ErrorSample> all,
+                    const VerifyOptions& options) {
+    const std::size_t at_once = options.files ? 128 : std::max<std::size_t>(1, all.size());
+    for (; !all.empty(); all = all.subspan(std::min(at_once, all.size()))) {
+        (options.bound ? look_up_bound : look_up)(view, all.first(std::min(at_once, all.size())));
+        if (options.files) options.files->release();
+    }
+}
+
+}  // namespace
+
 Verification verify(const Table& table, const VerifyOptions& options) {
     require(options.samples >= 1, "verify", "samples", ">= 1", options.samples);
     const auto stored = table.attributes.find("nodes");
@@ -243,11 +270,10 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.exact_fluxes = false;
     solver.mode_tolerance = 1e-3 * table.tolerance;
 
-    const TableView view = table.view();
     std::vector<ErrorSample> all =
         solve_random_points(table.phase_function, range_of(table), solver, options);
     if (!is_first_rank(options.log)) return result;
-    (options.bound ? look_up_bound : look_up)(view, all);
+    look_up_by_few(view_of(table, options.files), all, options);
     error_quantile(all, 1);  // sorts
     for (const ErrorSample& sample : all)
         (sample.kind == PointKind::even      ? result.samples
@@ -255,10 +281,10 @@ Verification verify(const Table& table, const VerifyOptions& options) {
                                              : result.grazing)
             .push_back(sample);
     result.energy_defect = energy_defect(table);
-    result.furnace_defect = furnace_defect(table, 0);
+    result.furnace_defect = furnace_defect(table, 0, options.files);
     if (table.has_family())
-        result.furnace_defect =
-            std::max(result.furnace_defect, furnace_defect(table, table.member_count() - 1));
+        result.furnace_defect = std::max(
+            result.furnace_defect, furnace_defect(table, table.member_count() - 1, options.files));
     return result;
 }
 

@@ -1,6 +1,7 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
+#include <stratus/io/sample_files.h>
 #include <stratus/runtime/instruction_set.h>
 #include <stratus/runtime/number_text.h>
 
@@ -120,6 +121,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.seed = check_seed;
     check.threads = options.threads;
     check.log = part_of(options.log, "check");
+    if (options.samples && options.samples->has_room()) check.files = options.samples;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);
     attempt.met = verification.meets(margin * recipe.tolerance);

@@ -1,7 +1,9 @@
 // How long a bake takes on many ranks, by a model of what they share.
 #include <stratus/bake/forecast.h>
+#include <stratus/io/table_file.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <numeric>
@@ -12,11 +14,12 @@ namespace stratus {
 namespace {
 
 // Assumed of the machines and of the network between them.
-constexpr double bytes_a_second = 1e9;          // that rank 0 receives and keeps
-constexpr double seconds_a_message = 20e-6;     // of rank 0's time
-constexpr double seconds_a_claim = 0.5e-3;      // until a claim is answered
-constexpr double bytes_written_a_second = 9e7;  // deflated by one thread
-constexpr int gatherings = 40;                  // of all ranks, while they choose
+constexpr double bytes_a_second = 1e9;               // that rank 0 receives and keeps, or gives
+constexpr double seconds_a_message = 20e-6;          // of rank 0's time
+constexpr double seconds_a_claim = 0.5e-3;           // until a claim is answered
+constexpr double bytes_deflated_a_second = 9e7;      // by one thread
+constexpr double share_of_choosing_repeated = 0.25;  // by every rank
+constexpr int gatherings = 40;                       // of all ranks, while they choose
 
 /// Seconds until all pieces are done, each by the first worker that is free.
 double seconds_of(const std::vector<double>& pieces, int workers) {
@@ -46,7 +49,7 @@ Stage stage_of(const char* name, const std::vector<double>& pieces, double bytes
     const double others = 1 - 1.0 / ranks;
     const double receiving =
         others * (bytes / bytes_a_second + seconds_a_message * static_cast<double>(pieces.size()));
-    if (receiving > solving) return {receiving, std::string(name) + ": rank 0 receives results"};
+    if (receiving > solving) return {receiving, std::string(name) + ": rank 0 passes on all"};
     return {solving + seconds_a_claim,
             std::string(name) + ": " + std::to_string(pieces.size()) + " pieces"};
 }
@@ -59,15 +62,23 @@ RankedTime predict_on_ranks(const Forecast& forecast, int ranks, int threads) {
     const int most = (work.probed_albedos + sharing - 1) / sharing;  // albedos of one of them
     const double messages =
         ranks == 1 ? 0 : gatherings * (seconds_a_claim + ranks * seconds_a_message);
+    const double share = static_cast<double>(most) / work.probed_albedos;
+    const double repeated = ranks == 1 ? 0 : share_of_choosing_repeated;
     const Stage choosing{
-        work.choosing_seconds * most / work.probed_albedos + messages,
+        work.choosing_seconds * (repeated + (1 - repeated) * share) + messages,
         "choosing: " + std::to_string(work.probed_albedos) + " albedos are probed"};
     const Stage solving = stage_of("solving", work.unit_seconds, forecast.bytes, ranks, threads);
     const Stage checking =
         stage_of("checking",
                  std::vector<double>(static_cast<std::size_t>(work.ladders), work.ladder_seconds),
                  0, ranks, threads);
-    const Stage writing{forecast.bytes / bytes_written_a_second, "writing: rank 0 alone"};
+    const auto parts =
+        static_cast<std::size_t>(std::max(1.0, std::ceil(forecast.bytes / most_bytes_of_part)));
+    const Stage writing =
+        stage_of("writing",
+                 std::vector<double>(
+                     parts, forecast.bytes / static_cast<double>(parts) / bytes_deflated_a_second),
+                 forecast.bytes, ranks, threads);
     RankedTime time{ranks, choosing.seconds, solving.seconds, checking.seconds, writing.seconds,
                     ""};
 
@@ -78,7 +89,7 @@ RankedTime predict_on_ranks(const Forecast& forecast, int ranks, int threads) {
         {&choosing, work.choosing_seconds},
         {&solving, solving_alone},
         {&checking, work.ladders * work.ladder_seconds},
-        {&writing, writing.seconds}};
+        {&writing, forecast.bytes / bytes_deflated_a_second}};
     double most_lost = 0;
     for (const auto& [stage, seconds] : alone) {
         const double lost = stage->seconds - seconds / (ranks * threads);
@@ -110,9 +121,11 @@ std::string text_of_ranks(const Forecast& forecast, const std::vector<int>& rank
         text += line;
     }
     std::snprintf(line, sizeof line,
-                  "measured: choosing, one piece to solve, one to check; assumed: rank 0 receives "
-                  "%.2g bytes a second, answers in %.2g ms and writes %.2g bytes a second\n",
-                  bytes_a_second, 1e3 * seconds_a_claim, bytes_written_a_second);
+                  "measured: choosing, one piece to solve, one to check; assumed: rank 0 passes on "
+                  "%.2g bytes a second and answers in %.2g ms; a thread deflates %.2g bytes a "
+                  "second; every rank repeats %.2g of choosing\n",
+                  bytes_a_second, 1e3 * seconds_a_claim, bytes_deflated_a_second,
+                  share_of_choosing_repeated);
     return text + line;
 }
 

@@ -15,8 +15,9 @@ RankedStage deflating() {
 }  // namespace
 
 void write_on_ranks(const Table& table, const std::filesystem::path& path, Ranks& ranks,
-                    int threads) {
+                    int threads, const SampleFiles* samples) {
     WriteOptions options;
+    options.samples = samples;
     options.share = [&](const PartsToDeflate& parts) {
         ranks.share({1});  // there is a side to write
         RankedStage stage = deflating();

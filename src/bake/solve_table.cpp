@@ -3,6 +3,7 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
+#include <stratus/io/sample_files.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
@@ -13,6 +14,7 @@
 #include "solve_material.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -175,14 +177,18 @@ class TableSolver {
                                  table_.optical_depth.values.size();
         const std::size_t mus = table_.mu_in.values.size();
         block_ = mus * table_.mu_out.values.size() * table_.azimuth.values.size();
-        if (!is_first_rank(options_.log)) {
-            // One sample stands for those that the table would have.
-            table_.reflection_multiple.resize(recipe_.reflection ? 1 : 0);
-            table_.transmission_multiple.resize(recipe_.transmission ? 1 : 0);
-            return;
-        }
-        if (recipe_.reflection) table_.reflection_multiple.resize(rows * block_);
-        if (recipe_.transmission) table_.transmission_multiple.resize(rows * block_);
+        const bool is_first = is_first_rank(options_.log);
+        const std::array<std::size_t, 2> counts{recipe_.reflection ? rows * block_ : 0,
+                                                recipe_.transmission ? rows * block_ : 0};
+        is_filed_ = is_first && options_.samples && options_.samples->make_room(counts);
+        // One sample stands for those that are elsewhere.
+        const bool has_samples = is_first && !is_filed_;
+        const auto own = [&](std::size_t count) {
+            return has_samples ? count : std::min<std::size_t>(1, count);
+        };
+        table_.reflection_multiple.resize(own(counts[0]));
+        table_.transmission_multiple.resize(own(counts[1]));
+        if (!is_first) return;
         table_.spherical_albedo.resize(rows);
         // Who asks for fluxes asks for those along the direction of view, too.
         if (is_narrow(recipe_.mu_in, all_cosines)) return;
@@ -275,30 +281,46 @@ class TableSolver {
     /// Puts the samples of a unit into the table.
     void store(const Unit& unit, std::span<const char> samples) {
         const std::vector<std::size_t> rows = rows_of(unit, ladder_of(unit));
+        std::vector<float> room(is_filed_ ? 2 * block_ : 0);
         std::size_t count = 0;
         for (const std::size_t row : rows)
-            visit_samples(row_of_table(row), [&](std::span<float> some) { count += some.size(); });
+            visit_samples(row_of_table(row, room),
+                          [&](std::span<float> some) { count += some.size(); });
         check_size<float>(samples, name_of(unit), count);
         for (const std::size_t at : rows) {
-            const Row row = row_of_table(at);
+            const Row row = row_of_table(at, room);
             visit_samples(row, [&](std::span<float> some) {
                 std::memcpy(some.data(), samples.data(), some.size_bytes());
                 samples = samples.subspan(some.size_bytes());
             });
             mirror(row);
+            if (is_filed_) file(row, at);
         }
     }
 
-    Row row_of_table(std::size_t row) {
+    void file(const Row& row, std::size_t at) {
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            const std::span<const float> samples = row.sides[side == Side::reflection ? 0 : 1];
+            for (const float sample : samples)
+                require(std::isfinite(sample), "solve_table", "a sample", "finite", sample);
+            if (!samples.empty()) options_.samples->write(side, at * block_, samples);
+        }
+    }
+
+    /// With its sides in `room` where the table's are in files.
+    Row row_of_table(std::size_t row, std::span<float> room) {
         const std::size_t mus = table_.mu_in.values.size();
         const auto part = [&](std::vector<float>& all, std::size_t size) {
             return all.empty() ? std::span<float>{} : std::span(all).subspan(row * size, size);
         };
-        return {
-            {part(table_.reflection_multiple, block_), part(table_.transmission_multiple, block_)},
-            {part(table_.plane_albedo, mus), part(table_.diffuse_transmittance, mus)},
-            part(table_.spherical_albedo, 1),
-            std::span(&spherical_albedo_below_, 1)};
+        const auto side = [&](std::vector<float>& all, std::size_t n) {
+            if (!is_filed_) return part(all, block_);
+            return all.empty() ? std::span<float>{} : room.subspan(n * block_, block_);
+        };
+        return {{side(table_.reflection_multiple, 0), side(table_.transmission_multiple, 1)},
+                {part(table_.plane_albedo, mus), part(table_.diffuse_transmittance, mus)},
+                part(table_.spherical_albedo, 1),
+                std::span(&spherical_albedo_below_, 1)};
     }
 
     /// A row of its own, in `room`.
@@ -376,6 +398,7 @@ class TableSolver {
     CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
     float spherical_albedo_below_ = 0;  // of a stack
+    bool is_filed_ = false;             // the samples of both sides are in files
 };
 
 }  // namespace
@@ -395,14 +418,19 @@ Table solve_table(const Recipe& resolved, const BakeOptions& options) {
                                                      {"albedo_samples", d.albedo_samples}};
     for (std::size_t k = 0; k < resolved.family.size(); ++k)
         if (resolved.family[k].values.empty())
-            choices.push_back(
-                {samples_key(resolved.family[k].parameter), d.family_samples[k]});
+            choices.push_back({samples_key(resolved.family[k].parameter), d.family_samples[k]});
     for (const auto& [name, count] : choices)
         require(count >= 1, "solve_table", name, "resolved", count);
     check_directions(resolved);
     const Recipe decided = with_path_law_decided(resolved);
     Table table = TableSolver(decided, options).solve();
-    if (is_first_rank(options.log)) prepare(table);
+    if (!is_first_rank(options.log)) return table;
+    if (options.samples && options.samples->has_room()) {
+        prepare_header(table);
+        table.phase_curve = PhaseCurve(table.phase_function);
+    } else {
+        prepare(table);
+    }
     return table;
 }
 

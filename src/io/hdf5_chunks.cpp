@@ -216,14 +216,20 @@ void set_chunks(hid_t creation, std::span<const std::size_t> extents) {
     checked(H5Pset_deflate(creation, deflate_level), "set a filter");
 }
 
+void release_samples(const WriteOptions& options) {
+    if (options.samples) options.samples->release();
+}
+
 void write_chunks(hid_t dataset, const std::string& name, std::span<const std::size_t> extents,
                   std::span<const float> values, const WriteOptions& options) {
     OrderedChunks file(dataset, name, extents);
     if (options.share) {
         Parts parts(file.cuts(), values);
-        options.share(
-            {parts.count(), [&](int part) { return parts.give(part); },
-             [&](int part, std::span<const char> deflated) { parts.take(part, deflated, file); }});
+        options.share({parts.count(), [&](int part) { return parts.give(part); },
+                       [&](int part, std::span<const char> deflated) {
+                           parts.take(part, deflated, file);
+                           release_samples(options);
+                       }});
         return;
     }
     const Cuts cuts = file.cuts();
@@ -233,6 +239,7 @@ void write_chunks(hid_t dataset, const std::string& name, std::span<const std::s
                                    values.subspan(first, cuts.count_from(first)), cuts.length));
         if (ahead.size() < chunks_ahead(options.threads)) continue;
         file.write_next(ahead.front().get());
+        release_samples(options);
         ahead.pop_front();
     }
     for (std::future<Deflated>& last : ahead) file.write_next(last.get());

@@ -14,6 +14,9 @@ namespace stratus::io::hdf5 {
 /// Makes a dataset over `extents` chunked, shuffled and deflated.
 void set_chunks(hid_t creation, std::span<const std::size_t> extents);
 
+/// Lets go of samples on the disk that have been brought into memory.
+void release_samples(const WriteOptions& options);
+
 /// Writes all chunks of a dataset from `values`, which has the size of its extents.
 ///
 /// Threads  as many deflate as `options` say; one at a time calls HDF5; the file is the same for any

@@ -64,7 +64,7 @@ Handle creation_properties(std::span<const std::size_t> extents) {
 template <class Number>
 Handle write_dataset(hid_t file, const std::string& name, const std::string& long_name,
                      const std::string& units, std::span<const std::size_t> extents,
-                     const std::vector<Number>& values, const WriteOptions& options = {}) {
+                     std::span<const Number> values, const WriteOptions& options = {}) {
     const std::string task = "write dataset " + name;
     const Handle space = new_dataspace(extents);
     const Handle creation = creation_properties(extents);
@@ -79,15 +79,18 @@ Handle write_dataset(hid_t file, const std::string& name, const std::string& lon
                 task);
     write_text(dataset, "long_name", long_name);
     write_text(dataset, "units", units);
-    write_text(dataset, checksum_name, checksum(std::span(values)));
+    if constexpr (std::is_same_v<Number, float>)
+        write_text(dataset, checksum_name, checksum(values, [&] { release_samples(options); }));
+    else
+        write_text(dataset, checksum_name, checksum(values));
     return dataset;
 }
 
 void write_axis(hid_t file, const AxisField& field, const Table& table) {
     const Axis& axis = axis_of(table, field);
     const std::size_t count = axis.values.size();
-    const Handle dataset =
-        write_dataset(file, field.name, field.long_name, field.units, {&count, 1}, axis.values);
+    const Handle dataset = write_dataset(file, field.name, field.long_name, field.units,
+                                         {&count, 1}, std::span(axis.values));
     write_text(dataset, "scale", stored_scale_name(field, table));
     checked(H5DSset_scale(dataset, field.name),
             std::string("make a dimension scale of ") + field.name);
@@ -170,19 +173,29 @@ void read_axis(const Source& source, const AxisField& field, Table& table) {
 
 namespace {
 
+std::span<const float> samples_of(const Table& table, const SampleField& field,
+                                  const WriteOptions& options) {
+    if (options.samples && field.samples == &Table::reflection_multiple)
+        return options.samples->samples(Side::reflection);
+    if (options.samples && field.samples == &Table::transmission_multiple)
+        return options.samples->samples(Side::transmission);
+    return table.*field.samples;
+}
+
 void fill(hid_t file, const Table& table, const Metadata& metadata, const WriteOptions& options) {
     const std::vector<AxisField> axes = axis_fields_of(table);
     for (const AxisField& field : axes) write_axis(file, field, table);
     const auto write_over_axes = [&](const char* name, const char* long_name, std::size_t rank,
                                      const auto& values) {
         const std::vector<std::size_t> sizes = extents(table, rank);
-        attach_axes(file, write_dataset(file, name, long_name, "1", sizes, values, options),
+        attach_axes(file,
+                    write_dataset(file, name, long_name, "1", sizes, std::span(values), options),
                     std::span(axes).first(sizes.size()));
     };
     write_over_axes(diffusion_exponent_name, diffusion_exponent_long_name, 1,
                     table.diffusion_exponent);
     for (const SampleField& field : listed_samples(metadata))
-        write_over_axes(field.name, field.long_name, field.rank, table.*field.samples);
+        write_over_axes(field.name, field.long_name, field.rank, samples_of(table, field, options));
     write_metadata(file, metadata);
 }
 

@@ -93,6 +93,12 @@ std::string names_of_samples(const Table& table) {
     return names;
 }
 
+std::string text_of_checksum(std::uint32_t sum) {
+    char text[sizeof "crc32:xxxxxxxx"];
+    std::snprintf(text, sizeof text, "crc32:%08x", static_cast<unsigned>(sum));
+    return text;
+}
+
 /// Refuses a text that names another file: a table file must be complete, and reading it opens no
 /// other.
 PhaseFunction read_phase_function(const std::string& name, const std::string& text) {
@@ -379,10 +385,18 @@ void take_memory(const Table& table, const std::vector<SampleField>& listed,
 }
 
 std::string checksum(std::span<const char> bytes) {
-    char text[sizeof "crc32:xxxxxxxx"];
-    std::snprintf(text, sizeof text, "crc32:%08x",
-                  static_cast<unsigned>(libdeflate_crc32(0, bytes.data(), bytes.size())));
-    return text;
+    return text_of_checksum(libdeflate_crc32(0, bytes.data(), bytes.size()));
+}
+
+std::string checksum(std::span<const float> values, const std::function<void()>& read) {
+    constexpr std::size_t at_once = std::size_t{1} << 20;
+    std::uint32_t sum = 0;
+    for (; !values.empty(); values = values.subspan(std::min(at_once, values.size()))) {
+        const std::span<const float> some = values.first(std::min(at_once, values.size()));
+        sum = libdeflate_crc32(sum, some.data(), some.size_bytes());
+        read();
+    }
+    return text_of_checksum(sum);
 }
 
 std::string checksum(std::span<const float> values) {
@@ -466,8 +480,8 @@ const std::string& entry(const Metadata& metadata, const std::string& name) {
     return found->second;
 }
 
-void check_table(const Table& table) {
-    check(table);
+void check_table(const Table& table, bool with_samples) {
+    if (with_samples) check(table);
     for (const auto& [name, text] : table.attributes) {
         require(!name.empty() && name.size() <= max_attribute_name, "write_table",
                 "an attribute's name", "1 to 200 bytes long", shown(name));

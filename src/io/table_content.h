@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -95,6 +96,9 @@ std::string checksum(std::span<const char> bytes);
 std::string checksum(std::span<const float> values);
 std::string checksum(std::span<const double> values);
 
+/// The same of values that need not be in memory at once: calls read() after every few.
+std::string checksum(std::span<const float> values, const std::function<void()>& read);
+
 /// The same of names and texts, each followed by a zero byte, in the order of the names.
 std::string checksum(const Metadata& metadata);
 
@@ -127,7 +131,7 @@ std::vector<double> to_numbers(const std::string& what, std::string_view text);
 const std::string& entry(const Metadata& metadata, const std::string& name);
 
 /// Throws std::invalid_argument for a table that no reader would accept.
-void check_table(const Table& table);
+void check_table(const Table& table, bool with_samples = true);
 
 // The formats themselves. Errors are std::exceptions without the file's name, which `naming` adds.
 inline constexpr std::string_view hdf5_magic{"\x89HDF\r\n\x1a\n", 8};

@@ -82,13 +82,13 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options) 
 }
 
 void write_table(const Table& table, const std::filesystem::path& path, int threads) {
-    write_table(table, path, WriteOptions{threads, {}});
+    write_table(table, path, WriteOptions{threads, {}, nullptr});
 }
 
 void write_table(const Table& table, const std::filesystem::path& path,
                  const WriteOptions& options) {
     const Format& format = format_of(path, "write_table");
-    io::check_table(table);
+    io::check_table(table, options.samples == nullptr);
     write_atomically(path, [&](const auto& temporary) {
         io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, options); });
     });

@@ -12,9 +12,12 @@
 #include <stratus/transfer/solve.h>
 
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace stratus {
+
+class SampleFiles;
 
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
 /// 1e-8. `solution` must have been solved at cosines that include `floor_cosines()`.
@@ -66,7 +69,8 @@ struct VerifyOptions {
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
     std::function<void(double done)> progress;
-    WorkLog log;  // pieces: the points of a ladder of depths each
+    WorkLog log;                         // pieces: the points of a ladder of depths each
+    const SampleFiles* files = nullptr;  // with the samples of both sides; null: the table has them
 };
 
 struct Verification {
@@ -114,8 +118,8 @@ std::vector<ErrorSample> solve_random_points(const PhaseFunction& phase_function
                                              const VerifyOptions& options = {});
 
 /// Looks solved points up in a table, and fills in `found` and `error`.
-void look_up(const TableView& table, std::vector<ErrorSample>& samples);
-void look_up_bound(const TableView& table, std::vector<ErrorSample>& samples);
+void look_up(const TableView& table, std::span<ErrorSample> samples);
+void look_up_bound(const TableView& table, std::span<ErrorSample> samples);
 
 /// Solves again at random points, half as many nodes again as the bake used, and compares lookups
 /// with that. With ranks, which all call it, rank 0 alone has the table and the comparison.

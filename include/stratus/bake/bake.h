@@ -10,6 +10,8 @@
 
 namespace stratus {
 
+class SampleFiles;
+
 struct BakeOptions {
     int threads = 0;  // 0: all
     /// One line on what was chosen and why.
@@ -20,6 +22,9 @@ struct BakeOptions {
     /// at their caps. Left empty, it goes to `note`.
     std::function<void(const std::string& sentence)> missed;
     WorkLog log;  // what an interrupted bake has finished already
+    /// Where there is room in them (sample_files.h), the samples of both sides go there. In the table
+    /// one sample stands for those of each side: for `verify` and `write_table` with these files.
+    SampleFiles* samples = nullptr;
 };
 
 /// Names a program whose tables may differ from those of others in their last bits: its version,

@@ -62,7 +62,7 @@ struct RankedTime {
 };
 
 /// The times of one bake on ranks: pieces go to whoever is free; rank 0 receives every result, and
-/// writes the file alone.
+/// gives what is deflated.
 RankedTime predict_on_ranks(const Forecast& forecast, int ranks, int threads);
 
 /// A table of them, with what they assume.

@@ -7,6 +7,7 @@
 // minor versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
 #pragma once
 
+#include <stratus/io/sample_files.h>
 #include <stratus/runtime/table.h>
 
 #include <cstddef>
@@ -83,6 +84,9 @@ struct WriteOptions {
     int threads = 0;  // that compress; 0: as many as the machine has
     /// Of .h5: has all parts deflated and taken, each once, and returns then; empty: threads do it.
     std::function<void(const PartsToDeflate& parts)> share;
+    /// Of .h5: where both sides' samples are; null: in the table. Those of a bake, they are not
+    /// checked again.
+    const SampleFiles* samples = nullptr;
 };
 
 /// The same, bytes and all, with the compressing shared.

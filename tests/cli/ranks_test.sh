@@ -28,6 +28,9 @@ RECIPE
 # without mpirun nothing changes, whether the plugin is there or not
 expect_ok bake small.toml --accept -o whole.h5 --quiet
 expect_ok bake stack.toml --accept -o stack.h5 --quiet
+# samples go through the disk, but where there is a picture to be made
+expect_ok bake small.toml --accept -o in_memory.h5 --exr in_memory.exr --quiet
+expect_same in_memory.h5 whole.h5
 cp "$stratus" alone
 through "exec ./alone \"\$@\"" expect_ok bake small.toml --accept -o alone.h5 --quiet
 expect_same alone.h5 whole.h5

@@ -456,14 +456,15 @@ void in_blocks(std::size_t count, const Use& use) noexcept {
         use(first, std::min<std::size_t>(paths_at_once, count - first));
 }
 
-/// `count` numbers where a kernel wants `paths_at_once`: themselves, or a copy that ends in the
-/// last.
+/// `count` numbers where a kernel reads as many as fill its registers: themselves, or a copy that
+/// ends in the last.
 class Block {
   public:
     const float* of(const float* numbers, std::size_t count) noexcept {
-        if (count == paths_at_once) return numbers;
+        const std::size_t rest = count % most_lanes;
+        if (rest == 0) return numbers;
         std::copy(numbers, numbers + count, copy_);
-        std::fill(copy_ + count, copy_ + paths_at_once, numbers[count - 1]);
+        std::fill(copy_ + count, copy_ + count - rest + most_lanes, numbers[count - 1]);
         return copy_;
     }
 
@@ -485,13 +486,14 @@ void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const flo
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block in, out, around;
         LightPaths paths;
-        alignas(64) float found[channels * paths_at_once];
-        all.paths_of_angles[&side == transmission_.get()](in.of(mu_in + first, here),
-                                                          out.of(mu_out + first, here),
-                                                          around.of(azimuth + first, here), paths);
-        side.kernel.many(side.view, paths, found);
+        alignas(64) float found[channels * path_room];
+        const int some = static_cast<int>(here);
+        all.paths_of_angles[&side == transmission_.get()](
+            in.of(mu_in + first, here), out.of(mu_out + first, here),
+            around.of(azimuth + first, here), some, paths);
+        side.kernel.many(side.view, paths, some, found);
         for (int c = 0; c < channels; ++c)
-            std::copy(found + c * paths_at_once, found + c * paths_at_once + here,
+            std::copy(found + c * path_room, found + c * path_room + here,
                       value + static_cast<std::size_t>(c) * count + first);
     });
 }
@@ -511,6 +513,7 @@ void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, cons
 template <int channels>
 void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
                              float* value) const noexcept {
+    constexpr std::size_t room = channels * path_room;
     const Kernels& all = kernels();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block blocks[6];
@@ -519,24 +522,19 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
             in[d] = blocks[d].of(wi[d] + first, here);
             out[d] = blocks[d + 3].of(wo[d] + first, here);
         }
-        LightPaths paths;
-        alignas(64) float reflected[channels * paths_at_once] = {},
-                                               transmitted[channels * paths_at_once] = {};
-        all.paths_of_vectors(in, out, paths);
-        bool any[2] = {false, false};
-        for (std::size_t i = 0; i < here; ++i) any[in[2][i] * out[2][i] > 0 ? 0 : 1] = true;
-        if (any[0] && reflection_->kernel.at_angles != nullptr)
-            reflection_->kernel.many(reflection_->view, paths, reflected);
-        if (any[1] && transmission_->kernel.at_angles != nullptr)
-            transmission_->kernel.many(transmission_->view, paths, transmitted);
-        for (std::size_t i = 0; i < here; ++i) {
-            const float sides = in[2][i] * out[2][i];
-            const bool seen = sides != 0 && (!one_sided_ || in[2][i] > 0);
-            const float scale = seen ? static_cast<float>(1 / pi) : 0.0f;
-            for (std::size_t c = 0; c < channels; ++c)
-                value[c * count + first + i] =
-                    scale * (sides > 0 ? reflected : transmitted)[c * paths_at_once + i];
+        PartedPaths paths;
+        all.paths_of_vectors(in, out, static_cast<int>(here), one_sided_, paths);
+        alignas(64) float found[2][room];
+        for (const int which : {0, 1}) {
+            const BoundSide& side = which == 0 ? *reflection_ : *transmission_;
+            if (side.kernel.many == nullptr)
+                std::fill(found[which], found[which] + room, 0.0f);
+            else if (paths.count[which] > 0)
+                side.kernel.many(side.view, paths.paths[which], paths.count[which], found[which]);
         }
+        for (int c = 0; c < channels; ++c)
+            all.joined(paths, found[0] + c * path_room, found[1] + c * path_room,
+                       static_cast<int>(here), value + static_cast<std::size_t>(c) * count + first);
     });
 }
 

@@ -109,6 +109,7 @@ struct PackedTable::Contents {
     /// The same around a mixture; of other families not-a-number.
     template <class Add>
     void each_member(double share, const Add& add) const {
+        if (!header.has_family()) return add(members[0], 1.0);
         FamilyPoint point;
         if (is_mixture(header.family)) point = {share};
         each_member(family_stencil(header.family, point), add);

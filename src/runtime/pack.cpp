@@ -7,6 +7,7 @@
 #include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
+#include "size.h"
 #include "tensor_file.h"
 
 #include <algorithm>
@@ -25,8 +26,6 @@ constexpr double basis_share = 0.3, total_share = 0.5;
 
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// The blocks of one side.
 struct PackedBlocks {
@@ -337,8 +336,7 @@ std::vector<char> pack(const Table& table) {
             one = &member;
         }
         const std::string prefix = member_prefix(table, m);
-        if (!table.varies_parameters())
-            add_curve(file, prefix + phase_name, one->phase_curve);
+        if (!table.varies_parameters()) add_curve(file, prefix + phase_name, one->phase_curve);
         const TableView view = one->view();
         for (const Side side : {Side::reflection, Side::transmission})
             add_side(file, prefix, view, side);

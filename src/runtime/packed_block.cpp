@@ -1,5 +1,7 @@
 #include "packed_block.h"
 
+#include "size.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +12,6 @@ namespace stratus {
 namespace {
 
 constexpr float negligible = 1e-16f;  // coefficient
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// How many functions are stored with what rounding to halves leaves of them.
 std::size_t remainders(const LayerBasis& basis) {

@@ -22,7 +22,7 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = "bind";
+constexpr const char* bind_caller = "bind";
 
 template <int channels>
 const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders) {
@@ -36,8 +36,8 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
 
 /// Particles of a stack's layers may differ in all that these effects ask about.
 void check_stack_effects(const Effects& effects) {
-    require(effects.density == 0, caller, "density", "0 of a stack", effects.density);
-    require(effects.opposition.law == Opposition::Law::none, caller, "opposition",
+    require(effects.density == 0, bind_caller, "density", "0 of a stack", effects.density);
+    require(effects.opposition.law == Opposition::Law::none, bind_caller, "opposition",
             "none of a stack", "a law");
 }
 
@@ -168,9 +168,9 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
       transmission_(std::make_unique<BoundSide>()) {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
-        require(medium.optical_depth[c] >= 0, caller, "optical_depth", "in [0, inf]",
+        require(medium.optical_depth[c] >= 0, bind_caller, "optical_depth", "in [0, inf]",
                 medium.optical_depth[c]);
-        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, caller, "albedo", "in [0, 1]",
+        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, bind_caller, "albedo", "in [0, 1]",
                 medium.albedo[c]);
         medium_.optical_depth[c] =
             effective_optical_depth(medium.optical_depth[c], effects.density);
@@ -228,7 +228,7 @@ template <int channels>
 SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
               nullptr, medium_of<channels>(layers), effects) {
-    check_layers(layers, false, caller);
+    check_layers(layers, false, bind_caller);
     check_stack_effects(effects);
     bind_stack(layers, nullptr);
     bind_background(nullptr, {}, &layers, effects);
@@ -304,7 +304,7 @@ void SliceOf<channels>::check_coverage(const TableView& table, Side which, Outsi
     const auto check = [&](bool known, const char* argument, const std::string& allowed,
                            double value) {
         if (known) return;
-        if (outside == OutsideTable::refuse) require(false, caller, argument, allowed, value);
+        if (outside == OutsideTable::refuse) require(false, bind_caller, argument, allowed, value);
         clamped_ = true;
     };
     for (std::size_t k = 0; k < table.chosen.size(); ++k)

@@ -60,7 +60,7 @@ double extrapolated(double before, double error_before, double last, double erro
 using CandidateError = std::function<double(int candidate, double most)>;
 
 /// First of the ascending candidates whose error is within the probes' limit, found as if errors
-/// fell with the fourth power, a cubic's; the last if none is.
+/// fell with the fourth power, a cubic's, or with that between the last two; the last if none is.
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
                        const CandidateError& error);
 

@@ -58,80 +58,89 @@ double tail_of_modes(Probes& probes, int kept) {
         });
 }
 
-/// An axis of cosines among those of solutions: the probed ones, then the samples.
+/// The samples of an axis of cosines, and how the probed cosines are found between them.
 struct SampledCosines {
     Axis axis;
-    int probed;
     std::vector<Stencil> stencils;  // of the probed ones
 
     SampledCosines(const Axis& axis_, const std::vector<int>& places, const std::vector<double>& mu)
-        : axis(axis_), probed(static_cast<int>(places.size())) {
+        : axis(axis_) {
         for (const int place : places)
             stencils.push_back(axis.view().stencil(mu[static_cast<std::size_t>(place)]));
     }
 
-    /// Position among all of them of a sample that probe i reads.
+    /// Position of a sample that probe i reads.
     int sample(int i, int p) const {
-        return probed + sample_of(stencils[static_cast<std::size_t>(i)], p, axis);
+        return sample_of(stencils[static_cast<std::size_t>(i)], p, axis);
     }
     double weight(int i, int p) const {
         return double{stencils[static_cast<std::size_t>(i)].weight[p]};
     }
 };
 
-/// The probed cosines, and a candidate's samples along both axes.
+/// The probed cosines and a candidate's samples along both axes, all solved at once; pairs of one
+/// with the other are not needed.
 struct MuSamples {
     SampledCosines in, out;
-    DirectionGrid all;
+    DirectionGrid probed, samples;
 };
 
 MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
-    ProbedCosines cosines = many_cosines(recipe);
-    SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
-    SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
-    const auto add_samples = [&](const Axis& axis, std::vector<int>& places) {
+    ProbedCosines probed = many_cosines(recipe);
+    SampledCosines in(mu_axis(recipe.mu_in, samples), probed.pairs.in, probed.mu);
+    SampledCosines out(mu_axis(recipe.mu_out, samples), probed.pairs.out, probed.mu);
+    ProbedCosines sampled{probed.mu, {{}, {}, probed.pairs.exchangeable}};
+    const auto add_samples = [&](const Axis& axis) {
+        std::vector<int> places;
         for (const double sample : axis.values) {
-            places.push_back(static_cast<int>(cosines.mu.size()));
-            cosines.mu.push_back(sample);
+            places.push_back(static_cast<int>(sampled.mu.size()));
+            sampled.mu.push_back(sample);
         }
+        return places;
     };
-    const bool symmetric = cosines.pairs.are_symmetric();
-    add_samples(in.axis, cosines.pairs.in);
-    if (symmetric)
-        cosines.pairs.out = cosines.pairs.in;
-    else
-        add_samples(out.axis, cosines.pairs.out);
+    sampled.pairs.in = add_samples(in.axis);
+    sampled.pairs.out = probed.pairs.are_symmetric() ? sampled.pairs.in : add_samples(out.axis);
+    probed.mu = sampled.mu;
     return {std::move(in), std::move(out),
-            directions_at(recipe, std::move(cosines), probes.path_law)};
+            directions_at(recipe, std::move(probed), probes.path_law),
+            directions_at(recipe, std::move(sampled), probes.path_law)};
 }
 
 /// Adds the errors of cubics in both cosines, samples divided by the shares intercepted (lookup.h).
-void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& sampled,
+void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& cosines,
                    Errors& errors) {
-    const SampledCosines &in = sampled.in, &out = sampled.out;
-    const DirectionGrid& all = sampled.all;
+    const SampledCosines &in = cosines.in, &out = cosines.out;
+    const DirectionGrid &probed = cosines.probed, &samples = cosines.samples;
     const auto divisor = [&](double cosine) {
         return intercepted(recipe, layer.solution.optical_depth, cosine);
     };
-    std::vector<double> divisors_in, divisors_out;
-    for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
-    for (int j = 0; j < all.out_count(); ++j) divisors_out.push_back(divisor(all.mu_out(j)));
-    const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors, int i,
-                           int p) {
-        return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
-               divisors[static_cast<std::size_t>(along.sample(i, p))];
+    /// Of each probed cosine, the weights of its samples.
+    const auto weights = [&](const SampledCosines& along, int count, const auto& cosine) {
+        std::vector<double> divisors, all;
+        for (const double sample : along.axis.values) divisors.push_back(divisor(sample));
+        for (int i = 0; i < count; ++i)
+            for (int p = 0; p < Blend::size; ++p)
+                all.push_back(along.weight(i, p) * divisor(cosine(i)) /
+                              divisors[static_cast<std::size_t>(along.sample(i, p))]);
+        return all;
     };
-    Judged judged(all);
-    judged.in = in.probed;
-    judged.out = out.probed;
-    add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
-        const std::vector<double>& values = layer.side(side).tabulated;
+    const std::vector<double> weights_in =
+        weights(in, probed.in_count(), [&](int i) { return probed.mu_in(i); });
+    const std::vector<double> weights_out =
+        weights(out, probed.out_count(), [&](int j) { return probed.mu_out(j); });
+    std::vector<double> sampled[2];  // of either side
+    for (const Side side : asked_sides(recipe))
+        sampled[side == Side::transmission] = evaluate_tabulated(layer.solution, side, samples);
+    add_errors(recipe, layer, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
+        const std::vector<double>& values = sampled[side == Side::transmission];
+        const double* const of_in = &weights_in[static_cast<std::size_t>(i * Blend::size)];
+        const double* const of_out = &weights_out[static_cast<std::size_t>(j * Blend::size)];
         double found = 0;
         for (int p = 0; p < Blend::size; ++p)
             for (int q = 0; q < Blend::size; ++q)
-                found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
-                         values[all.at(in.sample(i, p), out.sample(j, q), k)];
+                found +=
+                    of_in[p] * of_out[q] * values[samples.at(in.sample(i, p), out.sample(j, q), k)];
         return found;
     });
 }
@@ -140,18 +149,15 @@ void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSampl
 double mu_error(const Probes& probes, int samples, double most) {
     const MuSamples sampled = mu_samples(probes, samples);
     const auto errors_of = [&](const std::vector<double>& albedos) {
-        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.all);
+        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.probed);
         return errors_of_layers(probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
                                 [&](std::size_t a, std::size_t d, Errors& errors) {
                                     add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
                                 });
     };
     // This share's of the first half of all shares' albedos.
-    const auto shares = static_cast<std::size_t>(probes.shares);
-    const auto half = probes.albedos.begin() +
-                      static_cast<std::ptrdiff_t>(((probes.all_albedos + 1) / 2 + shares - 1 -
-                                                   static_cast<std::size_t>(probes.share)) /
-                                                  shares);
+    const auto half = probes.albedos.begin() + static_cast<std::ptrdiff_t>(count_of_share(
+                                                   probes, (probes.all_albedos + 1) / 2));
     Errors errors = errors_of({probes.albedos.begin(), half});
     // Were there no errors in the other half, which is no larger.
     const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
@@ -282,15 +288,22 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
     constexpr int guesses = 3;  // then bisection, which no error misleads
     std::size_t low = 0, high = candidates.size() - 1, next = high / 2;
     double left = infinity;
+    double coarse = 0, too_much = 0;  // the last candidate that missed, and its error
     for (int tried = 1; low < high; ++tried) {
         const double here = error(candidates[next], probes.max_error);
-        const double enough = candidates[next] * std::pow(here / probes.max_error, 0.25);
+        const double tested = candidates[next];
         if (here <= probes.max_error) {
             high = next;
             left = here;
         } else {
             low = next + 1;
+            coarse = tested;
+            too_much = here;
         }
+        const double power = high < candidates.size() - 1 && too_much > 0
+                                 ? std::log(too_much / left) / std::log(candidates[high] / coarse)
+                                 : 4;
+        const double enough = tested * std::pow(here / probes.max_error, 1 / power);
         next = (low + high) / 2;
         if (tried > guesses) continue;
         for (next = low; next + 1 < high && candidates[next] < enough;) ++next;

@@ -10,6 +10,7 @@
 #include "solve_material.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 namespace stratus {
@@ -145,27 +146,45 @@ void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSampl
     });
 }
 
-/// Stops after half of the albedos where these alone make it more than `most`.
-double mu_error(const Probes& probes, int samples, double most) {
-    const MuSamples sampled = mu_samples(probes, samples);
-    const auto errors_of = [&](const std::vector<double>& albedos) {
-        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.probed);
-        return errors_of_layers(probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
+/// Errors of candidates; those of the first half of the albedos alone tell what they are at least.
+class MuErrors {
+  public:
+    explicit MuErrors(const Probes& probes) : probes_(probes) {}
+
+    /// Were there no errors in the other half, which is no larger.
+    double at_least(int samples) {
+        Errors& errors = of_first_half_[samples];
+        if (errors.empty()) errors = errors_of(samples, {probes_.albedos.begin(), half()});
+        return error_quantile(errors, 1 - 2 * (1 - probed_share));
+    }
+
+    double all(int samples) {
+        at_least(samples);
+        Errors errors = errors_of(samples, {half(), probes_.albedos.end()});
+        const Errors& others = of_first_half_[samples];
+        errors.insert(errors.end(), others.begin(), others.end());
+        return error_quantile(errors, probed_share);
+    }
+
+  private:
+    /// Where this share's of the first half of all shares' albedos end.
+    std::vector<double>::const_iterator half() const {
+        return probes_.albedos.begin() +
+               static_cast<std::ptrdiff_t>(count_of_share(probes_, (probes_.all_albedos + 1) / 2));
+    }
+
+    Errors errors_of(int samples, const std::vector<double>& albedos) const {
+        const MuSamples sampled = mu_samples(probes_, samples);
+        const ProbedLayers layers = solve_layers(probes_, albedos, probes_.ladder, sampled.probed);
+        return errors_of_layers(probes_, layers.size(), layers.empty() ? 0 : layers[0].size(),
                                 [&](std::size_t a, std::size_t d, Errors& errors) {
-                                    add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
+                                    add_mu_errors(probes_.recipe, layers[a][d], sampled, errors);
                                 });
-    };
-    // This share's of the first half of all shares' albedos.
-    const auto half = probes.albedos.begin() + static_cast<std::ptrdiff_t>(count_of_share(
-                                                   probes, (probes.all_albedos + 1) / 2));
-    Errors errors = errors_of({probes.albedos.begin(), half});
-    // Were there no errors in the other half, which is no larger.
-    const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
-    if (least > most) return least;
-    const Errors others = errors_of({half, probes.albedos.end()});
-    errors.insert(errors.end(), others.begin(), others.end());
-    return error_quantile(errors, probed_share);
-}
+    }
+
+    const Probes& probes_;
+    std::map<int, Errors> of_first_half_;
+};
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
 /// azimuth, half in its square root, where narrow peaks are.
@@ -284,13 +303,13 @@ double extrapolated(double before, double error_before, double last, double erro
 }
 
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const CandidateError& error) {
+                       const CandidateError& error, const CandidateError& at_least) {
     constexpr int guesses = 3;  // then bisection, which no error misleads
     std::size_t low = 0, high = candidates.size() - 1, next = high / 2;
     double left = infinity;
     double coarse = 0, too_much = 0;  // the last candidate that missed, and its error
     for (int tried = 1; low < high; ++tried) {
-        const double here = error(candidates[next], probes.max_error);
+        const double here = (at_least ? at_least : error)(candidates[next]);
         const double tested = candidates[next];
         if (here <= probes.max_error) {
             high = next;
@@ -309,15 +328,16 @@ Choice choose_cheapest(const Probes& probes, const char* name, const std::vector
         for (next = low; next + 1 < high && candidates[next] < enough;) ++next;
     }
     // The last candidate was taken for granted: it costs most and is seldom needed.
-    if (high + 1 == candidates.size()) left = error(candidates[high], infinity);
+    if (at_least || high + 1 == candidates.size()) left = error(candidates[high]);
+    while (left > probes.max_error && high + 1 < candidates.size())
+        left = error(candidates[++high]);
     const bool holds = left <= probes.max_error;
     Choice choice{static_cast<double>(candidates[high])};
     if (!holds) {
         choice.error_at_cap = left;
         if (high > 0)
-            choice.needed =
-                extrapolated(candidates[high - 1], error(candidates[high - 1], infinity),
-                             choice.value, left, probes.max_error);
+            choice.needed = extrapolated(candidates[high - 1], error(candidates[high - 1]),
+                                         choice.value, left, probes.max_error);
     }
     note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
                 holds ? "interpolation misses" : "at its cap; interpolation misses");
@@ -329,9 +349,9 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
                            const std::function<double(AxisScale scale, int candidate)>& error) {
     const auto cheapest = [&](AxisScale scale) {
         const char* const name = scale == scales.usual ? scales.samples : scales.samples_on_other;
-        return ScaledChoice{
-            scale, choose_cheapest(probes, name, candidates,
-                                   [&](int candidate, double) { return error(scale, candidate); })};
+        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
+                                return error(scale, candidate);
+                            })};
     };
     if (fixed) return cheapest(*fixed);
     const ScaledChoice usual = cheapest(scales.usual);
@@ -399,12 +419,14 @@ Choice choose_mu_samples(Probes& probes) {
         return std::vector{mu_axis(recipe.mu_in, candidate).values.size(),
                            mu_axis(recipe.mu_out, candidate).values.size()};
     };
+    MuErrors errors(probes);
     return choose_cheapest(
         probes, "mu_samples",
         distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24,  26,  28,  30,  32,
                              36, 40, 44, 48, 52, 56, 72, 96, 128, 192, 256, 384, 512},
                             most, counts),
-        [&](int candidate, double out) { return mu_error(probes, candidate, out); });
+        [&](int candidate) { return errors.all(candidate); },
+        [&](int candidate) { return errors.at_least(candidate); });
 }
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {

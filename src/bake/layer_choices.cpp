@@ -359,9 +359,8 @@ Choice choose_optical_depth_samples(Probes& probes) {
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
     FineDepths depths(probes, range.min, max);
-    return choose_cheapest(
-        probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
-        [&](int candidate, double) { return depth_error(probes, depths, candidate); });
+    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
+                           [&](int candidate) { return depth_error(probes, depths, candidate); });
 }
 
 ScaledChoice choose_albedo_samples(Probes& probes) {
@@ -391,7 +390,7 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
     members.solve(0);
     return choose_cheapest(members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(),
                            candidates,
-                           [&](int candidate, double) { return family_error(members, candidate); });
+                           [&](int candidate) { return family_error(members, candidate); });
 }
 
 }  // namespace stratus

@@ -10,6 +10,7 @@
 #include "solve_material.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
@@ -59,23 +60,29 @@ double tail_of_modes(Probes& probes, int kept) {
         });
 }
 
-/// The samples of an axis of cosines, and how the probed cosines are found between them.
+/// The samples of an axis of cosines that the probed cosines are found between.
 struct SampledCosines {
-    Axis axis;
-    std::vector<Stencil> stencils;  // of the probed ones
+    std::vector<double> samples;
+    std::vector<std::array<int, Blend::size>> places;      // of each probe's, among the samples
+    std::vector<std::array<double, Blend::size>> weights;  // of each probe
 
-    SampledCosines(const Axis& axis_, const std::vector<int>& places, const std::vector<double>& mu)
-        : axis(axis_) {
-        for (const int place : places)
-            stencils.push_back(axis.view().stencil(mu[static_cast<std::size_t>(place)]));
-    }
-
-    /// Position of a sample that probe i reads.
-    int sample(int i, int p) const {
-        return sample_of(stencils[static_cast<std::size_t>(i)], p, axis);
-    }
-    double weight(int i, int p) const {
-        return double{stencils[static_cast<std::size_t>(i)].weight[p]};
+    SampledCosines(const Axis& axis, const std::vector<int>& probed,
+                   const std::vector<double>& mu) {
+        std::vector<int> place_of(axis.values.size(), -1);
+        for (const int probe : probed) {
+            const Stencil stencil = axis.view().stencil(mu[static_cast<std::size_t>(probe)]);
+            places.emplace_back();
+            weights.emplace_back();
+            for (int p = 0; p < Blend::size; ++p) {
+                const auto sample = static_cast<std::size_t>(sample_of(stencil, p, axis));
+                if (place_of[sample] < 0) {
+                    place_of[sample] = static_cast<int>(samples.size());
+                    samples.push_back(axis.values[sample]);
+                }
+                places.back()[static_cast<std::size_t>(p)] = place_of[sample];
+                weights.back()[static_cast<std::size_t>(p)] = double{stencil.weight[p]};
+            }
+        }
     }
 };
 
@@ -92,16 +99,16 @@ MuSamples mu_samples(const Probes& probes, int samples) {
     SampledCosines in(mu_axis(recipe.mu_in, samples), probed.pairs.in, probed.mu);
     SampledCosines out(mu_axis(recipe.mu_out, samples), probed.pairs.out, probed.mu);
     ProbedCosines sampled{probed.mu, {{}, {}, probed.pairs.exchangeable}};
-    const auto add_samples = [&](const Axis& axis) {
+    const auto add_samples = [&](const SampledCosines& along) {
         std::vector<int> places;
-        for (const double sample : axis.values) {
+        for (const double sample : along.samples) {
             places.push_back(static_cast<int>(sampled.mu.size()));
             sampled.mu.push_back(sample);
         }
         return places;
     };
-    sampled.pairs.in = add_samples(in.axis);
-    sampled.pairs.out = probed.pairs.are_symmetric() ? sampled.pairs.in : add_samples(out.axis);
+    sampled.pairs.in = add_samples(in);
+    sampled.pairs.out = probed.pairs.are_symmetric() ? sampled.pairs.in : add_samples(out);
     probed.mu = sampled.mu;
     return {std::move(in), std::move(out),
             directions_at(recipe, std::move(probed), probes.path_law),
@@ -116,32 +123,30 @@ void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSampl
     const auto divisor = [&](double cosine) {
         return intercepted(recipe, layer.solution.optical_depth, cosine);
     };
-    /// Of each probed cosine, the weights of its samples.
-    const auto weights = [&](const SampledCosines& along, int count, const auto& cosine) {
-        std::vector<double> divisors, all;
-        for (const double sample : along.axis.values) divisors.push_back(divisor(sample));
-        for (int i = 0; i < count; ++i)
-            for (int p = 0; p < Blend::size; ++p)
-                all.push_back(along.weight(i, p) * divisor(cosine(i)) /
-                              divisors[static_cast<std::size_t>(along.sample(i, p))]);
-        return all;
+    /// Weights of the samples, divided by their shares, for each probed cosine.
+    const auto divided = [&](const SampledCosines& along, const auto& cosine) {
+        std::vector<double> divisors;
+        for (const double sample : along.samples) divisors.push_back(divisor(sample));
+        auto weights = along.weights;
+        for (std::size_t i = 0; i < weights.size(); ++i)
+            for (std::size_t p = 0; p < Blend::size; ++p)
+                weights[i][p] *= divisor(cosine(static_cast<int>(i))) /
+                                 divisors[static_cast<std::size_t>(along.places[i][p])];
+        return weights;
     };
-    const std::vector<double> weights_in =
-        weights(in, probed.in_count(), [&](int i) { return probed.mu_in(i); });
-    const std::vector<double> weights_out =
-        weights(out, probed.out_count(), [&](int j) { return probed.mu_out(j); });
+    const auto weights_in = divided(in, [&](int i) { return probed.mu_in(i); });
+    const auto weights_out = divided(out, [&](int j) { return probed.mu_out(j); });
     std::vector<double> sampled[2];  // of either side
     for (const Side side : asked_sides(recipe))
         sampled[side == Side::transmission] = evaluate_tabulated(layer.solution, side, samples);
     add_errors(recipe, layer, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
         const std::vector<double>& values = sampled[side == Side::transmission];
-        const double* const of_in = &weights_in[static_cast<std::size_t>(i * Blend::size)];
-        const double* const of_out = &weights_out[static_cast<std::size_t>(j * Blend::size)];
+        const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
         double found = 0;
-        for (int p = 0; p < Blend::size; ++p)
-            for (int q = 0; q < Blend::size; ++q)
-                found +=
-                    of_in[p] * of_out[q] * values[samples.at(in.sample(i, p), out.sample(j, q), k)];
+        for (std::size_t p = 0; p < Blend::size; ++p)
+            for (std::size_t q = 0; q < Blend::size; ++q)
+                found += weights_in[at_in][p] * weights_out[at_out][q] *
+                         values[samples.at(in.places[at_in][p], out.places[at_out][q], k)];
         return found;
     });
 }

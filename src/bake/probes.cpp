@@ -55,14 +55,16 @@ std::vector<double> probed_azimuths(Range degrees) {
     return at_shares({radians(degrees.min), radians(degrees.max)}, {0.05, 0.37, 0.66, 0.98});
 }
 
-/// `cosines` along an axis of all, shares of the way along a narrow one.
+/// `cosines` along an axis of all, if they are judged, shares of the way along a narrow one.
 ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& cosines,
                                const std::vector<double>& shares) {
     ProbedCosines probed{floor_cosines(), {}};
     const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
                narrow_out = is_narrow(recipe.mu_out, all_cosines);
+    const double least = leaves_path_law(recipe) ? least_judged_cosine : 0;
     if (!narrow_in || !narrow_out)
-        probed.mu.insert(probed.mu.end(), cosines.begin(), cosines.end());
+        std::ranges::copy_if(cosines, std::back_inserter(probed.mu),
+                             [&](double mu) { return mu >= least; });
     // Near the normal odd modes are steep; among all pairs few are there.
     if (narrow_in != narrow_out) probed.mu.push_back(0.99);
     std::vector<int> of_all(probed.mu.size());

@@ -108,7 +108,7 @@ std::size_t chunk_of(std::size_t albedos, const SolverOptions& solver) {
     if (modes == 0) return albedos >= 16 ? 8 : 1;
     if (solver.orders > 0) return 8;
     std::size_t best = 1, fewest = 0;
-    for (const std::size_t chunk : {1, 2, 4, 8}) {
+    for (std::size_t chunk = 1; chunk <= 8; chunk *= 2) {
         const std::size_t whole = albedos / chunk, rest = albedos % chunk;
         const auto of = static_cast<std::size_t>(modes);
         const std::size_t packs =

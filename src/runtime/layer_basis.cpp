@@ -23,7 +23,7 @@ class GreedySearch {
         constexpr int max_searched_albedos = 12;
         const int albedo_step = (layers.albedos.count - 1) / max_searched_albedos + 1;
         for (int l = 0; l < layers.count(); ++l) {
-            const int from_last = layers.albedos.count - 1 - l / layers.depth_count();
+            const int from_last = layers.albedos.last() - layers.albedo(l);
             (from_last % albedo_step == 0 ? searched_ : others_).push_back(l);
         }
         basis_.coefficient.resize(size(layers.count()));

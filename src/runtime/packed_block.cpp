@@ -25,13 +25,13 @@ float unit_of(float largest) {
 
 /// The functions at the table's own directions, all azimuths: over (pair of cosines, azimuth,
 /// function).
-std::vector<float> functions_at_samples(const LayerShapes& samples, const BlockLayers& layers,
-                                        const LayerBasis& basis) {
-    std::vector<float> all(size(samples.pairs()) * size(samples.azimuths() * functions));
+std::vector<float> functions_at_samples(const std::vector<LayerShapes>& samples,
+                                        const BlockLayers& layers, const LayerBasis& basis) {
+    std::vector<float> all(size(samples[0].pairs()) * size(samples[0].azimuths() * functions));
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
-        const int pivot = basis.pivot[f], depths = layers.depth_count();
-        const std::vector<float> layer = samples.layer(layers.albedos.first + pivot / depths,
-                                                       layers.depths.first + pivot % depths, 1);
+        const int pivot = basis.pivot[f];
+        const std::vector<float> layer =
+            samples[size(layers.member(pivot))].layer(layers.albedo(pivot), layers.depth(pivot), 1);
         for (std::size_t c = 0; c < layer.size(); ++c) {
             float* const here = &all[c * functions];
             double left = double{layer[c]};
@@ -134,10 +134,12 @@ double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int a
     return largest;
 }
 
-/// Coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions in the
-/// units that they are stored in.
-std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerBasis& basis,
+/// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
+/// in the units that they are stored in.
+std::vector<CoefficientRow> coefficients(const BlockLayers& layers, int member,
+                                         const LayerBasis& basis,
                                          const std::array<float, functions>& unit) {
+    const int first = member * layers.albedos.count;
     const int finite = layers.depths.count, depths = layers.depth_count();
     const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
     const int rows = depth.to + depths - finite;
@@ -153,7 +155,7 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerB
                     const double share = albedo.weight(l, a) * depth_weight(t, d);
                     if (share == 0) continue;
                     const std::vector<float> of_layer =
-                        stored_coefficients(basis, size(l * depths + t));
+                        stored_coefficients(basis, size((first + l) * depths + t));
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
                         all[size(a * rows + d)].value[f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
@@ -193,18 +195,23 @@ std::size_t FunctionLayout::rows() const {
     return (symmetric ? mus * (mus + 7) / 2 : mus * size(mu_out.to)) * size(azimuth_rows);
 }
 
-PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
+PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
                          const LayerBasis& basis) {
+    const LayerShapes& first = samples[0];
     std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
     const std::array<float, functions> unit = scale_to_units(basis, at_samples);
     const int azimuth_step =
-        layers.azimuths > 1 ? (samples.azimuths() - 1) / (layers.azimuths - 1) : 1;
-    std::vector<float> rows = laid_out(samples, at_samples, FunctionLayout(samples.table()));
+        layers.azimuths > 1 ? (first.azimuths() - 1) / (layers.azimuths - 1) : 1;
+    std::vector<float> rows = laid_out(first, at_samples, FunctionLayout(first.table()));
     split_remainders(basis, rows);
-    return {std::move(rows), coefficients(layers, basis, unit),
-            std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
-            error_of_halves(layers, basis, azimuth_step, unit, samples.azimuths(),
-                            std::move(at_samples))};
+    PackedBlock block{std::move(rows),
+                      {},
+                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
+                      error_of_halves(layers, basis, azimuth_step, unit, first.azimuths(),
+                                      std::move(at_samples))};
+    for (int m = 0; m < layers.members.count; ++m)
+        block.coefficient.push_back(coefficients(layers, m, basis, unit));
+    return block;
 }
 
 }  // namespace stratus

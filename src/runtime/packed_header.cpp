@@ -35,18 +35,19 @@ void check_format(const TensorFile& file) {
     const std::string& format = file.text(format_name);
     require(format == packed_format, caller, format_name, packed_format, format.substr(0, 40));
     const std::string& version = file.text(format_version_name);
-    require(version == packed_format_version || version == first_packed_format_version, caller,
-            format_version_name,
-            std::string(first_packed_format_version) + " or " + packed_format_version,
-            version.substr(0, 40));
+    const auto& earlier = earlier_packed_format_versions;
+    const bool is_read =
+        version == packed_format_version ||
+        std::find(std::begin(earlier), std::end(earlier), version) != std::end(earlier);
+    require(is_read, caller, format_version_name, "1, 2 or 3", version.substr(0, 40));
 }
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
-                                  AxisScale::logarithmic, AxisScale::square_root_of_complement,
-                                  AxisScale::square_root, AxisScale::fourth_root_of_complement,
-                                  AxisScale::logarithm_of_complement})
+    for (const AxisScale scale :
+         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
+          AxisScale::square_root_of_complement, AxisScale::square_root,
+          AxisScale::fourth_root_of_complement, AxisScale::logarithm_of_complement})
         if (text == axis_scale_name(scale)) return scale;
     require(false, caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
     return {};

@@ -180,21 +180,36 @@ const void* checked_functions(const TensorFile& file, const std::string& name,
     return numbers.data;
 }
 
-/// The blocks that a file holds of a side.
-void set_blocks(const TensorFile& file, const std::string& name, const TableView& table,
-                SideMemory& side) {
-    const std::string of_blocks = name + blocks_name;
+/// The member whose functions serve a side of member m: itself, or an earlier one.
+std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::size_t m,
+                               Side which) {
+    const std::string name = member_prefix(table, m) + side_name(which) + functions_of_name;
+    if (!file.has(name)) return m;
+    const TensorOf<std::int32_t> given = file.numbers<std::int32_t>(name, 1);
+    require_shape(given, name, {1});
+    const std::int32_t owner = given.data[0];
+    require(owner >= 0 && size(owner) < m &&
+                file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
+            caller, name, "an earlier member that has functions of its own", owner);
+    return size(owner);
+}
+
+/// The blocks that a file holds of a side: its coefficients, and the functions of `owner`, which may
+/// be of another member.
+void set_blocks(const TensorFile& file, const std::string& name, const std::string& owner,
+                const TableView& table, SideMemory& side) {
+    const std::string of_blocks = owner + blocks_name;
     const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
     require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
     const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows();
     const std::vector<std::size_t> shape{count, rows, functions};
-    side.view.halves = file.tensor(name + functions_name).type == TensorType::f16;
-    const void* const function = side.view.halves
-                                     ? checked_functions<Half>(file, name + functions_name, shape)
-                                     : checked_functions<float>(file, name + functions_name, shape);
+    side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
+    const void* const function =
+        side.view.halves ? checked_functions<Half>(file, owner + functions_name, shape)
+                         : checked_functions<float>(file, owner + functions_name, shape);
     const TensorOf<float> coefficients = file.numbers<float>(name + coefficients_name, 2);
     require_shape(coefficients, name + coefficients_name, {coefficients.shape[0], functions});
-    require_aligned(function, name + functions_name);
+    require_aligned(function, owner + functions_name);
     require_aligned(coefficients.data, name + coefficients_name);
     const std::size_t block_bytes =
         rows * functions * (side.view.halves ? sizeof(Half) : sizeof(float));
@@ -208,7 +223,7 @@ void set_blocks(const TensorFile& file, const std::string& name, const TableView
                                block[BlockField::first_albedo], block[BlockField::first_depth],
                                block[BlockField::albedos], block[BlockField::depths]});
     }
-    const std::string of_cells = name + block_of_cell_name;
+    const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
     require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
@@ -277,9 +292,9 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
     // Of members that vary in parameters no closed form is asked for: none lies at the point itself.
-    const PhaseFunction phase =
-        table.varies_parameters() ? PhaseFunction()
-                                  : view.at(member_at(table.family, m)).chosen_phase_function();
+    const PhaseFunction phase = table.varies_parameters()
+                                    ? PhaseFunction()
+                                    : view.at(member_at(table.family, m)).chosen_phase_function();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);
@@ -289,8 +304,10 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
         set_directions(view, side);
         side.view.path = sheet;
         side.view.path_steps = path_sheet_steps;
-        if (file.has(name + functions_name))
-            set_blocks(file, name, view, side);
+        const std::string owner =
+            member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
+        if (file.has(owner + functions_name))
+            set_blocks(file, name, owner, view, side);
         else
             set_nothing(side);
         side.view.block = side.blocks.data();

@@ -53,7 +53,7 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
 // Doubled one by one, pairs leave no lane idle where they are few, and eight times less memory, which
 // the cache holds, where there are many nodes.
 constexpr std::ptrdiff_t few_pairs = 4;
-constexpr int many_nodes = 64;
+constexpr int many_nodes = 96;
 
 }  // namespace
 

@@ -79,7 +79,8 @@ template <int I, int J>
 struct Tile {};
 
 /// Calls body(register, i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
-/// first_column(i0) or, with columns in registers, the first of its register; edges one by one.
+/// first_column(i0) or, with columns in registers, the first of its register; smaller blocks at the
+/// edges.
 template <class Number, class FirstColumn, class Body>
 [[gnu::always_inline]] inline void for_each_block(int rows, int columns, FirstColumn first_column,
                                                   Body body) {
@@ -88,6 +89,8 @@ template <class Number, class FirstColumn, class Body>
         int j = first_column(i) / In::columns * In::columns;
         for (; j + (block - 1) * In::columns < columns; j += block * In::columns)
             for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, block>{});
+        for (; j + In::columns < columns; j += 2 * In::columns)
+            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 2>{});
         for (; j < columns; j += In::columns)
             for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 1>{});
     };

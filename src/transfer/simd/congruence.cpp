@@ -46,6 +46,7 @@ template <class Number, int I>
     for (int i = 0; i < I; ++i) in.set_same(m, (i0 + i) * stride + i0 + i, factor[i][i]);
     int j0 = first + J * step;
     for (; j0 + (block - 1) * step < columns; j0 += block * step) solve(i0, j0, Tile<1, block>{});
+    for (; j0 + step < columns; j0 += 2 * step) solve(i0, j0, Tile<1, 2>{});
     for (; j0 < columns; j0 += step) solve(i0, j0, Tile<1, 1>{});
 }
 

@@ -1,6 +1,7 @@
 #include "layer_basis.h"
 
 #include "kernels/packed.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +9,6 @@
 
 namespace stratus {
 namespace {
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 class GreedySearch {
   public:

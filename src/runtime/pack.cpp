@@ -7,12 +7,12 @@
 #include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
+#include "size.h"
 #include "tensor_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,8 +26,6 @@ constexpr double basis_share = 0.3, total_share = 0.5;
 
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// One side of all members of a family, or of the only one.
 struct SideShapes {
@@ -213,22 +211,24 @@ class BlockBuilder {
     PackedBlocks packed_;
 };
 
-/// Members in groups that share their functions: all or, where that takes fewer blocks, each half
-/// by itself.
+/// Members in groups that share their functions: halves that are a group each are joined where that
+/// takes fewer blocks.
 std::vector<PackedBlocks> grouped_blocks(const SideShapes& shapes, const SampleRange& members) {
-    std::vector<PackedBlocks> together{BlockBuilder(shapes, members).take()};
-    const std::size_t count = together[0].count();
-    const bool is_least = together[0].holds && count <= 2;  // halves take a block each
-    if (members.count == 1 || is_least) return together;
+    std::vector<PackedBlocks> groups;
+    if (members.count == 1) {
+        groups.push_back(BlockBuilder(shapes, members).take());
+        return groups;
+    }
     const int half = members.count / 2;
-    std::vector<PackedBlocks> halves = grouped_blocks(shapes, {members.first, half});
-    for (PackedBlocks& blocks :
-         grouped_blocks(shapes, {members.first + half, members.count - half}))
-        halves.push_back(std::move(blocks));
-    const std::size_t of_halves = std::accumulate(
-        halves.begin(), halves.end(), std::size_t{0},
-        [](std::size_t sum, const PackedBlocks& some) { return sum + some.count(); });
-    return together[0].holds && count <= of_halves ? std::move(together) : std::move(halves);
+    groups = grouped_blocks(shapes, {members.first, half});
+    for (PackedBlocks& group : grouped_blocks(shapes, {members.first + half, members.count - half}))
+        groups.push_back(std::move(group));
+    if (groups.size() > 2) return groups;
+    PackedBlocks joined = BlockBuilder(shapes, members).take();
+    if (!joined.holds || joined.count() >= groups[0].count() + groups[1].count()) return groups;
+    groups.clear();
+    groups.push_back(std::move(joined));
+    return groups;
 }
 
 std::vector<Half> halves_of(const std::vector<float>& values) {

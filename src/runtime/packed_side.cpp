@@ -6,6 +6,7 @@
 #include "kernels/kernels.h"
 #include "layer_blend.h"
 #include "packed_block.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +15,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr const char* caller = packed_caller;
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// Single scattering, on the lit side with that of the lower boundary.
 void set_closed_forms(const TensorFile& file, const std::string& prefix, const Table& table,
@@ -136,7 +133,7 @@ class BlockChecks {
         require(
             block[BlockField::first_row] >= 0 && needed <= rows &&
                 size(block[BlockField::first_row]) <= rows - needed,
-            caller, "first_row of " + name_,
+            packed_caller, "first_row of " + name_,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
             block[BlockField::first_row]);
     }
@@ -150,7 +147,7 @@ class BlockChecks {
             within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
             within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
             (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
-        require(inside, caller,
+        require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
                     ") of " + name_,
                 "one that holds its samples", "another");
@@ -162,7 +159,7 @@ class BlockChecks {
     }
 
     void require_field(int value, int least, int most, const char* field) const {
-        require(value >= least && value <= most, caller, std::string(field) + " of " + name_,
+        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name_,
                 "in [" + std::to_string(least) + ", " + std::to_string(most) + "]", value);
     }
 
@@ -190,7 +187,7 @@ std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::
     const std::int32_t owner = given.data[0];
     require(owner >= 0 && size(owner) < m &&
                 file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
-            caller, name, "an earlier member that has functions of its own", owner);
+            packed_caller, name, "an earlier member that has functions of its own", owner);
     return size(owner);
 }
 
@@ -228,7 +225,7 @@ void set_blocks(const TensorFile& file, const std::string& name, const std::stri
     require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
         const std::int32_t block = cells.data[cell];
-        require(block >= 0 && size(block) < count, caller, of_cells,
+        require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
         checks.check_cell(blocks.data + size(block) * size(BlockField::count),
                           static_cast<int>(cell) / checks.depths(),
@@ -254,7 +251,7 @@ void set_nothing(SideMemory& side) {
 }  // namespace
 
 void require_aligned(const void* data, const std::string& name) {
-    require(reinterpret_cast<std::uintptr_t>(data) % packed_alignment == 0, caller,
+    require(reinterpret_cast<std::uintptr_t>(data) % packed_alignment == 0, packed_caller,
             "address of " + name, "a multiple of 64 bytes", "another");
 }
 
@@ -271,14 +268,15 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
     const PathOrders& law = *table.path_law;
     if (!file.has(path_sheet_name)) {
         const std::size_t orders = size(law.order_count() - 2);
-        require(orders <= most_summed_orders, caller, path_sheet_name,
+        require(orders <= most_summed_orders, packed_caller, path_sheet_name,
                 "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
         own = squared_path_sheet(law, table.highest_order);
         return own.view();
     }
     const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
     const std::size_t depths = sheet.shape[1];
-    require(depths >= 2 && depths <= 64, caller, "depths of path_sheet", "in [2, 64]", depths);
+    require(depths >= 2 && depths <= 64, packed_caller, "depths of path_sheet", "in [2, 64]",
+            depths);
     require_shape(sheet, path_sheet_name,
                   {size(path_sheet_steps + 1), depths, 2 * size(law.angle_count()), 2});
     return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),

@@ -4,11 +4,14 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/forecast.h>
 #include <stratus/bake/ranks.h>
+#include <stratus/bake/sweep.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
+#include <stratus/runtime/argument.h>
 
 #include "allowed.h"
 #include "commands.h"
+#include "kept_work.h"
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
@@ -23,7 +26,6 @@
 #include <future>
 #include <memory>
 #include <new>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -68,10 +70,7 @@ std::string sentence_of_kept(const std::string& path) {
 
 /// Bakes from the checkpoint, and adds to it.
 Table bake_on(const Recipe& recipe, BakeOptions options, Checkpoint& checkpoint) {
-    options.log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
-    options.log.keep = [&](const std::string& piece, std::span<const char> result) {
-        checkpoint.keep(piece, result);
-    };
+    keep_in(checkpoint, options.log);
     bool told = false;
     options.progress = [&, show = options.progress](double done, const std::string& stage) {
         show(done, stage);
@@ -247,10 +246,10 @@ void bake_on_ranks(BakeCommand command, std::unique_ptr<RankTransport> transport
 void run_bake(const BakeCommand& command) {
     if (command.dry_run) return run_dry(command);
     auto transport = started_ranks();
-    if (!command.sweep.empty()) {
-        if (transport && transport->count() > 1)
-            throw std::invalid_argument("bake: --sweep must be on one rank, got " +
-                                        std::to_string(transport->count()));
+    if (!command.sweep.empty() || has_sweep(command.recipe)) {
+        require(!transport || transport->count() == 1, "bake", "a sweep", "on one rank",
+                transport ? transport->count() : 1);
+        require(command.exr.empty(), "bake", "--exr", "left out for a sweep", command.exr);
         return run_sweep({command.recipe, command.sweep, command.output, command.threads,
                           command.quiet, command.resume, command.accept});
     }
@@ -282,8 +281,9 @@ void add_bake(CLI::App& app) {
             ->check(file_name());
     bake->add_option("--sweep", command->sweep,
                      "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
-                     "column name naming the tables. A summary goes to standard output and to "
-                     "summary.csv. --resume bakes what the folder lacks")
+                     "column name naming the tables; a recipe's own [sweep] needs no option. A "
+                     "summary goes to standard output and to summary.csv. --resume bakes what the "
+                     "folder lacks")
         ->check(file_name())
         ->excludes(dry_run)
         ->excludes(exr);

@@ -237,7 +237,8 @@ void add_cost(CLI::App& app) {
     cost->add_flag("--quiet", command->quiet, "No progress, no notes");
     cost->footer(help_of_columns() +
                  "Notes tell what grows as which power of what, fitted by least squares in "
-                 "logarithms: time of a solve over nodes and depth, times and sizes over "
+                 "logarithms: time of a solve over nodes and depth, of a bake over ranks (by "
+                 "the model of `stratus bake --dry-run --ranks`), times and sizes over "
                  "tolerance, errors of reference methods over time.\n"
                  "Errors are relative to the total R or T, as `stratus verify` has them.\n"
                  "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");

@@ -10,6 +10,7 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
+#include "kept_work.h"
 #include "progress.h"
 #include "query.h"
 #include "stop_on_signal.h"
@@ -22,7 +23,6 @@
 #include <mutex>
 #include <new>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -123,10 +123,7 @@ class SweepFolder {
             outcome.met = false;
             outcome.remark = sentence;
         };
-        options.log.find = [&](const std::string& piece) { return checkpoint.find(piece); };
-        options.log.keep = [&](const std::string& piece, std::span<const char> result) {
-            checkpoint.keep(piece, result);
-        };
+        keep_in(checkpoint, options.log);
         options.log.stop = [] { return StopOnSignal::signal() != 0; };
         return bake(recipe, options);
     }
@@ -245,7 +242,9 @@ void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& fold
 
 void run_sweep(const SweepCommand& command) {
     std::vector<std::string> notes;
-    const std::vector<SweepRow> rows = read_sweep(command.recipe, command.csv, &notes);
+    const std::vector<SweepRow> rows = command.csv.empty()
+                                           ? read_sweep(command.recipe, &notes)
+                                           : read_sweep(command.recipe, command.csv, &notes);
     SweepFolder folder(command.folder, command.resume);
     if (!command.resume) refuse_left_over(rows, folder);
     std::vector<Outcome> outcomes;

@@ -1,4 +1,4 @@
-// `stratus bake --sweep`: a table a row of a CSV.
+// `stratus bake` of a sweep: a table a row of a CSV, or of a recipe's [sweep].
 #pragma once
 
 #include <string>
@@ -6,7 +6,9 @@
 namespace stratus {
 
 struct SweepCommand {
-    std::string recipe, csv, folder;
+    std::string recipe;
+    std::string csv;  // empty: the rows of the recipe
+    std::string folder;
     int threads = 0;
     bool quiet = false;
     bool resume = false;  // bakes only what the folder lacks
@@ -15,7 +17,7 @@ struct SweepCommand {
 
 /// Bakes all rows, several at once, and tells how each came out.
 ///
-/// Errors   std::invalid_argument for the CSV, before anything is baked; std::runtime_error where a
+/// Errors   std::invalid_argument for the rows, before anything is baked; std::runtime_error where a
 ///          table failed or missed its tolerance, once all are done; EndedBySignal where one came.
 void run_sweep(const SweepCommand& command);
 

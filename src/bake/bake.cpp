@@ -89,10 +89,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     if (table.is_stack())
         table.attributes["convention_layers"] =
             "the table is of a stack of layers, top first, lit from above; single scattering, "
-            "added "
-            "in closed form, is that of each layer, attenuated by the others on the way in and "
-            "out; "
-            "phase_function, albedo and optical_depth are those of the mean layer";
+            "added in closed form, is that of each layer, attenuated by the others on the way in "
+            "and out; phase_function, albedo and optical_depth are those of the mean layer";
     if (recipe.lower_boundary.is_present())
         table.attributes["convention_below"] =
             "reflection is that of the layer and its lower boundary; light scattered once, by "
@@ -104,9 +102,8 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     if (!recipe.family.empty() && !is_mixture_alone(recipe))
         table.attributes["convention_family"] =
             "the first axes, named by family, are parameters of phase_function, whose own values "
-            "of "
-            "them do not count; lengths are in um; single scattering and the path law are those of "
-            "the very parameters, datasets lie once for each member";
+            "of them do not count; lengths are in um; single scattering and the path law are those "
+            "of the very parameters, datasets lie once for each member";
     if (table.path_law)
         table.attributes["convention_path_law"] =
             "reflection_multiple and transmission_multiple hold what the path law leaves of the "

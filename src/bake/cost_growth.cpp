@@ -1,5 +1,6 @@
 #include "cost_growth.h"
 
+#include <stratus/bake/forecast.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
@@ -61,6 +62,18 @@ Measured time_depths(const Recipe& recipe, const CostBudget& budget) {
     return measured;
 }
 
+/// Of a bake on ranks of one thread each, as `stratus bake --dry-run --ranks` predicts it.
+Measured predict_ranks(const Recipe& recipe, const CostBudget& budget) {
+    if (!budget.is_time_left(share_of_orders)) return {};
+    BakeOptions options;
+    options.threads = 1;
+    const Forecast ahead = forecast(recipe, options);
+    Measured predicted;
+    for (const int ranks : {1, 2, 4, 8, 16})
+        predicted.push_back({ranks, predict_on_ranks(ahead, ranks, 1).total()});
+    return predicted;
+}
+
 /// Points of a kind for which holds(point).
 template <class X, class Y, class Holds>
 Measured pairs_of(const std::vector<CostPoint>& points, Kind kind, const X& x, const Y& y,
@@ -113,6 +126,7 @@ std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budge
     budget.show("growth");
     add_law(laws, "time of a solve with eight modes", "nodes", time_nodes(recipe, budget));
     add_law(laws, "time of a solve with 32 nodes", "optical depth", time_depths(recipe, budget));
+    add_law(laws, "predicted time of a bake", "ranks", predict_ranks(recipe, budget));
     return laws;
 }
 

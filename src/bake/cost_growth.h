@@ -7,7 +7,7 @@
 
 namespace stratus {
 
-/// Of the time of a solve over nodes and optical depth.
+/// Of the time of a solve over nodes and optical depth, and of a bake over ranks.
 std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget);
 
 /// Of what the points have.

@@ -158,6 +158,10 @@ void read_layer_choices(const Section& section, const PhaseSource& source, Recip
 }  // namespace
 
 Recipe recipe_of(const toml::table& parsed, const TomlFile& file, const PhaseSource& source) {
+    if (const toml::node* const sweep = parsed.get("sweep"))
+        require(false, caller, file.place(*sweep) + "sweep",
+                "absent but for `stratus bake`, which bakes a table for each of its rows",
+                "a section");
     const bool is_stack = parsed.contains("layers");
     const Section section(parsed, file, is_stack ? stack_keys() : recipe_keys());
     Recipe recipe;

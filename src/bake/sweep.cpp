@@ -20,7 +20,8 @@ namespace stratus {
 namespace {
 
 constexpr const char* caller = "sweep";
-constexpr const char* name_column = "name";
+constexpr const char* section_name = "sweep";
+constexpr Key name_key{"", "name", "string", "-", "-", "\"1\", ...", "of the table"};
 
 // ---- Columns
 
@@ -48,43 +49,45 @@ const Key* find_key(const std::string& column, Keys keys) {
     return found == keys.end() ? nullptr : &*found;
 }
 
-const Key& key_of(const std::string& column, Keys keys, const std::string& csv) {
+const Key& key_of(const std::string& column, Keys keys, const std::string& where) {
+    if (column == name_key.name) return name_key;
     if (const Key* const key = find_key(column, keys)) return *key;
-    std::vector<std::string> known{name_column};
+    std::vector<std::string> known{name_key.name};
     for (const Key& key : keys) known.push_back(full_name(key));
-    throw std::invalid_argument(std::string(caller) + ": " + csv + ": no key of the recipe is '" +
+    throw std::invalid_argument(std::string(caller) + ": " + where + ": no key of the recipe is '" +
                                 column + "'; did you mean '" + nearest_name(column, known) + "'?");
 }
 
 // ---- Cells
 
-void set_text(toml::table& section, const std::string& key, const std::string& text) {
-    section.insert_or_assign(key, text);
-}
+/// A row before it is a recipe.
+struct Row {
+    std::string place;  // "FILE, line 7: ", in refusals
+    toml::table cells;  // by column
+};
 
-/// What the cell would be in the recipe; a text where it is nothing else, which is refused by the
-/// key's own rule.
-void set_value(toml::table& section, const Key& key, const std::string& name,
-               const std::string& cell) {
-    if (key.form == std::string_view("string") && !cell.starts_with('"') && !cell.starts_with('\''))
-        return set_text(section, name, cell);
+/// What a cell of a CSV would be in the recipe; a text where it is nothing else, which is refused
+/// by the key's own rule.
+void add_cell(Row& row, const std::string& column, const Key& key, const std::string& cell) {
     double number;
-    if (read_number(cell, number) == cell.size() &&
-        cell.find_first_not_of("+-0123456789") != cell.npos) {
-        section.insert_or_assign(name, number);
-        return;
-    }
-    try {
-        const toml::table parsed = toml::parse("value = " + cell);
-        section.insert_or_assign(name, *parsed.get("value"));
-    } catch (const toml::parse_error&) {
-        set_text(section, name, cell);
+    if (key.form == std::string_view("string") && !cell.starts_with('"') &&
+        !cell.starts_with('\'')) {
+        row.cells.insert(column, cell);
+    } else if (read_number(cell, number) == cell.size() &&
+               cell.find_first_not_of("+-0123456789") != cell.npos) {
+        row.cells.insert(column, number);
+    } else {
+        try {
+            row.cells.insert(column, *toml::parse("value = " + cell).get("value"));
+        } catch (const toml::parse_error&) {
+            row.cells.insert(column, cell);
+        }
     }
 }
 
 /// Puts a cell in its place; sections that the recipe lacks are begun.
-void put_cell(toml::table& recipe, const std::string& column, const Key& key,
-              const std::string& cell, const std::string& place) {
+void put_cell(toml::table& recipe, const std::string& column, const toml::node& cell,
+              const std::string& place) {
     toml::table* section = &recipe;
     const std::vector<std::string> parts = parts_of(column);
     for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
@@ -95,31 +98,70 @@ void put_cell(toml::table& recipe, const std::string& column, const Key& key,
             require(number >= 1 && number <= layers->size(), caller, place + column,
                     "numbered by a layer, as in layers.1.albedo, up to " +
                         std::to_string(layers->size()),
-                    cell);
+                    text_of(cell));
             below = layers->get(number - 1);
         }
         section = below->as_table();
         require(section != nullptr, caller, place + column, "a key within a table of the recipe",
-                cell);
+                text_of(cell));
     }
-    set_value(*section, key, parts.back(), cell);
+    section->insert_or_assign(parts.back(), cell);
 }
 
 // ---- Rows
 
-void check_name(const std::string& name, const std::string& place) {
-    constexpr std::size_t longest = 200;
-    require(
-        !name.empty() && name.size() <= longest && name[0] != '.' && name.find('/') == name.npos,
-        caller, place + name_column,
-        "a file's name of up to 200 bytes, without '/' and not beginning with '.'",
-        "'" + name + "'");
+std::vector<Row> rows_of_csv(const std::filesystem::path& csv, Keys keys) {
+    const CsvTexts texts = read_csv_texts(csv.string());
+    require(!texts.rows.empty(), caller, texts.name, "a header and at least one row", "no rows");
+    std::vector<const Key*> key_of_column;
+    for (const std::string& column : texts.columns)
+        key_of_column.push_back(&key_of(column, keys, texts.name));
+    std::vector<Row> rows;
+    for (std::size_t r = 0; r < texts.rows.size(); ++r) {
+        Row row{texts.name + ", line " + std::to_string(texts.lines[r]) + ": ", {}};
+        for (std::size_t c = 0; c < texts.columns.size(); ++c)
+            if (const std::string& cell = texts.rows[r][c];
+                !cell.empty() || key_of_column[c] == &name_key)
+                add_cell(row, texts.columns[c], *key_of_column[c], cell);
+        rows.push_back(std::move(row));
+    }
+    return rows;
 }
 
-std::string text_of(const toml::table& table) {
-    std::ostringstream text;
-    text << table << '\n';
-    return text.str();
+/// Lists of values by the keys that they are of, from a section with tables within.
+void add_columns(const toml::table& section, const std::string& prefix, Keys keys,
+                 const TomlFile& file, std::vector<Row>& rows) {
+    for (const auto& [key, node] : section) {
+        const std::string column = prefix + std::string(key.str());
+        const std::string subject = file.place(node) + "sweep." + column;
+        if (const toml::table* const within = node.as_table()) {
+            add_columns(*within, column + ".", keys, file, rows);
+            continue;
+        }
+        key_of(column, keys, file.name + ": [sweep]");
+        const toml::array* const list = node.as_array();
+        require(list != nullptr && !list->empty(), caller, subject,
+                "a list of values, one for each table", list ? "an empty one" : text_of(node));
+        if (rows.empty()) rows.resize(list->size());
+        require(list->size() == rows.size(), caller, subject,
+                "as long as the other lists of [sweep], " + std::to_string(rows.size()),
+                list->size());
+        for (std::size_t r = 0; r < rows.size(); ++r) {
+            rows[r].place = file.place(section) + "table " + std::to_string(r + 1) + ": ";
+            rows[r].cells.insert(column, (*list)[r]);
+        }
+    }
+}
+
+std::string checked_name(const toml::node& name, const std::string& place) {
+    constexpr std::size_t longest = 200;
+    const std::string text = name.value_or(std::string());
+    require(
+        !text.empty() && text.size() <= longest && text[0] != '.' && text.find('/') == text.npos,
+        caller, place + name_key.name,
+        "a file's name of up to 200 bytes, without '/' and not beginning with '.'",
+        name.is_string() ? "'" + text + "'" : text_of(name));
+    return text;
 }
 
 void add_new(const std::vector<std::string>& some, std::vector<std::string>* notes) {
@@ -128,44 +170,67 @@ void add_new(const std::vector<std::string>& some, std::vector<std::string>* not
             notes->push_back(note);
 }
 
+/// The recipe with the cells of each row.
+std::vector<SweepRow> recipes_of(const toml::table& recipe, const std::vector<Row>& rows,
+                                 const std::string& directory, std::vector<std::string>* notes) {
+    std::vector<SweepRow> sweep;
+    std::set<std::string> names;
+    for (const Row& row : rows) {
+        toml::table of_row = recipe;  // a copy has no lines: refusals name those of the sweep
+        std::string name = std::to_string(sweep.size() + 1);
+        for (const auto& [column, cell] : row.cells) {
+            if (column.str() == name_key.name)
+                name = checked_name(cell, row.place);
+            else
+                put_cell(of_row, std::string(column.str()), cell, row.place);
+        }
+        require(names.insert(name).second, caller, row.place + name_key.name,
+                "a new one in every row", "'" + name + "' again");
+        std::vector<std::string> of_recipe;
+        const std::string source = row.place.substr(0, row.place.size() - 2);  // without ": "
+        SweepRow made{name, recipe_of(of_row, {"recipe", source}, {directory, &of_recipe})};
+        made.recipe.text = text_of(of_row) + "\n";
+        sweep.push_back(std::move(made));
+        add_new(of_recipe, notes);
+    }
+    return sweep;
+}
+
+Keys keys_of(const toml::table& recipe) {
+    return recipe.contains("layers") ? stack_keys() : recipe_keys();
+}
+
 }  // namespace
+
+bool has_sweep(const std::filesystem::path& recipe) {
+    return parse_toml(read_text(recipe), {"recipe", recipe.string()}).contains(section_name);
+}
+
+std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
+                                 std::vector<std::string>* notes) {
+    const TomlFile file{"recipe", recipe.string()};
+    toml::table parsed = parse_toml(read_text(recipe), file);
+    const toml::table* const section = parsed.get_as<toml::table>(section_name);
+    require(section != nullptr, caller, file.name + ": sweep",
+            "a table with a list of values a key",
+            parsed.contains(section_name) ? "another kind of value" : "nothing");
+    std::vector<Row> rows;
+    add_columns(*section, "", keys_of(parsed), file, rows);
+    require(!rows.empty(), caller, file.place(*section) + "sweep", "a list of values a key",
+            "an empty table");
+    parsed.erase(section_name);
+    return recipes_of(parsed, rows, recipe.parent_path().string(), notes);
+}
 
 std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
                                  const std::filesystem::path& csv,
                                  std::vector<std::string>* notes) {
-    const toml::table parsed = parse_toml(read_text(recipe), {"recipe", recipe.string()});
-    const Keys keys = parsed.contains("layers") ? stack_keys() : recipe_keys();
-    const CsvTexts cells = read_csv_texts(csv.string());
-    require(!cells.rows.empty(), caller, cells.name, "a header and at least one row", "no rows");
-    std::vector<const Key*> key_of_column;
-    for (const std::string& column : cells.columns)
-        key_of_column.push_back(column == name_column ? nullptr
-                                                      : &key_of(column, keys, cells.name));
-
-    std::vector<SweepRow> rows;
-    std::set<std::string> names;
-    for (std::size_t r = 0; r < cells.rows.size(); ++r) {
-        const std::string line = cells.name + ", line " + std::to_string(cells.lines[r]);
-        const std::string place = line + ": ";
-        toml::table of_row = parsed;  // a copy has no lines: refusals name those of the CSV
-        std::string name = std::to_string(r + 1);
-        for (std::size_t c = 0; c < cells.columns.size(); ++c) {
-            const std::string& cell = cells.rows[r][c];
-            if (key_of_column[c] == nullptr)
-                check_name(name = cell, place);
-            else if (!cell.empty())
-                put_cell(of_row, cells.columns[c], *key_of_column[c], cell, place);
-        }
-        require(names.insert(name).second, caller, place + name_column, "a new one in every row",
-                "'" + name + "' again");
-        std::vector<std::string> of_recipe;
-        SweepRow row{
-            name, recipe_of(of_row, {"recipe", line}, {recipe.parent_path().string(), &of_recipe})};
-        row.recipe.text = text_of(of_row);
-        rows.push_back(std::move(row));
-        add_new(of_recipe, notes);
-    }
-    return rows;
+    const TomlFile file{"recipe", recipe.string()};
+    const toml::table parsed = parse_toml(read_text(recipe), file);
+    require(!parsed.contains(section_name), caller, "--sweep",
+            "left out for a recipe that has a [sweep] of its own", csv.string());
+    return recipes_of(parsed, rows_of_csv(csv, keys_of(parsed)), recipe.parent_path().string(),
+                      notes);
 }
 
 bool is_baked_of(const Table& table, const Recipe& recipe) {

@@ -61,13 +61,13 @@ std::string allowed(const Key& key) {
     return text;
 }
 
+}  // namespace
+
 std::string text_of(const toml::node& node) {
     std::ostringstream text;
     text << toml::node_view<const toml::node>(node);
     return text.str();
 }
-
-}  // namespace
 
 std::string TomlFile::place(const toml::node& node) const {
     const auto line = node.source().begin.line;

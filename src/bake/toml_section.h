@@ -99,6 +99,9 @@ class Section {
     std::string name_, kind_;
 };
 
+/// A value as TOML writes it.
+std::string text_of(const toml::node& node);
+
 /// Where phase functions find the files that they name, and where notes on them go.
 struct PhaseSource {
     std::string directory;

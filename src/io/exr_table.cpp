@@ -10,6 +10,7 @@
 // The metadata's checksum covers `stratus:` and `dataset:`. Headers are checked before OpenEXR
 // reads them, because it allocates memory for any size that they give.
 #include "memory_stream.h"
+#include "table_axes.h"
 #include "table_content.h"
 
 #include <OpenEXR/ImfChannelList.h>

@@ -8,6 +8,7 @@
 #include "hdf5_disk_file.h"
 #include "hdf5_library.h"
 #include "hdf5_memory_file.h"
+#include "table_axes.h"
 #include "table_content.h"
 
 #include <hdf5.h>

@@ -5,6 +5,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
+#include "table_axes.h"
+
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -53,9 +55,6 @@ constexpr std::array<MetadataField, 23> metadata_fields{{
 }};
 
 constexpr int stored_moments = 64;
-
-/// In place of a scale, of an axis of which lookups take one value.
-constexpr const char* discrete_name = "discrete";
 
 /// Moments computed from a phase function's text equal the stored ones up to the rounding of the
 /// machine that wrote them.
@@ -235,9 +234,6 @@ std::vector<double> moments_to_store(const Table& table) {
     return table.phase_function.moments(std::max(stored_moments, static_cast<int>(all.size())));
 }
 
-// The minor versions that brought azimuths which do not span 0 to pi.
-constexpr int first_minor_of_some_azimuths = 4, first_minor_of_some_azimuths_with_path_law = 2;
-
 /// What smooths the moments that the path law leaves out: b(l) is 1 up to the first, 0 from the
 /// second on.
 const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smooth_moments};
@@ -364,22 +360,6 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     return table;
 }
 
-void check_azimuths(const Metadata& metadata, const Table& table) {
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
-    const int first = major == table_format_major_of_path_law
-                          ? first_minor_of_some_azimuths_with_path_law
-                          : first_minor_of_some_azimuths;
-    const std::vector<double>& azimuths = table.azimuth.values;
-    if (minor >= first || azimuths.empty()) return;
-    if (azimuths.front() > 0 || (azimuths.size() > 1 && pi - azimuths.back() > 1e-9))
-        throw std::runtime_error("azimuth must span 0 to pi before format " +
-                                 std::to_string(major) + "." + std::to_string(first) + ", got " +
-                                 shortest_text(azimuths.front()) + " to " +
-                                 shortest_text(azimuths.back()) + " in format " +
-                                 std::to_string(major) + "." + std::to_string(minor));
-}
-
 std::vector<SampleField> listed_samples(const Metadata& metadata) {
     const std::string list = ' ' + entry(metadata, "datasets") + ' ';
     std::vector<SampleField> listed;
@@ -433,64 +413,6 @@ void check_checksum(const std::string& what, const std::optional<std::string>& s
     if (*stored != computed)
         throw NotAsSealed(what + " was changed or damaged since it was sealed (checksum " +
                           computed + ", sealed with " + shown(*stored) + ")");
-}
-
-const char* stored_scale_name(const AxisField& field, const Table& table) {
-    const AxisScale scale = axis_of(table, field).scale;
-    if (field.axis != nullptr) return axis_scale_name(scale);
-    if (table.family[field.family].is_discrete) return discrete_name;
-    return scale == AxisScale::linear ? mixture_scale_name : axis_scale_name(scale);
-}
-
-void read_scale(const AxisField& field, Table& table, const std::string& stored) {
-    Axis& axis = axis_of(table, field);
-    if (field.axis == nullptr && stored == discrete_name &&
-        table.extrapolation_lengths.size() > 0) {
-        table.family[field.family].is_discrete = true;
-        return;
-    }
-    std::optional<AxisScale> other;  // that the axis may have instead
-    if (field.axis == &Table::azimuth) other = AxisScale::square_root;
-    if (field.axis == &Table::albedo) other = AxisScale::fourth_root_of_complement;
-    if (other && stored == axis_scale_name(*other)) {
-        axis.scale = *other;
-        return;
-    }
-    const bool matches = stored == axis_scale_name(axis.scale) ||
-                         (axis.scale == AxisScale::linear && stored == mixture_scale_name);
-    const auto or_other = [&] {
-        return other ? std::string(" or ") + axis_scale_name(*other) : "";
-    };
-    if (!matches)
-        throw std::runtime_error(std::string("scale of axis ") + field.name + " must be " +
-                                 stored_scale_name(field, table) + or_other() + ", got " +
-                                 shown(stored));
-}
-
-std::vector<AxisField> axis_fields_of(const Table& table) {
-    std::vector<AxisField> fields;
-    for (std::size_t k = 0; k < table.family.size(); ++k) {
-        const PhaseParameter parameter = table.family[k].parameter;
-        fields.push_back({parameter_name(parameter), parameter_unit(parameter),
-                          parameter == PhaseParameter::mixture
-                              ? "share of phase_function in all that is scattered"
-                              : "parameter of phase_function",
-                          nullptr, k});
-    }
-    fields.insert(fields.end(), axis_fields.begin(), axis_fields.end());
-    return fields;
-}
-
-void check_mixture_axis(const Metadata& metadata, bool is_stored) {
-    if (is_stored) entry(metadata, "second_phase_function");
-}
-
-std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
-    std::vector<std::size_t> sizes;
-    for (const FamilyAxis& axis : table.family) sizes.push_back(axis.axis.values.size());
-    for (const AxisField& field : std::span(axis_fields).first(rank))
-        sizes.push_back((table.*field.axis).values.size());
-    return sizes;
 }
 
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,

@@ -27,35 +27,12 @@
 
 namespace stratus::io {
 
-struct AxisField {
-    const char* name;
-    const char* units;
-    const char* long_name;
-    Axis Table::*axis;       // null: of the family
-    std::size_t family = 0;  // there its place
-};
-
-inline const Axis& axis_of(const Table& table, const AxisField& field) {
-    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
-}
-inline Axis& axis_of(Table& table, const AxisField& field) {
-    return field.axis != nullptr ? table.*field.axis : table.family[field.family].axis;
-}
-
 struct SampleField {
     const char* name;
     const char* long_name;
     std::size_t rank;  // without the axes of a family
     std::vector<float> Table::*samples;
 };
-
-inline constexpr std::array<AxisField, 5> axis_fields{{
-    {"albedo", "1", "single-scattering albedo", &Table::albedo},
-    {"optical_depth", "1", "optical depth of the layer", &Table::optical_depth},
-    {"mu_in", "1", "cosine of the incident direction to the normal", &Table::mu_in},
-    {"mu_out", "1", "cosine of the outgoing direction to the normal", &Table::mu_out},
-    {"azimuth", "radian", "azimuth between the two directions of propagation", &Table::azimuth},
-}};
 
 inline constexpr std::array<SampleField, 5> sample_fields{{
     {"reflection_multiple", "reflection, orders of scattering from 2", 5,
@@ -105,10 +82,6 @@ void check_format(const Metadata& metadata);
 /// file's name, if the minor version is newer than this program's.
 Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes);
 
-/// Refuses azimuths that do not span 0 to pi in a file of a version that has none: whoever wrote it
-/// meant something else.
-void check_azimuths(const Metadata& metadata, const Table& table);
-
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);
 
@@ -137,24 +110,7 @@ class NotAsSealed : public std::runtime_error {
 void check_checksum(const std::string& what, const std::optional<std::string>& stored,
                     const std::string& computed);
 
-/// Name of an axis's scale in a file.
-const char* stored_scale_name(const AxisField& field, const Table& table);
-
-/// Checks that the scale of an axis, by its name in a file, is the one that the axis has in memory;
-/// the azimuth takes over either of its two, the axis of a family whether it is discrete. A linear
-/// scale goes by either of its names.
-void read_scale(const AxisField& field, Table& table, const std::string& stored);
-
-/// The axes of a table, those of the family first.
-std::vector<AxisField> axis_fields_of(const Table& table);
-
-/// Refuses a mixture axis that is stored although the metadata names no second phase function.
-void check_mixture_axis(const Metadata& metadata, bool is_stored);
-
-/// Sizes of the first `rank` axes, preceded by those of the family.
-std::vector<std::size_t> extents(const Table& table, std::size_t rank);
-
-/// Product of the extents, to be asked for before memory is allocated: throws std::runtime_error
+/// Product of extents, to be asked for before memory is allocated: throws std::runtime_error
 /// where it is 0, beyond 8 GiB of elements, or more than `stored` bytes can be inflated to.
 std::size_t checked_count(const std::string& dataset, std::span<const std::size_t> extents,
                           std::size_t element_size, std::uintmax_t stored);

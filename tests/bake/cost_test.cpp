@@ -384,7 +384,7 @@ TEST(Cost, FitsPowerLaws) {
 }
 
 TEST(Cost, TellsWhatGrows) {
-    for (const char* const what : {"nodes^", "optical depth^", "tolerance^", "time^"})
+    for (const char* const what : {"nodes^", "optical depth^", "ranks^", "tolerance^", "time^"})
         EXPECT_TRUE(std::any_of(measured().notes.begin(), measured().notes.end(),
                                 [&](const std::string& note) {
                                     return note.find(" grows as ") != std::string::npos &&
@@ -394,6 +394,9 @@ TEST(Cost, TellsWhatGrows) {
     for (const GrowthLaw& growth : measured().study.growth)
         if (growth.what.rfind("size of ", 0) == 0) {
             EXPECT_LT(growth.law.exponent, 0) << growth.what;
+        } else if (growth.of == "ranks") {  // never faster than their number
+            EXPECT_LT(growth.law.exponent, 0);
+            EXPECT_GT(growth.law.exponent, -1);
         }
 }
 

@@ -83,8 +83,8 @@ TEST(FamilyTable, JoinsSingleTablesBetweenItsMembers) {
                  five = worst_beside_single(lobes(5), {0.43}),
                  nine = worst_beside_single(lobes(9), {0.43});
     EXPECT_LT(five, 2e-3);
-    EXPECT_LT(nine, 5e-4);
-    EXPECT_GT(two, 10 * five);  // or nothing would depend on the axis
+    EXPECT_LT(nine, five / 10);  // half the steps: a cubic's error falls to a sixteenth
+    EXPECT_GT(two, 10 * five);   // or nothing would depend on the axis
 }
 
 TEST(FamilyTable, OfDropletsJoinsSingleTables) {

@@ -77,6 +77,24 @@ expect_ok bake stack.toml --sweep layers.csv -o stack --quiet
 expect_ok info stack/1.h5
 expect_says "$out" "0.7"
 
+# the rows may stand in the recipe itself: the same tables
+cat base.toml - >own.toml <<'RECIPE'
+[sweep]
+name = ["thin", "rayleigh, both", "grey"]
+phase_function = ["isotropic", "rayleigh", "0.5*rayleigh + 0.5*isotropic"]
+optical_depth.min = [0.25, 1.0, 2.0]
+"optical_depth.max" = [0.5, 1.0, 2.0]
+discretisation.nodes = [8, 10, 8]
+discretisation.mu_samples = [6, 6, 6]
+sides = [["reflection"], ["reflection", "transmission"], ["reflection"]]
+RECIPE
+expect_ok bake own.toml -o own --quiet
+for table in thin grey "rayleigh, both"; do
+    expect_ok eval "whole/$table.h5" --query query.csv -o as_csv.csv --clamp
+    expect_ok eval "own/$table.h5" --query query.csv -o as_own.csv --clamp
+    expect_same as_csv.csv as_own.csv
+done
+
 # --- kills and resumptions
 
 taken() { grep -c 'was there' "$out"; }
@@ -158,6 +176,23 @@ refused '' "a header naming the columns"
 refused 'tolerance,albedo.min\n0.1\n' "line 2: a row must have 2 values, got 1"
 printf 'layers.3.albedo\n0.5\n' >bad.csv
 expect_refused 2 "bad.csv, line 2: layers.3.albedo" "up to 2" -- bake stack.toml --sweep bad.csv -o new
+section() { # section LINES FRAGMENT...: of a recipe with this [sweep]; exit code 2
+    { cat base.toml && printf '[sweep]\n%b' "$1"; } >bad.toml
+    shift
+    expect_refused 2 bad.toml "$@" -- bake bad.toml -o new
+    [ ! -e new ] || fail "no folder may be made"
+}
+section 'tolerance = [0.01, 2]\n' "table 2: tolerance must be a number in [1e-6, 0.1], got 2"
+section 'tolerance = [0.01]\nalbedo.max = [1, 1]\n' "line 10: sweep.tolerance must be as long as the other lists of [sweep], 2, got 1"
+section 'tolerance = []\n' "sweep.tolerance must be a list of values"
+section 'tolerance = 0.01\n' "sweep.tolerance must be a list of values, one for each table, got 0.01"
+section 'tolerence = [0.01]\n' "no key of the recipe is 'tolerence'; did you mean 'tolerance'?"
+section 'name = [1]\n' "table 1: name must be a file's name" "got 1"
+section 'name = ["a", "a"]\n' "table 2: name must be a new one"
+section '' "sweep must be a list of values a key"
+expect_refused 2 "--sweep must be left out for a recipe that has a [sweep]" -- bake own.toml --sweep sweep.csv -o new
+expect_refused 2 "own.toml" "sweep must be absent but for" -- bake own.toml -o new --dry-run
+expect_refused 2 "--exr must be left out for a sweep" -- bake own.toml -o new --exr t.exr
 expect_refused 1 absent.csv -- bake base.toml --sweep absent.csv -o new
 expect_refused 2 --sweep file -- bake base.toml --sweep '' -o new
 expect_refused 2 --sweep --exr -- bake base.toml --sweep sweep.csv -o new --exr t.exr

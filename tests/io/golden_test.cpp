@@ -4,6 +4,7 @@
 #include <stratus/io/table_file.h>
 
 #include "sample_table.h"
+#include "table_axes.h"
 #include "table_content.h"
 #include "temporary_folder.h"
 

@@ -77,7 +77,8 @@ struct Recipe {
 };
 
 /// Reads a recipe from TOML text, whose keys are recipe_keys() (keys.h), or stack_keys() where it
-/// has [[layers]]; files it names are looked for below `directory`. Notes for the user go to `notes`. `name`: of its file, in refusals.
+/// has [[layers]]; files it names are looked for below `directory`. Notes for the user go to
+/// `notes`. `name`: of its file, in refusals.
 ///
 /// Errors   std::invalid_argument naming file, line, key, the allowed range and the value met;
 ///          unknown keys with the nearest known; std::runtime_error for files that cannot be read.

@@ -1,9 +1,10 @@
-// Sweeps: many tables from one recipe, a row of a CSV file each.
+// Sweeps: many tables from one recipe, one for each row of a CSV file or of the recipe's [sweep].
 //
 // Each column is a key of the recipe, dotted where it stands in a section ("discretisation.nodes";
 // of a stack also "layers.2.albedo", counted from the top): its cells take the place of what the
-// recipe has there. A cell holds what the recipe would, texts with or without quotes; an empty one
-// leaves the recipe as it is. The column `name` names the tables, or else they are numbered from 1.
+// recipe has there. A cell of a CSV holds what the recipe would, texts with or without quotes; an
+// empty one leaves the recipe as it is. [sweep] has a list of values for each key, all of one
+// length. The column `name` names the tables, or else they are numbered from 1.
 #pragma once
 
 #include <stratus/bake/recipe.h>
@@ -20,11 +21,18 @@ struct SweepRow {
     Recipe recipe;     // whose text is the recipe with the row's cells in it
 };
 
-/// The rows of a sweep. Notes for the user go to `notes`, each once.
+/// Whether the recipe has a [sweep]. Errors: as of read_recipe, for what is no TOML.
+bool has_sweep(const std::filesystem::path& recipe);
+
+/// The rows of the recipe's [sweep], or of a CSV in its place. Notes for the user go to `notes`,
+/// each once.
 ///
-/// Errors   as of read_recipe, naming the CSV's line and the column's key; std::invalid_argument for
-///          a column that is no key, with the nearest known, for a name twice or one that is no
-///          file's, and for no rows; std::runtime_error for files that cannot be read.
+/// Errors   as of read_recipe, naming the CSV's line, or the table's number, and the column's key;
+///          std::invalid_argument for a column that is no key, with the nearest known, for a name
+///          twice or one that is no file's, for no rows, for lists that differ in length, and for a
+///          CSV beside a [sweep]; std::runtime_error for files that cannot be read.
+std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
+                                 std::vector<std::string>* notes = nullptr);
 std::vector<SweepRow> read_sweep(const std::filesystem::path& recipe,
                                  const std::filesystem::path& csv,
                                  std::vector<std::string>* notes = nullptr);

@@ -2,11 +2,10 @@
 //
 // Each quantity is sampled uniformly in the coordinate in which scattered light varies evenly:
 // optical depth in log2(tau), albedo in sqrt(1 - w), parameters of phase functions as phase_family.h
-// says, azimuth in itself or, where
-// light is scattered mostly straight on, in its square root, cosines in asin(mu^(1/4)): thin layers
-// vary fast at grazing angles, and odd azimuthal modes carry a factor sqrt(1 - mu^2), which has
-// infinite slope at mu = 1 in any power of mu. Interpolation is by the cubic through the four
-// nearest samples (Lagrange), fewer where the axis has fewer.
+// says, azimuth in itself or, where light is scattered mostly straight on, in its square root,
+// cosines in asin(mu^(1/4)): thin layers vary fast at grazing angles, and odd azimuthal modes carry
+// a factor sqrt(1 - mu^2), which has infinite slope at mu = 1 in any power of mu. Interpolation is
+// by the cubic through the four nearest samples (Lagrange), fewer where the axis has fewer.
 #pragma once
 
 #include <vector>

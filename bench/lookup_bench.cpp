@@ -1,6 +1,7 @@
 // Lookups at random points of baked tables, one thread, beside plain reads of the same memory.
 #include <stratus/bake/bake.h>
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/runtime/packed_table.h>
@@ -9,6 +10,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <random>
 #include <string>
 #include <utility>
@@ -127,9 +129,16 @@ void plain_read_256_rows(benchmark::State& state, const Table& (*table)()) {
     });
 }
 
+/// Each table is packed once, when first asked for.
+const stratus::PackedTable& packed_once(const Table& (*table)()) {
+    static std::map<const Table*, stratus::PackedTable> all;
+    const auto known = all.find(&table());
+    return known != all.end() ? known->second : all.emplace(&table(), pack(table())).first->second;
+}
+
 /// Fast lookups where albedo and optical depth vary too, one at a time.
 void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
-    const stratus::PackedTable packed(pack(table()));
+    const stratus::PackedTable& packed = packed_once(table);
     at_random_points(state, table(), [&](const Point& at) {
         return (side == stratus::Side::reflection
                     ? packed.reflection(at.albedo, at.optical_depth, at.geometry)
@@ -141,7 +150,7 @@ void packed(benchmark::State& state, const Table& (*table)(), stratus::Side side
 
 /// The same, many at once; the time is that of one.
 void packed_batch(benchmark::State& state, const Table& (*table)(), stratus::Side side) {
-    const stratus::PackedTable packed(pack(table()));
+    const stratus::PackedTable& packed = packed_once(table);
     std::vector<float> of[5];
     for (const Point& at : random_points(table())) {
         const double quantities[] = {at.albedo, at.optical_depth, at.geometry.mu_in,
@@ -310,8 +319,12 @@ stratus::Effects reflection_alone() {
 const auto bound = [](const Table& table) {
     return stratus::bind(table.view(), 2, 0.95, reflection_alone());
 };
+const auto bound_both = [](const Table& table) { return stratus::bind(table.view(), 2, 0.95); };
 const auto bound_rgb = [](const Table& table) {
     return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8}, reflection_alone());
+};
+const auto bound_both_rgb = [](const Table& table) {
+    return stratus::bind_rgb(table.view(), {2, 2, 2}, {0.95, 0.9, 0.8});
 };
 /// Closed form alone: no table.
 const auto single = [](const Table& table) {
@@ -360,6 +373,60 @@ void slice_batch(benchmark::State& state, const Table& (*table)(), Make make) {
         slice.reflection(batch, &at.mu_in[next], &at.mu_out[next], &at.azimuth[next], value.data());
         benchmark::ClobberMemory();
         next = (next + batch) % at.mu_in.size();
+    }
+}
+
+/// Between vectors of which a share lies on either side of the layer, in random order.
+struct Vectors {
+    std::vector<stratus::Vector> in, out;
+
+    explicit Vectors(double share_below) {
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> uniform;
+        const auto vector = [&](bool below) {
+            const double z = 1 - uniform(random), angle = 2 * stratus::pi * uniform(random);
+            const double across = std::sqrt(1 - z * z);
+            return stratus::Vector{static_cast<float>(across * std::cos(angle)),
+                                   static_cast<float>(across * std::sin(angle)),
+                                   static_cast<float>(below ? -z : z)};
+        };
+        for (int i = 0; i < 1 << 14; ++i) {
+            in.push_back(vector(false));
+            out.push_back(vector(uniform(random) < share_below));
+        }
+    }
+};
+
+template <class Make>
+void slice_eval(benchmark::State& state, const Table& (*table)(), Make make, double share_below) {
+    const auto slice = make(table());
+    const Vectors at(share_below);
+    std::size_t next = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(slice.eval(at.in[next], at.out[next]));
+        next = (next + 1) & (at.in.size() - 1);
+    }
+}
+
+template <class Make>
+void slice_eval_batch(benchmark::State& state, const Table& (*table)(), Make make,
+                      double share_below) {
+    const auto slice = make(table());
+    const Vectors at(share_below);
+    constexpr std::size_t batch = 1024;
+    std::vector<float> of[6], value(3 * batch);
+    for (std::size_t i = 0; i < at.in.size(); ++i) {
+        const float numbers[] = {at.in[i].x,  at.in[i].y,  at.in[i].z,
+                                 at.out[i].x, at.out[i].y, at.out[i].z};
+        for (int d = 0; d < 6; ++d) of[d].push_back(numbers[d]);
+    }
+    std::size_t next = 0;
+    while (state.KeepRunningBatch(batch)) {
+        const float* wi[3] = {&of[0][next], &of[1][next], &of[2][next]};
+        const float* wo[3] = {&of[3][next], &of[4][next], &of[5][next]};
+        slice.eval(batch, wi, wo, value.data());
+        benchmark::ClobberMemory();
+        next = (next + batch) % of[0].size();
     }
 }
 
@@ -417,6 +484,14 @@ BENCHMARK_CAPTURE(slice, single_isotropic, isotropic, single);
 BENCHMARK_CAPTURE(slice, single_rayleigh, rayleigh, single);
 BENCHMARK_CAPTURE(slice, single_forward, forward, single);
 BENCHMARK_CAPTURE(slice, single_rings, rings, single);
+BENCHMARK_CAPTURE(slice_eval, rings_reflected, rings, bound_both, 0.0);
+BENCHMARK_CAPTURE(slice_eval, rings_mixed, rings, bound_both, 0.5);
+BENCHMARK_CAPTURE(slice_eval, rings_transmitted, rings, bound_both, 1.0);
+BENCHMARK_CAPTURE(slice_eval_batch, rings_reflected, rings, bound_both, 0.0);
+BENCHMARK_CAPTURE(slice_eval_batch, rings_mixed, rings, bound_both, 0.5);
+BENCHMARK_CAPTURE(slice_eval_batch, rings_transmitted, rings, bound_both, 1.0);
+BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_reflected, rings, bound_both_rgb, 0.0);
+BENCHMARK_CAPTURE(slice_eval_batch, rgb_rings_mixed, rings, bound_both_rgb, 0.5);
 BENCHMARK_CAPTURE(slice_batch, single_isotropic, isotropic, single);
 BENCHMARK_CAPTURE(slice_batch, single_rayleigh, rayleigh, single);
 BENCHMARK_CAPTURE(slice_batch, single_forward, forward, single);

@@ -10,51 +10,51 @@
 namespace stratus {
 namespace {
 
-std::size_t size(int n) { return static_cast<std::size_t>(n); }
+std::size_t as_place(int n) { return static_cast<std::size_t>(n); }
 
-/// Shares of the members around a point in what lies over (member, layer, ...): over (member around
+/// MemberShares of the members around a point in what lies over (member, layer, ...): over (member around
 /// the point, layer).
-struct Shares {
+struct MemberShares {
     std::size_t layers;
     std::vector<double> share;
 };
 
-Shares same_shares(const FamilyStencil& around) {
+MemberShares same_shares(const FamilyStencil& around) {
     return {1, {around.weight, around.weight + around.count}};
 }
 
 /// The sum over the members around a point.
 template <class Number>
-std::vector<Number> joined(const std::vector<Number>& numbers, std::size_t members,
-                           const FamilyStencil& around, const Shares& shares) {
+std::vector<Number> joined_members(const std::vector<Number>& numbers, std::size_t members,
+                                   const FamilyStencil& around, const MemberShares& shares) {
     const std::size_t count = numbers.size() / members, row = count / shares.layers;
     std::vector<Number> sum;
     sum.reserve(count);
     for (std::size_t n = 0; n < count; ++n) {
         double all = 0;
         const double* const share = shares.share.data() + n / row;
-        for (std::size_t m = 0; m < size(around.count); ++m)
+        for (std::size_t m = 0; m < as_place(around.count); ++m)
             all += share[m * shares.layers] *
-                   static_cast<double>(numbers[size(around.member[m]) * count + n]);
+                   static_cast<double>(numbers[as_place(around.member[m]) * count + n]);
         sum.push_back(static_cast<Number>(all));
     }
     return sum;
 }
 
-/// Shares in transmitted light, over (albedo, optical_depth): the members' falls with depth as at
+/// MemberShares in transmitted light, over (albedo, optical_depth): the members' falls with depth as at
 /// the chosen point, as in lookups (layer_blend.cpp).
-Shares transmitted_shares(const Table& table, const FamilyStencil& around,
-                          const std::vector<double>& exponents) {
+MemberShares transmitted_shares(const Table& table, const FamilyStencil& around,
+                                const std::vector<double>& exponents) {
     const std::vector<double>& depths = table.optical_depth.values;
-    Shares shares{exponents.size() * depths.size(), {}};
-    for (std::size_t m = 0; m < size(around.count); ++m)
+    MemberShares shares{exponents.size() * depths.size(), {}};
+    for (std::size_t m = 0; m < as_place(around.count); ++m)
         for (std::size_t a = 0; a < exponents.size(); ++a)
             for (const double depth : depths) {
                 const auto fall = [&](double exponent) {
                     return transmission_scale(depth, exponent, table.extrapolation_length);
                 };
-                const double sampled =
-                    fall(table.diffusion_exponent[size(around.member[m]) * exponents.size() + a]);
+                const double sampled = fall(
+                    table.diffusion_exponent[as_place(around.member[m]) * exponents.size() + a]);
                 shares.share.push_back(
                     sampled > 0 ? double{around.weight[m]} * fall(exponents[a]) / sampled : 0);
             }
@@ -65,11 +65,11 @@ double length_at(const Table& table, const TableView& view) {
     if (is_mixture(table.family))
         return mixed_extrapolation_length(table.extrapolation_length,
                                           table.second_extrapolation_length, view.chosen_mixture);
-    return joined(table.extrapolation_lengths, table.member_count(), view.members,
-                  same_shares(view.members))[0];
+    return joined_members(table.extrapolation_lengths, table.member_count(), view.members,
+                          same_shares(view.members))[0];
 }
 
-std::optional<double> value_of(const PhaseFunction::Term& term, PhaseParameter parameter) {
+std::optional<double> parameter_value(const PhaseFunction::Term& term, PhaseParameter parameter) {
     if (const auto* const lobe = std::get_if<HenyeyGreenstein>(&term))
         return parameter == PhaseParameter::g ? std::optional(lobe->g) : std::nullopt;
     const auto* const mie = std::get_if<Mie>(&term);
@@ -91,11 +91,11 @@ Table table_at(const Table& table, const FamilyPoint& point) {
         require(holds(table.family[k], point[k]), "table_at", table.family[k].name(),
                 allowed_text(table.family[k]), point[k]);
     const FamilyStencil& around = view.members;
-    const Shares same = same_shares(around);
+    const MemberShares same = same_shares(around);
     std::vector<double> exponents =
-        joined(table.diffusion_exponent, table.member_count(), around, same);
+        joined_members(table.diffusion_exponent, table.member_count(), around, same);
     for (double& exponent : exponents) exponent = std::max(0.0, exponent);
-    const Shares transmitted = transmitted_shares(table, around, exponents);
+    const MemberShares transmitted = transmitted_shares(table, around, exponents);
 
     Table one = table;
     one.family.clear();
@@ -109,7 +109,8 @@ Table table_at(const Table& table, const FamilyPoint& point) {
             const void* const which = &of_all;
             const bool falls =
                 which == &table.transmission_multiple || which == &table.diffuse_transmittance;
-            numbers = joined(of_all, table.member_count(), around, falls ? transmitted : same);
+            numbers =
+                joined_members(of_all, table.member_count(), around, falls ? transmitted : same);
         },
         one, table);
     one.diffusion_exponent = exponents;
@@ -120,7 +121,7 @@ Table table_at(const Table& table, const FamilyPoint& point) {
 std::optional<double> parameter_of(const PhaseFunction& phase_function, PhaseParameter parameter) {
     std::optional<double> found;
     for (const auto& [weight, term] : phase_function.terms()) {
-        const std::optional<double> value = value_of(term, parameter);
+        const std::optional<double> value = parameter_value(term, parameter);
         if (!value) continue;
         if (found) return {};
         found = value;

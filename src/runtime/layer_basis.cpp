@@ -1,6 +1,7 @@
 #include "layer_basis.h"
 
 #include "kernels/packed.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +9,6 @@
 
 namespace stratus {
 namespace {
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 class GreedySearch {
   public:
@@ -23,7 +22,7 @@ class GreedySearch {
         constexpr int max_searched_albedos = 12;
         const int albedo_step = (layers.albedos.count - 1) / max_searched_albedos + 1;
         for (int l = 0; l < layers.count(); ++l) {
-            const int from_last = layers.albedos.count - 1 - l / layers.depth_count();
+            const int from_last = layers.albedos.last() - layers.albedo(l);
             (from_last % albedo_step == 0 ? searched_ : others_).push_back(l);
         }
         basis_.coefficient.resize(size(layers.count()));

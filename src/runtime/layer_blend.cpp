@@ -21,8 +21,6 @@ struct LayerQuery {
     double chosen_diffusion_exponent = 0;  // at the chosen point, not at the member
 };
 
-int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
-
 LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int member,
                     BeyondDeepest beyond) noexcept {
     LayerQuery query{table.albedo.stencil(albedo),
@@ -33,7 +31,7 @@ LayerQuery query_of(const TableView& table, double albedo, double optical_depth,
                      0};
     const double* const exponent =
         table.diffusion_exponent + member * table.albedo.count + query.albedo_stencil.first;
-    for (int l = 0; l < used(table.albedo); ++l)
+    for (int l = 0; l < used_samples(table.albedo); ++l)
         query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
     query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
     const AxisView& depth = table.optical_depth;
@@ -96,7 +94,7 @@ class BlendBuilder {
     /// none to take it.
     bool add_depth(const LayerQuery& query, int depth, double share) noexcept {
         double handed_on = 0;
-        for (int l = 0; l < used(table_.albedo); ++l) {
+        for (int l = 0; l < used_samples(table_.albedo); ++l) {
             const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
             handed_on = add(query, query.albedo_stencil.first + l, depth, part) ? 0 : part;
         }
@@ -108,7 +106,7 @@ class BlendBuilder {
     void add_depths(const LayerQuery& query, double scale) noexcept {
         const Stencil depth = table_.optical_depth.stencil(query.optical_depth);
         double handed_on = 0;
-        for (int t = used(table_.optical_depth) - 1; t >= 0; --t) {
+        for (int t = used_samples(table_.optical_depth) - 1; t >= 0; --t) {
             const double share = scale * double{depth.weight[t]} + handed_on;
             handed_on = add_depth(query, depth.first + t, share) ? 0 : share;
         }
@@ -124,7 +122,7 @@ class BlendBuilder {
             reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
         const int last = table_.optical_depth.count - 1;
         double handed_on = 0;
-        for (int l = 0; l < used(table_.albedo); ++l) {
+        for (int l = 0; l < used_samples(table_.albedo); ++l) {
             const int albedo = query.albedo_stencil.first + l;
             const double exponent =
                 table_.diffusion_exponent[query.member * table_.albedo.count + albedo];

@@ -5,12 +5,18 @@
 
 #include <stratus/runtime/table.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace stratus {
 
 /// A reflection deficit (diffusion.h) below this at the deepest sample: that sample is the limit.
 constexpr double min_deficit = 1e-5;
+
+/// How many samples the stencils of an axis count.
+inline int used_samples(const AxisView& axis) noexcept {
+    return std::min(axis.count, stencil_size);
+}
 
 /// One (member, albedo, optical_depth) of a side: where its directions start among the side's
 /// samples, its share of the sum, its depth.

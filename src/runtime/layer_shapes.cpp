@@ -4,6 +4,7 @@
 #include <stratus/runtime/diffusion.h>
 
 #include "kept_tolerance.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,8 +13,6 @@ namespace stratus {
 namespace {
 
 constexpr float faintest = 1e-8f;  // below which errors count less
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 }  // namespace
 

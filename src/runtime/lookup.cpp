@@ -20,8 +20,6 @@ struct Directions {
     int azimuth_count;
 };
 
-int used(const AxisView& axis) noexcept { return std::min(axis.count, stencil_size); }
-
 /// Samples of a stencil; weights beyond a short axis are 0 and point at its last sample.
 void set_samples(const AxisView& axis, const Stencil& stencil,
                  int (&sample)[stencil_size]) noexcept {
@@ -35,7 +33,7 @@ Directions directions_of(const TableView& table, const Geometry& geometry) noexc
     at.in = table.mu_in.stencil(geometry.mu_in);
     at.out = table.mu_out.stencil(geometry.mu_out);
     at.azimuth = table.azimuth.mirrored_stencil(azimuth);
-    at.azimuth_count = used(table.azimuth);
+    at.azimuth_count = used_samples(table.azimuth);
     set_samples(table.mu_in, at.in, at.in_sample);
     set_samples(table.mu_out, at.out, at.out_sample);
     return at;
@@ -43,19 +41,21 @@ Directions directions_of(const TableView& table, const Geometry& geometry) noexc
 
 /// `width` neighbouring azimuths, added and scaled side by side.
 template <int width>
-struct Row {
+struct AzimuthRow {
     float value[width];
 
     float operator[](int k) const noexcept { return value[k]; }
 
-    Row& operator+=(const Row& other) noexcept {
+    AzimuthRow& operator+=(const AzimuthRow& other) noexcept {
         for (int k = 0; k < width; ++k) value[k] += other.value[k];
         return *this;
     }
 
-    friend Row operator+(Row left, const Row& right) noexcept { return left += right; }
+    friend AzimuthRow operator+(AzimuthRow left, const AzimuthRow& right) noexcept {
+        return left += right;
+    }
 
-    friend Row operator*(float factor, Row row) noexcept {
+    friend AzimuthRow operator*(float factor, AzimuthRow row) noexcept {
         for (float& value : row.value) value *= factor;
         return row;
     }
@@ -63,7 +63,7 @@ struct Row {
 
 template <int width>
 struct RowOf {
-    using type = Row<width>;
+    using type = AzimuthRow<width>;
 };
 
 #if defined(__GNUC__)

@@ -7,6 +7,7 @@
 #include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
+#include "size.h"
 #include "tensor_file.h"
 
 #include <algorithm>
@@ -26,32 +27,53 @@ constexpr double basis_share = 0.3, total_share = 0.5;
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
 
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+/// One side of all members of a family, or of the only one.
+struct SideShapes {
+    std::vector<LayerShapes> samples;  // of each member
+    std::vector<std::vector<float>> values,
+        importance;  // over (member, albedo, depth), thinned out
+    int azimuth_step = 1;
 
-/// The blocks of one side.
+    SideShapes(const std::vector<TableView>& members, Side side) {
+        for (const TableView& member : members) samples.emplace_back(member, side);
+        azimuth_step = std::max(1, (samples[0].azimuths() - 1) / 8);
+        for (const LayerShapes& of_member : samples)
+            for (int a = 0; a < table().albedo.count; ++a)
+                for (int d = 0; d < table().optical_depth.size(); ++d) {
+                    values.push_back(of_member.layer(a, d, azimuth_step));
+                    importance.push_back(of_member.importance(a, d, azimuth_step));
+                }
+    }
+
+    /// Whose axes are those of all.
+    const TableView& table() const { return samples[0].table(); }
+};
+
+/// The blocks of one side, of members that share their functions.
 struct PackedBlocks {
-    std::vector<float> function;  // over (block, row, function)
-    std::vector<float> coefficient;
-    std::vector<std::int32_t> block;          // over (block, field): packed_names.h
-    std::vector<std::int32_t> block_of_cell;  // over (albedo, optical depth)
+    SampleRange members;
+    std::vector<float> function;                  // over (block, row, function)
+    std::vector<std::vector<float>> coefficient;  // of each member
+    std::vector<std::int32_t> block;              // over (block, field): packed_names.h
+    std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
     double half_error = 0;
+    bool holds = true;  // the errors of all are within their shares of the tolerance
+
+    std::size_t count() const { return block.size() / size(BlockField::count); }
 };
 
 /// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
 class BlockBuilder {
   public:
-    explicit BlockBuilder(const LayerShapes& samples)
-        : samples_(samples),
-          ends_at_infinity_(samples.table().optical_depth.ends_at_infinity),
-          tolerance_(kept_tolerance(samples.table())),
-          azimuth_step_(std::max(1, (samples.azimuths() - 1) / 8)) {
-        const AxisView &albedo = samples.table().albedo, &depth = samples.table().optical_depth;
-        for (int a = 0; a < albedo.count; ++a)
-            for (int d = 0; d < depth.size(); ++d) {
-                values_.push_back(samples.layer(a, d, azimuth_step_));
-                importance_.push_back(samples.importance(a, d, azimuth_step_));
-            }
+    BlockBuilder(const SideShapes& shapes, const SampleRange& members)
+        : shapes_(shapes),
+          members_(members),
+          ends_at_infinity_(shapes.table().optical_depth.ends_at_infinity),
+          tolerance_(kept_tolerance(shapes.table())) {
+        const AxisView &albedo = shapes.table().albedo, &depth = shapes.table().optical_depth;
         depth_rows_ = std::max(stencil_size, depth.count);
+        packed_.members = members;
+        packed_.coefficient.resize(size(members.count));
         packed_.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0);
         cover({0, std::max(1, albedo.count - 1)}, 0);
     }
@@ -80,7 +102,7 @@ class BlockBuilder {
     /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
         constexpr int narrow = 8;  // cells
-        const int end = std::max(1, samples_.table().optical_depth.count - 1);
+        const int end = std::max(1, shapes_.table().optical_depth.count - 1);
         for (int first = first_depth; first < end;) {
             const SampleRange depth_cells{first, end - first};
             const Candidate deepest = deepest_block(albedo_cells, depth_cells);
@@ -119,7 +141,7 @@ class BlockBuilder {
         const double allowed = total_share * tolerance_;
         // Fewer functions leave room for what rounding leaves of them.
         for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
-            made.block = packed_block(samples_, made.layers, basis.first(count));
+            made.block = packed_block(shapes_.samples, made.layers, basis.first(count));
             made.holds = basis.error[count] + made.block.half_error <= allowed;
             if (count == 0 || basis.error[count - 1] > allowed) break;
         }
@@ -127,38 +149,41 @@ class BlockBuilder {
     }
 
     BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
-        const AxisView& depth = samples_.table().optical_depth;
+        const AxisView& depth = shapes_.table().optical_depth;
+        const int albedos = shapes_.table().albedo.count;
         const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
-        BlockLayers layers{reach(albedo_cells, samples_.table().albedo.count),
+        BlockLayers layers{members_,
+                           reach(albedo_cells, albedos),
                            reach(depth_cells, depth.count),
                            deepest && ends_at_infinity_,
                            {},
                            {},
-                           (samples_.azimuths() - 1) / azimuth_step_ + 1};
-        for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
-            for (int d = 0; d < layers.depth_count(); ++d) {
-                const std::size_t at = size(a * depth.size() + layers.depths.first + d);
-                layers.values.push_back(&values_[at]);
-                layers.importance.push_back(&importance_[at]);
-            }
+                           (shapes_.samples[0].azimuths() - 1) / shapes_.azimuth_step + 1};
+        for (int m = members_.first; m <= members_.last(); ++m)
+            for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
+                for (int d = 0; d < layers.depth_count(); ++d) {
+                    const std::size_t at =
+                        size((m * albedos + a) * depth.size() + layers.depths.first + d);
+                    layers.values.push_back(&shapes_.values[at]);
+                    layers.importance.push_back(&shapes_.importance[at]);
+                }
         return layers;
     }
 
     void add(const Candidate& added) {
         const auto& [albedo_cells, depth_cells, layers, block, holds] = added;
-        const auto index =
-            static_cast<std::int32_t>(packed_.block.size() / size(BlockField::count));
+        const auto index = static_cast<std::int32_t>(packed_.count());
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto end_of = [](const SampleRange& cells, int samples) {
             return samples < stencil_size ? stencil_size
                                           : std::min(cells.first + cells.count + 1, samples);
         };
-        for (int a = albedo_cells.first; a < end_of(albedo_cells, samples_.table().albedo.count);
+        for (int a = albedo_cells.first; a < end_of(albedo_cells, shapes_.table().albedo.count);
              ++a)
             for (int d = depth_cells.first;
-                 d < end_of(depth_cells, samples_.table().optical_depth.count); ++d)
+                 d < end_of(depth_cells, shapes_.table().optical_depth.count); ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
-        const std::size_t rows = block.coefficient.size();
+        const std::size_t rows = block.coefficient[0].size();
         std::int32_t field[BlockField::count];
         field[BlockField::first_albedo] = layers.albedos.first;
         field[BlockField::albedos] = static_cast<std::int32_t>(rows) / block.depths;
@@ -166,22 +191,45 @@ class BlockBuilder {
         field[BlockField::depths] = block.depths;
         field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
         field[BlockField::first_row] =
-            static_cast<std::int32_t>(packed_.coefficient.size() / functions);
+            static_cast<std::int32_t>(packed_.coefficient[0].size() / functions);
         packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
         packed_.function.insert(packed_.function.end(), block.function.begin(),
                                 block.function.end());
-        for (const CoefficientRow& row : block.coefficient)
-            packed_.coefficient.insert(packed_.coefficient.end(), row.value, row.value + functions);
+        for (std::size_t m = 0; m < block.coefficient.size(); ++m)
+            for (const CoefficientRow& row : block.coefficient[m])
+                packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
+                                              row.value + functions);
         packed_.half_error = std::max(packed_.half_error, block.half_error);
+        packed_.holds = packed_.holds && holds;
     }
 
-    const LayerShapes& samples_;
+    const SideShapes& shapes_;
+    SampleRange members_;
     bool ends_at_infinity_;
     double tolerance_;
-    int azimuth_step_, depth_rows_;
-    std::vector<std::vector<float>> values_, importance_;  // over (albedo, depth)
+    int depth_rows_;
     PackedBlocks packed_;
 };
+
+/// Members in groups that share their functions: halves that are a group each are joined where that
+/// takes fewer blocks.
+std::vector<PackedBlocks> grouped_blocks(const SideShapes& shapes, const SampleRange& members) {
+    std::vector<PackedBlocks> groups;
+    if (members.count == 1) {
+        groups.push_back(BlockBuilder(shapes, members).take());
+        return groups;
+    }
+    const int half = members.count / 2;
+    groups = grouped_blocks(shapes, {members.first, half});
+    for (PackedBlocks& group : grouped_blocks(shapes, {members.first + half, members.count - half}))
+        groups.push_back(std::move(group));
+    if (groups.size() > 2) return groups;
+    PackedBlocks joined = BlockBuilder(shapes, members).take();
+    if (!joined.holds || joined.count() >= groups[0].count() + groups[1].count()) return groups;
+    groups.clear();
+    groups.push_back(std::move(joined));
+    return groups;
+}
 
 std::vector<Half> halves_of(const std::vector<float>& values) {
     std::vector<Half> halves;
@@ -196,30 +244,49 @@ void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& cu
     file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
 }
 
-void add_side(TensorWriter& file, const std::string& prefix, const TableView& table, Side which) {
-    const bool held = which == Side::reflection
-                          ? table.has_reflection()
-                          : table.has_transmission() && table.optical_depth.count > 0;
-    if (!held) return;
-    const LayerShapes shapes(table, which);
-    const PackedBlocks blocks = BlockBuilder(shapes).take();
-    const std::string side = prefix + side_name(which);
-    const std::size_t count = blocks.block.size() / size(BlockField::count);
+/// The functions of a group, under the name of its first member.
+void add_functions(TensorWriter& file, const std::string& name, const TableView& table,
+                   const PackedBlocks& blocks) {
+    const std::size_t count = blocks.count();
     const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
     if (blocks.half_error <= total_share * kept_tolerance(table))
-        file.add(side + functions_name, shape, halves_of(blocks.function));
+        file.add(name + functions_name, shape, halves_of(blocks.function));
     else
-        file.add(side + functions_name, shape, blocks.function);
-    file.add(side + coefficients_name, {blocks.coefficient.size() / functions, functions},
-             blocks.coefficient);
-    file.add(side + blocks_name, {count, size(BlockField::count)}, blocks.block);
+        file.add(name + functions_name, shape, blocks.function);
+    file.add(name + blocks_name, {count, size(BlockField::count)}, blocks.block);
     const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
-    file.add(side + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
+    file.add(name + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
              blocks.block_of_cell);
-    if (which == Side::reflection && table.has_lower_boundary() &&
-        table.lower_boundary->kind == LowerBoundary::Kind::layer)
-        add_curve(file, side + phase_name,
-                  PhaseCurve::reflected(*table.phase_function, {}, table.lower_boundary));
+}
+
+/// One side of all members, or of the only one.
+void add_side(TensorWriter& file, const Table& table, const std::vector<TableView>& members,
+              Side which) {
+    const TableView& first = members[0];
+    const bool held = which == Side::reflection
+                          ? first.has_reflection()
+                          : first.has_transmission() && first.optical_depth.count > 0;
+    if (!held) return;
+    const auto name_of = [&](int member) {
+        return member_prefix(table, size(member)) + side_name(which);
+    };
+    const SideShapes shapes(members, which);
+    for (const PackedBlocks& blocks :
+         grouped_blocks(shapes, {0, static_cast<int>(members.size())})) {
+        const std::int32_t owner = blocks.members.first;
+        add_functions(file, name_of(owner), first, blocks);
+        for (int m = owner; m <= blocks.members.last(); ++m) {
+            const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
+            file.add(name_of(m) + coefficients_name, {coefficients.size() / functions, functions},
+                     coefficients);
+            if (m > owner) file.add(name_of(m) + functions_of_name, {1}, std::vector{owner});
+        }
+    }
+    if (which == Side::reflection && first.has_lower_boundary() &&
+        first.lower_boundary->kind == LowerBoundary::Kind::layer)
+        for (std::size_t m = 0; m < members.size(); ++m)
+            add_curve(file, name_of(static_cast<int>(m)) + phase_name,
+                      PhaseCurve::reflected(*members[m].phase_function, {}, first.lower_boundary));
 }
 
 void add_layers(TensorWriter& file, const Table& table) {
@@ -329,20 +396,18 @@ std::vector<char> pack(const Table& table) {
     add_header(file, table);
     add_layers(file, table);
     add_path_law(file, table);
-    for (std::size_t m = 0; m < table.member_count(); ++m) {
-        const Table* one = &table;
-        Table member;
-        if (table.has_family()) {
-            member = table_of_member(table, m);
-            one = &member;
-        }
-        const std::string prefix = member_prefix(table, m);
+    std::vector<Table> of_members;
+    for (std::size_t m = 0; table.has_family() && m < table.member_count(); ++m)
+        of_members.push_back(table_of_member(table, m));
+    std::vector<TableView> members;
+    for (const Table& member : of_members) members.push_back(member.view());
+    if (!table.has_family()) members.push_back(table.view());
+    for (std::size_t m = 0; m < members.size(); ++m)
         if (!table.varies_parameters())
-            add_curve(file, prefix + phase_name, one->phase_curve);
-        const TableView view = one->view();
-        for (const Side side : {Side::reflection, Side::transmission})
-            add_side(file, prefix, view, side);
-    }
+            add_curve(file, member_prefix(table, m) + phase_name,
+                      (table.has_family() ? of_members[m] : table).phase_curve);
+    for (const Side side : {Side::reflection, Side::transmission})
+        add_side(file, table, members, side);
     return file.bytes();
 }
 

@@ -1,5 +1,7 @@
 #include "packed_block.h"
 
+#include "size.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +12,6 @@ namespace stratus {
 namespace {
 
 constexpr float negligible = 1e-16f;  // coefficient
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// How many functions are stored with what rounding to halves leaves of them.
 std::size_t remainders(const LayerBasis& basis) {
@@ -25,13 +25,13 @@ float unit_of(float largest) {
 
 /// The functions at the table's own directions, all azimuths: over (pair of cosines, azimuth,
 /// function).
-std::vector<float> functions_at_samples(const LayerShapes& samples, const BlockLayers& layers,
-                                        const LayerBasis& basis) {
-    std::vector<float> all(size(samples.pairs()) * size(samples.azimuths() * functions));
+std::vector<float> functions_at_samples(const std::vector<LayerShapes>& samples,
+                                        const BlockLayers& layers, const LayerBasis& basis) {
+    std::vector<float> all(size(samples[0].pairs()) * size(samples[0].azimuths() * functions));
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
-        const int pivot = basis.pivot[f], depths = layers.depth_count();
-        const std::vector<float> layer = samples.layer(layers.albedos.first + pivot / depths,
-                                                       layers.depths.first + pivot % depths, 1);
+        const int pivot = basis.pivot[f];
+        const std::vector<float> layer =
+            samples[size(layers.member(pivot))].layer(layers.albedo(pivot), layers.depth(pivot), 1);
         for (std::size_t c = 0; c < layer.size(); ++c) {
             float* const here = &all[c * functions];
             double left = double{layer[c]};
@@ -70,10 +70,11 @@ void split_remainders(const LayerBasis& basis, std::vector<float>& values) {
         }
 }
 
-/// Coefficients of a layer, those of remainders after the others.
-std::vector<float> stored_coefficients(const LayerBasis& basis, std::size_t layer) {
-    std::vector<float> all = basis.coefficient[layer];
-    for (std::size_t f = 0; f < remainders(basis); ++f) all.push_back(all[f]);
+/// Coefficients of all layers, those of remainders after the others.
+std::vector<std::vector<float>> stored_coefficients(const LayerBasis& basis) {
+    std::vector<std::vector<float>> all = basis.coefficient;
+    for (std::vector<float>& of_layer : all)
+        for (std::size_t f = 0; f < remainders(basis); ++f) of_layer.push_back(of_layer[f]);
     return all;
 }
 
@@ -106,7 +107,8 @@ std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>
 }
 
 /// The largest error of a layer's values, relative to R or T, by functions rounded to halves.
-double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int azimuth_step,
+double error_of_halves(const BlockLayers& layers, const LayerBasis& basis,
+                       const std::vector<std::vector<float>>& stored, int azimuth_step,
                        const std::array<float, functions>& unit, int azimuths,
                        std::vector<float> at_samples) {
     split_remainders(basis, at_samples);
@@ -122,7 +124,7 @@ double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int a
             }
     double largest = 0;
     for (int l = 0; l < layers.count(); l += layer_step) {
-        const std::vector<float> coefficient = stored_coefficients(basis, size(l));
+        const std::vector<float>& coefficient = stored[size(l)];
         const std::vector<float>& importance = *layers.importance[size(l)];
         for (std::size_t at = 0; at < importance.size(); ++at) {
             float error = 0;
@@ -134,10 +136,12 @@ double error_of_halves(const BlockLayers& layers, const LayerBasis& basis, int a
     return largest;
 }
 
-/// Coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions in the
-/// units that they are stored in.
-std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerBasis& basis,
+/// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
+/// in the units that they are stored in.
+std::vector<CoefficientRow> coefficients(const BlockLayers& layers, int member,
+                                         const std::vector<std::vector<float>>& stored,
                                          const std::array<float, functions>& unit) {
+    const int first = member * layers.albedos.count;
     const int finite = layers.depths.count, depths = layers.depth_count();
     const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
     const int rows = depth.to + depths - finite;
@@ -152,8 +156,7 @@ std::vector<CoefficientRow> coefficients(const BlockLayers& layers, const LayerB
                 for (int t = 0; t < depths; ++t) {
                     const double share = albedo.weight(l, a) * depth_weight(t, d);
                     if (share == 0) continue;
-                    const std::vector<float> of_layer =
-                        stored_coefficients(basis, size(l * depths + t));
+                    const std::vector<float>& of_layer = stored[size((first + l) * depths + t)];
                     for (std::size_t f = 0; f < of_layer.size(); ++f)
                         all[size(a * rows + d)].value[f] +=
                             static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
@@ -193,18 +196,24 @@ std::size_t FunctionLayout::rows() const {
     return (symmetric ? mus * (mus + 7) / 2 : mus * size(mu_out.to)) * size(azimuth_rows);
 }
 
-PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
+PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
                          const LayerBasis& basis) {
+    const LayerShapes& first = samples[0];
     std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
     const std::array<float, functions> unit = scale_to_units(basis, at_samples);
+    const std::vector<std::vector<float>> stored = stored_coefficients(basis);
     const int azimuth_step =
-        layers.azimuths > 1 ? (samples.azimuths() - 1) / (layers.azimuths - 1) : 1;
-    std::vector<float> rows = laid_out(samples, at_samples, FunctionLayout(samples.table()));
+        layers.azimuths > 1 ? (first.azimuths() - 1) / (layers.azimuths - 1) : 1;
+    std::vector<float> rows = laid_out(first, at_samples, FunctionLayout(first.table()));
     split_remainders(basis, rows);
-    return {std::move(rows), coefficients(layers, basis, unit),
-            std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
-            error_of_halves(layers, basis, azimuth_step, unit, samples.azimuths(),
-                            std::move(at_samples))};
+    PackedBlock block{std::move(rows),
+                      {},
+                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
+                      error_of_halves(layers, basis, stored, azimuth_step, unit, first.azimuths(),
+                                      std::move(at_samples))};
+    for (int m = 0; m < layers.members.count; ++m)
+        block.coefficient.push_back(coefficients(layers, m, stored, unit));
+    return block;
 }
 
 }  // namespace stratus

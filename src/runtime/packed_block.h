@@ -58,13 +58,14 @@ struct FunctionLayout {
 };
 
 struct PackedBlock {
-    std::vector<float> function;  // FunctionLayout::rows() by `functions`
-    std::vector<CoefficientRow> coefficient;
-    int depths;         // of the coefficients, infinity included
+    std::vector<float> function;                           // FunctionLayout::rows() by `functions`
+    std::vector<std::vector<CoefficientRow>> coefficient;  // of each member
+    int depths;                                            // of the coefficients, infinity included
     double half_error;  // of the layers if the functions are rounded to halves, relative to R or T
 };
 
-PackedBlock packed_block(const LayerShapes& samples, const BlockLayers& layers,
+/// `samples`: of each member of the family, or of the only one.
+PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
                          const LayerBasis& basis);
 
 }  // namespace stratus

@@ -9,19 +9,17 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = packed_caller;
-
 double number(const TensorFile& file, const char* name) {
     const std::string& text = file.text(name);
     double value = 0;
-    require(!text.empty() && read_number(text, value) == text.size(), caller, name, "a number",
-            '"' + text.substr(0, 40) + '"');
+    require(!text.empty() && read_number(text, value) == text.size(), packed_caller, name,
+            "a number", '"' + text.substr(0, 40) + '"');
     return value;
 }
 
 int whole_number(const TensorFile& file, const char* name, int most) {
     const double value = number(file, name);
-    require(value >= 0 && value <= most && value == std::floor(value), caller, name,
+    require(value >= 0 && value <= most && value == std::floor(value), packed_caller, name,
             "a whole number up to " + std::to_string(most), value);
     return static_cast<int>(value);
 }
@@ -33,28 +31,30 @@ std::vector<Number> copied(const TensorOf<Number>& numbers) {
 
 void check_format(const TensorFile& file) {
     const std::string& format = file.text(format_name);
-    require(format == packed_format, caller, format_name, packed_format, format.substr(0, 40));
+    require(format == packed_format, packed_caller, format_name, packed_format,
+            format.substr(0, 40));
     const std::string& version = file.text(format_version_name);
-    require(version == packed_format_version || version == first_packed_format_version, caller,
-            format_version_name,
-            std::string(first_packed_format_version) + " or " + packed_format_version,
-            version.substr(0, 40));
+    const auto& earlier = earlier_packed_format_versions;
+    const bool is_read =
+        version == packed_format_version ||
+        std::find(std::begin(earlier), std::end(earlier), version) != std::end(earlier);
+    require(is_read, packed_caller, format_version_name, "1, 2 or 3", version.substr(0, 40));
 }
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
     const std::string& text = file.text(name + scale_suffix);
-    for (const AxisScale scale : {AxisScale::linear, AxisScale::arcsine_of_fourth_root,
-                                  AxisScale::logarithmic, AxisScale::square_root_of_complement,
-                                  AxisScale::square_root, AxisScale::fourth_root_of_complement,
-                                  AxisScale::logarithm_of_complement})
+    for (const AxisScale scale :
+         {AxisScale::linear, AxisScale::arcsine_of_fourth_root, AxisScale::logarithmic,
+          AxisScale::square_root_of_complement, AxisScale::square_root,
+          AxisScale::fourth_root_of_complement, AxisScale::logarithm_of_complement})
         if (text == axis_scale_name(scale)) return scale;
-    require(false, caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
+    require(false, packed_caller, name + scale_suffix, "the name of a scale", text.substr(0, 40));
     return {};
 }
 
 /// Refuses a text that names another file.
 PhaseFunction complete_phase_function(const std::string& text, const char* name) {
-    require(text.find("file") == std::string::npos, caller, name, "complete",
+    require(text.find("file") == std::string::npos, packed_caller, name, "complete",
             "one that names a file");
     return parse_phase_function(text);
 }
@@ -68,8 +68,8 @@ LowerBoundary lower_boundary(const TensorFile& file) {
     const std::string& kind = file.text(below_name);
     const double albedo = number(file, below_albedo_name);
     if (kind == surface_name) return LowerBoundary::surface(albedo);
-    require(kind == layer_name, caller, below_name, std::string(surface_name) + " or " + layer_name,
-            kind.substr(0, 40));
+    require(kind == layer_name, packed_caller, below_name,
+            std::string(surface_name) + " or " + layer_name, kind.substr(0, 40));
     return LowerBoundary::layer(phase_function(file, below_phase_function_name), albedo);
 }
 
@@ -84,7 +84,7 @@ std::vector<StackLayer> layers_of(const TensorFile& file) {
         const double* const of = numbers.data + 2 * layers.size();
         layers.push_back({complete_phase_function(line, layer_phase_functions_name), of[0], of[1]});
     }
-    require(layers.size() == numbers.shape[0] && !std::getline(lines, line), caller,
+    require(layers.size() == numbers.shape[0] && !std::getline(lines, line), packed_caller,
             layer_phase_functions_name, std::to_string(numbers.shape[0]) + " lines",
             "another number");
     return layers;
@@ -96,7 +96,7 @@ float as_float(Half value) { return to_float(value); }
 template <class Number>
 std::shared_ptr<const PathOrders> path_orders(const TensorFile& file,
                                               const TensorOf<Number>& orders) {
-    require(orders.shape[1] < 1 << 16, caller, "orders of path_orders", "below 65536",
+    require(orders.shape[1] < 1 << 16, packed_caller, "orders of path_orders", "below 65536",
             orders.shape[1]);
     std::vector<float> samples;
     samples.reserve(orders.count());
@@ -119,7 +119,7 @@ void read_family(const TensorFile& file, Table& table) {
     }
     for (const std::string& name : names) {
         const auto parameter = parameter_named(name);
-        require(parameter.has_value(), caller, family_name,
+        require(parameter.has_value(), packed_caller, family_name,
                 "names out of " + joined(parameter_names()), name.substr(0, 40));
         const bool is_discrete = file.text(name + scale_suffix) == discrete_scale_name;
         const AxisScale scale = is_discrete ? parameter_scale(*parameter) : scale_of(file, name);
@@ -143,12 +143,12 @@ PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t
                     const PhaseFunction& phase_function) {
     if (!file.has(name)) {
         PhaseCurve curve(phase_function);
-        require(width == 1 && curve.sample_count() == 0, caller, name, "given", "none");
+        require(width == 1 && curve.sample_count() == 0, packed_caller, name, "given", "none");
         return curve;
     }
     const TensorOf<float> samples = file.numbers<float>(name, 2);
     require(samples.shape[0] >= 2 && samples.shape[0] <= (1 << 20) && samples.shape[1] == width,
-            caller, "shape of " + name, "[2 to 1048576, " + std::to_string(width) + "]",
+            packed_caller, "shape of " + name, "[2 to 1048576, " + std::to_string(width) + "]",
             shape_text(samples.shape));
     return PhaseCurve::of_samples(copied(samples), static_cast<int>(width));
 }

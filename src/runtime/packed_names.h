@@ -14,8 +14,9 @@
 namespace stratus {
 
 constexpr const char* packed_format = "stratus-packed";
-constexpr const char* packed_format_version = "2";
-constexpr const char* first_packed_format_version = "1";  // always with the path sheet
+constexpr const char* packed_format_version = "3";
+// Read as well: of 2 each member has functions of its own, 1 has always the path sheet.
+constexpr const char* earlier_packed_format_versions[] = {"1", "2"};
 
 // Strings.
 constexpr const char* format_name = "format";
@@ -50,6 +51,7 @@ constexpr const char* path_orders_name = "path_orders";
 constexpr const char* path_sheet_name = "path_sheet";
 constexpr const char* phase_name = "phase";  // samples of a phase curve, where it needs any
 constexpr const char* functions_name = "functions";
+constexpr const char* functions_of_name = "functions_of";  // the member whose functions serve
 constexpr const char* coefficients_name = "coefficients";
 constexpr const char* blocks_name = "blocks";
 constexpr const char* block_of_cell_name = "block_of_cell";

@@ -6,6 +6,7 @@
 #include "kernels/kernels.h"
 #include "layer_blend.h"
 #include "packed_block.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +15,6 @@
 
 namespace stratus {
 namespace {
-
-constexpr const char* caller = packed_caller;
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 /// Single scattering, on the lit side with that of the lower boundary.
 void set_closed_forms(const TensorFile& file, const std::string& prefix, const Table& table,
@@ -136,7 +133,7 @@ class BlockChecks {
         require(
             block[BlockField::first_row] >= 0 && needed <= rows &&
                 size(block[BlockField::first_row]) <= rows - needed,
-            caller, "first_row of " + name_,
+            packed_caller, "first_row of " + name_,
             "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
             block[BlockField::first_row]);
     }
@@ -150,7 +147,7 @@ class BlockChecks {
             within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
             within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
             (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
-        require(inside, caller,
+        require(inside, packed_caller,
                 "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
                     ") of " + name_,
                 "one that holds its samples", "another");
@@ -162,7 +159,7 @@ class BlockChecks {
     }
 
     void require_field(int value, int least, int most, const char* field) const {
-        require(value >= least && value <= most, caller, std::string(field) + " of " + name_,
+        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name_,
                 "in [" + std::to_string(least) + ", " + std::to_string(most) + "]", value);
     }
 
@@ -180,21 +177,36 @@ const void* checked_functions(const TensorFile& file, const std::string& name,
     return numbers.data;
 }
 
-/// The blocks that a file holds of a side.
-void set_blocks(const TensorFile& file, const std::string& name, const TableView& table,
-                SideMemory& side) {
-    const std::string of_blocks = name + blocks_name;
+/// The member whose functions serve a side of member m: itself, or an earlier one.
+std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::size_t m,
+                               Side which) {
+    const std::string name = member_prefix(table, m) + side_name(which) + functions_of_name;
+    if (!file.has(name)) return m;
+    const TensorOf<std::int32_t> given = file.numbers<std::int32_t>(name, 1);
+    require_shape(given, name, {1});
+    const std::int32_t owner = given.data[0];
+    require(owner >= 0 && size(owner) < m &&
+                file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
+            packed_caller, name, "an earlier member that has functions of its own", owner);
+    return size(owner);
+}
+
+/// The blocks that a file holds of a side: its coefficients, and the functions of `owner`, which may
+/// be of another member.
+void set_blocks(const TensorFile& file, const std::string& name, const std::string& owner,
+                const TableView& table, SideMemory& side) {
+    const std::string of_blocks = owner + blocks_name;
     const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
     require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
     const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows();
     const std::vector<std::size_t> shape{count, rows, functions};
-    side.view.halves = file.tensor(name + functions_name).type == TensorType::f16;
-    const void* const function = side.view.halves
-                                     ? checked_functions<Half>(file, name + functions_name, shape)
-                                     : checked_functions<float>(file, name + functions_name, shape);
+    side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
+    const void* const function =
+        side.view.halves ? checked_functions<Half>(file, owner + functions_name, shape)
+                         : checked_functions<float>(file, owner + functions_name, shape);
     const TensorOf<float> coefficients = file.numbers<float>(name + coefficients_name, 2);
     require_shape(coefficients, name + coefficients_name, {coefficients.shape[0], functions});
-    require_aligned(function, name + functions_name);
+    require_aligned(function, owner + functions_name);
     require_aligned(coefficients.data, name + coefficients_name);
     const std::size_t block_bytes =
         rows * functions * (side.view.halves ? sizeof(Half) : sizeof(float));
@@ -208,12 +220,12 @@ void set_blocks(const TensorFile& file, const std::string& name, const TableView
                                block[BlockField::first_albedo], block[BlockField::first_depth],
                                block[BlockField::albedos], block[BlockField::depths]});
     }
-    const std::string of_cells = name + block_of_cell_name;
+    const std::string of_cells = owner + block_of_cell_name;
     const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
     require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
         const std::int32_t block = cells.data[cell];
-        require(block >= 0 && size(block) < count, caller, of_cells,
+        require(block >= 0 && size(block) < count, packed_caller, of_cells,
                 "below " + std::to_string(count), block);
         checks.check_cell(blocks.data + size(block) * size(BlockField::count),
                           static_cast<int>(cell) / checks.depths(),
@@ -239,7 +251,7 @@ void set_nothing(SideMemory& side) {
 }  // namespace
 
 void require_aligned(const void* data, const std::string& name) {
-    require(reinterpret_cast<std::uintptr_t>(data) % packed_alignment == 0, caller,
+    require(reinterpret_cast<std::uintptr_t>(data) % packed_alignment == 0, packed_caller,
             "address of " + name, "a multiple of 64 bytes", "another");
 }
 
@@ -256,14 +268,15 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
     const PathOrders& law = *table.path_law;
     if (!file.has(path_sheet_name)) {
         const std::size_t orders = size(law.order_count() - 2);
-        require(orders <= most_summed_orders, caller, path_sheet_name,
+        require(orders <= most_summed_orders, packed_caller, path_sheet_name,
                 "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
         own = squared_path_sheet(law, table.highest_order);
         return own.view();
     }
     const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
     const std::size_t depths = sheet.shape[1];
-    require(depths >= 2 && depths <= 64, caller, "depths of path_sheet", "in [2, 64]", depths);
+    require(depths >= 2 && depths <= 64, packed_caller, "depths of path_sheet", "in [2, 64]",
+            depths);
     require_shape(sheet, path_sheet_name,
                   {size(path_sheet_steps + 1), depths, 2 * size(law.angle_count()), 2});
     return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),
@@ -277,9 +290,9 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
     sample.extrapolation_length = table.extrapolation_lengths[m];
     const TableView view = table.view();
     // Of members that vary in parameters no closed form is asked for: none lies at the point itself.
-    const PhaseFunction phase =
-        table.varies_parameters() ? PhaseFunction()
-                                  : view.at(member_at(table.family, m)).chosen_phase_function();
+    const PhaseFunction phase = table.varies_parameters()
+                                    ? PhaseFunction()
+                                    : view.at(member_at(table.family, m)).chosen_phase_function();
     for (const Side which : {Side::reflection, Side::transmission}) {
         SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
         const std::string name = prefix + side_name(which);
@@ -289,8 +302,10 @@ PackedMember packed_member(const TensorFile& file, const Table& table, std::size
         set_directions(view, side);
         side.view.path = sheet;
         side.view.path_steps = path_sheet_steps;
-        if (file.has(name + functions_name))
-            set_blocks(file, name, view, side);
+        const std::string owner =
+            member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
+        if (file.has(owner + functions_name))
+            set_blocks(file, name, owner, view, side);
         else
             set_nothing(side);
         side.view.block = side.blocks.data();

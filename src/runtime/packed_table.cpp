@@ -7,6 +7,7 @@
 #include "mapped_file.h"
 #include "packed_block.h"
 #include "packed_parts.h"
+#include "size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +18,6 @@
 
 namespace stratus {
 namespace {
-
-std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
 
 double within_half_turn(double azimuth) noexcept {
     return azimuth >= 0 && azimuth <= pi ? azimuth : std::abs(std::remainder(azimuth, 2 * pi));
@@ -58,16 +57,16 @@ void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoi
 }
 
 /// Memory aligned as files are.
-struct AlignedDelete {
-    void operator()(char* memory) const {
-        operator delete (memory, std::align_val_t{packed_alignment});
-    }
-};
-using AlignedBytes = std::unique_ptr<char, AlignedDelete>;
+using AlignedBytes = std::unique_ptr<char, void (*)(char*)>;
+
+void delete_aligned(char* memory) { operator delete (memory, std::align_val_t{packed_alignment}); }
+
+AlignedBytes no_copy() { return {nullptr, delete_aligned}; }
 
 AlignedBytes aligned_copy(const std::vector<char>& bytes) {
     AlignedBytes copy(static_cast<char*>(operator new (std::max<std::size_t>(1, bytes.size()),
-                                                       std::align_val_t{packed_alignment})));
+                                                       std::align_val_t{packed_alignment})),
+                      delete_aligned);
     std::copy(bytes.begin(), bytes.end(), copy.get());
     return copy;
 }
@@ -110,6 +109,7 @@ struct PackedTable::Contents {
     /// The same around a mixture; of other families not-a-number.
     template <class Add>
     void each_member(double share, const Add& add) const {
+        if (!header.has_family()) return add(members[0], 1.0);
         FamilyPoint point;
         if (is_mixture(header.family)) point = {share};
         each_member(family_stencil(header.family, point), add);
@@ -203,14 +203,14 @@ PackedTable::PackedTable(const std::string& path) {
     const void* const data = file.data();
     const std::size_t size = file.bytes();
     try {
-        contents_ = std::make_unique<const Contents>(std::move(file), nullptr, data, size);
+        contents_ = std::make_unique<const Contents>(std::move(file), no_copy(), data, size);
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(path + ": " + error.what());
     }
 }
 
 PackedTable::PackedTable(const void* data, std::size_t bytes)
-    : contents_(std::make_unique<const Contents>(std::nullopt, nullptr, data, bytes)) {}
+    : contents_(std::make_unique<const Contents>(std::nullopt, no_copy(), data, bytes)) {}
 
 PackedTable::PackedTable(const std::vector<char>& bytes) {
     AlignedBytes copy = aligned_copy(bytes);

@@ -3,18 +3,16 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
-#include <stratus/runtime/diffuse_transmittance.h>
-#include <stratus/runtime/diffusion.h>
-#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/single_scattering.h>
 
 #include "kernels/kernels.h"
-#include "layer_blend.h"
 #include "layer_coverage.h"
+#include "slice_background.h"
+#include "slice_batches.h"
+#include "slice_orders.h"
 #include "slice_refinement.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +20,7 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = "bind";
+constexpr const char* bind_caller = "bind";
 
 template <int channels>
 const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders) {
@@ -36,8 +34,8 @@ const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders)
 
 /// Particles of a stack's layers may differ in all that these effects ask about.
 void check_stack_effects(const Effects& effects) {
-    require(effects.density == 0, caller, "density", "0 of a stack", effects.density);
-    require(effects.opposition.law == Opposition::Law::none, caller, "opposition",
+    require(effects.density == 0, bind_caller, "density", "0 of a stack", effects.density);
+    require(effects.opposition.law == Opposition::Law::none, bind_caller, "opposition",
             "none of a stack", "a law");
 }
 
@@ -53,80 +51,6 @@ Medium<channels> medium_of(const std::vector<StackLayer>& layers) {
 /// A depth in single precision, finite. exp(-tau) is 0 in float from 104 on.
 float in_single(double optical_depth, Side which) {
     return static_cast<float>(std::min(optical_depth, which == Side::reflection ? 1e30 : 1e4));
-}
-
-/// What a layer deeper than the deepest sample scatters, over what one as deep does.
-double beyond_deepest(const TableView& table, Side which, double albedo, double optical_depth) {
-    const Stencil around = table.albedo.stencil(albedo);
-    double exponent = 0;
-    for (int m = 0; m < table.members.count; ++m)
-        for (int l = 0; l < std::min(stencil_size, table.albedo.count); ++l)
-            exponent += double{table.members.weight[m]} * double{around.weight[l]} *
-                        table.diffusion_exponent[table.members.member[m] * table.albedo.count +
-                                                 around.first + l];
-    const auto scale = which == Side::reflection ? reflection_scale : transmission_scale;
-    const auto at = [&](double depth) {
-        return scale(depth, std::max(0.0, exponent), table.extrapolation_length);
-    };
-    const double deepest = at(table.optical_depth.highest);
-    return deepest > 0 ? at(optical_depth) / deepest : 0;
-}
-
-/// The orders n >= 2 of a layer on one side, from a packed table.
-ChannelOrders packed_orders(const TableView& table, Side which, double albedo,
-                            double optical_depth) {
-    const AxisView& depths = table.optical_depth;
-    const bool is_deep = !depths.ends_at_infinity && optical_depth > depths.highest;
-    const double depth = is_deep ? depths.highest : optical_depth;
-    const bool follows = is_deep && is_depth_known(table, which, albedo, optical_depth);
-    ChannelOrders orders;
-    orders.blend.optical_depth = follows ? optical_depth : depth;
-    if (is_scattered_once(table, albedo, optical_depth)) {
-        orders.sheet.assign(static_cast<std::size_t>(table.mu_in.count) *
-                                static_cast<std::size_t>(table.mu_out.count) *
-                                static_cast<std::size_t>(table.azimuth.count),
-                            0.0f);
-        return orders;
-    }
-    orders.sheet = table.packed->layer(which, albedo, depth, table.members);
-    if (follows) {
-        const double factor = beyond_deepest(table, which, albedo, optical_depth);
-        for (float& value : orders.sheet) value *= static_cast<float>(factor);
-    }
-    return orders;
-}
-
-/// The orders n >= 2 of a layer on one side.
-ChannelOrders orders_of(const TableView& table, Side which, double albedo, double optical_depth) {
-    if (table.packed != nullptr) return packed_orders(table, which, albedo, optical_depth);
-    const auto blend = which == Side::reflection ? reflection_blend : transmission_blend;
-    const bool is_deep = optical_depth > table.optical_depth.highest;
-    const BeyondDeepest beyond = is_deep && is_depth_known(table, which, albedo, optical_depth)
-                                     ? BeyondDeepest::follows_diffusion
-                                     : BeyondDeepest::is_clamped;
-    LayerBlend found = blend(table, albedo, optical_depth, beyond);
-    if (is_scattered_once(table, albedo, optical_depth)) found.count = 0;
-    return {found, {}};
-}
-
-/// Cosines of a background's curve where no table gives them.
-AxisView background_axis() {
-    static const AxisView axis = make_axis(AxisScale::arcsine_of_fourth_root, 0.01, 1, 24).view();
-    return axis;
-}
-
-/// The beam and the diffuse transmittance; `diffuse` is divided by the share intercepted.
-float background_share(const AxisView& cosines, const std::vector<float>& diffuse,
-                       double optical_depth, double mu) noexcept {
-    double share = direct_transmittance(optical_depth, mu);
-    if (!diffuse.empty()) {
-        const Stencil stencil = cosines.stencil(mu);
-        float ratio = 0;
-        for (int i = 0; i < std::min(stencil_size, cosines.count); ++i)
-            ratio += stencil.weight[i] * diffuse[static_cast<std::size_t>(stencil.first + i)];
-        share += intercepted_share(optical_depth, mu) * double{std::max(ratio, 0.0f)};
-    }
-    return static_cast<float>(std::min(share, 1.0));
 }
 
 template <int channels>
@@ -168,9 +92,9 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
       transmission_(std::make_unique<BoundSide>()) {
     check_effects(effects);
     for (int c = 0; c < channels; ++c) {
-        require(medium.optical_depth[c] >= 0, caller, "optical_depth", "in [0, inf]",
+        require(medium.optical_depth[c] >= 0, bind_caller, "optical_depth", "in [0, inf]",
                 medium.optical_depth[c]);
-        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, caller, "albedo", "in [0, 1]",
+        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, bind_caller, "albedo", "in [0, 1]",
                 medium.albedo[c]);
         medium_.optical_depth[c] =
             effective_optical_depth(medium.optical_depth[c], effects.density);
@@ -228,7 +152,7 @@ template <int channels>
 SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
     : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
               nullptr, medium_of<channels>(layers), effects) {
-    check_layers(layers, false, caller);
+    check_layers(layers, false, bind_caller);
     check_stack_effects(effects);
     bind_stack(layers, nullptr);
     bind_background(nullptr, {}, &layers, effects);
@@ -301,21 +225,26 @@ void SliceOf<channels>::bind_layers(std::vector<StackLayer> layers, BoundSide& s
 
 template <int channels>
 void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
-    const auto check = [&](bool known, const char* argument, const std::string& allowed,
-                           double value) {
+    const auto check = [&](bool known, const char* argument, const auto& allowed, double value) {
         if (known) return;
-        if (outside == OutsideTable::refuse) require(false, caller, argument, allowed, value);
+        if (outside == OutsideTable::refuse)
+            require(false, bind_caller, argument, allowed(), value);
         clamped_ = true;
     };
-    for (std::size_t k = 0; k < table.chosen.size(); ++k)
-        check(holds((*table.family)[k], table.chosen[k]), (*table.family)[k].name(),
-              allowed_text((*table.family)[k]), table.chosen[k]);
+    for (std::size_t k = 0; k < table.chosen.size(); ++k) {
+        const FamilyAxis& axis = (*table.family)[k];
+        check(
+            holds(axis, table.chosen[k]), axis.name(), [&] { return allowed_text(axis); },
+            table.chosen[k]);
+    }
     for (int c = 0; c < channels; ++c) {
         const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
         if (is_scattered_once(table, albedo, depth)) continue;
-        check(holds(table.albedo, albedo), "albedo", allowed_albedo(table), albedo);
-        check(is_depth_known(table, which, albedo, depth), "optical_depth", allowed_depth(table),
-              depth);
+        check(
+            holds(table.albedo, albedo), "albedo", [&] { return allowed_albedo(table); }, albedo);
+        check(
+            is_depth_known(table, which, albedo, depth), "optical_depth",
+            [&] { return allowed_depth(table); }, depth);
     }
 }
 
@@ -370,40 +299,11 @@ void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunct
     if (over_boundary_ || !effects.background) return;
     const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
     if (!all_orders && !effects.single) return;
-    background_mu_ = all_orders ? table->mu_in : background_axis();
-    std::vector<SingleDiffuseTransmittance> order_1;  // of the layer, or of each
-    if (all_orders != effects.single) {
-        if (layers)
-            for (const StackLayer& layer : *layers) order_1.emplace_back(layer.phase_function);
-        else
-            order_1.emplace_back(phase_function);
-    }
-    const auto once = [&](double albedo, double depth, double mu) {
-        if (!layers) return albedo * order_1[0](depth, mu);
-        Surroundings around{0, depth};
-        double sum = 0;
-        for (std::size_t k = 0; k < layers->size(); ++k) {
-            const StackLayer& layer = (*layers)[k];
-            around.below = std::max(0.0, around.below - layer.optical_depth);
-            sum += layer.albedo * direct_transmittance(around.above, mu) *
-                   order_1[k](layer.optical_depth, mu, around.below);
-            around.above += layer.optical_depth;
-        }
-        return sum;
-    };
-    for (int c = 0; c < channels; ++c) {
-        const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
-        if (albedo == 0 || depth == 0 || depth == infinity) continue;
-        std::vector<double> diffuse(static_cast<std::size_t>(background_mu_.count));
-        if (all_orders) diffuse = diffuse_transmittance(*table, albedo, depth);
-        for (int i = 0; i < background_mu_.count; ++i) {
-            const double mu = background_mu_.value(i);
-            double& value = diffuse[static_cast<std::size_t>(i)];
-            if (!order_1.empty()) value += (all_orders ? -1 : 1) * once(albedo, depth, mu);
-            background_[static_cast<std::size_t>(c)].push_back(
-                static_cast<float>(value / intercepted_share(depth, mu)));
-        }
-    }
+    const SliceBackground background(all_orders ? table : nullptr, effects.single, phase_function,
+                                     layers);
+    background_mu_ = background.cosines();
+    for (std::size_t c = 0; c < channels; ++c)
+        background_[c] = background.curve(medium_.albedo[c], medium_.optical_depth[c]);
 }
 
 template <int channels>
@@ -447,53 +347,13 @@ typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
     return value_of(value, static_cast<float>(1 / pi));
 }
 
-namespace {
-
-/// Blocks of `paths_at_once` lookups; the last may be shorter. use(first, count).
-template <class Use>
-void in_blocks(std::size_t count, const Use& use) noexcept {
-    for (std::size_t first = 0; first < count; first += paths_at_once)
-        use(first, std::min<std::size_t>(paths_at_once, count - first));
-}
-
-/// `count` numbers where a kernel wants `paths_at_once`: themselves, or a copy that ends in the
-/// last.
-class Block {
-  public:
-    const float* of(const float* numbers, std::size_t count) noexcept {
-        if (count == paths_at_once) return numbers;
-        std::copy(numbers, numbers + count, copy_);
-        std::fill(copy_ + count, copy_ + paths_at_once, numbers[count - 1]);
-        return copy_;
-    }
-
-  private:
-    float copy_[paths_at_once];
-};
-
-}  // namespace
-
 template <int channels>
 void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const float* mu_in,
                              const float* mu_out, const float* azimuth,
                              float* value) const noexcept {
-    if (side.kernel.at_angles == nullptr) {
-        std::fill(value, value + channels * count, 0.0f);
-        return;
-    }
-    const Kernels& all = kernels();
-    in_blocks(count, [&](std::size_t first, std::size_t here) {
-        Block in, out, around;
-        LightPaths paths;
-        alignas(64) float found[channels * paths_at_once];
-        all.paths_of_angles[&side == transmission_.get()](in.of(mu_in + first, here),
-                                                          out.of(mu_out + first, here),
-                                                          around.of(azimuth + first, here), paths);
-        side.kernel.many(side.view, paths, found);
-        for (int c = 0; c < channels; ++c)
-            std::copy(found + c * paths_at_once, found + c * paths_at_once + here,
-                      value + static_cast<std::size_t>(c) * count + first);
-    });
+    const Side which = &side == transmission_.get() ? Side::transmission : Side::reflection;
+    look_up_angles<channels>(which, {side.view, side.kernel.many}, count, mu_in, mu_out, azimuth,
+                             value);
 }
 
 template <int channels>
@@ -511,33 +371,9 @@ void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, cons
 template <int channels>
 void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
                              float* value) const noexcept {
-    const Kernels& all = kernels();
-    in_blocks(count, [&](std::size_t first, std::size_t here) {
-        Block blocks[6];
-        const float *in[3], *out[3];
-        for (int d = 0; d < 3; ++d) {
-            in[d] = blocks[d].of(wi[d] + first, here);
-            out[d] = blocks[d + 3].of(wo[d] + first, here);
-        }
-        LightPaths paths;
-        alignas(64) float reflected[channels * paths_at_once] = {},
-                                               transmitted[channels * paths_at_once] = {};
-        all.paths_of_vectors(in, out, paths);
-        bool any[2] = {false, false};
-        for (std::size_t i = 0; i < here; ++i) any[in[2][i] * out[2][i] > 0 ? 0 : 1] = true;
-        if (any[0] && reflection_->kernel.at_angles != nullptr)
-            reflection_->kernel.many(reflection_->view, paths, reflected);
-        if (any[1] && transmission_->kernel.at_angles != nullptr)
-            transmission_->kernel.many(transmission_->view, paths, transmitted);
-        for (std::size_t i = 0; i < here; ++i) {
-            const float sides = in[2][i] * out[2][i];
-            const bool seen = sides != 0 && (!one_sided_ || in[2][i] > 0);
-            const float scale = seen ? static_cast<float>(1 / pi) : 0.0f;
-            for (std::size_t c = 0; c < channels; ++c)
-                value[c * count + first + i] =
-                    scale * (sides > 0 ? reflected : transmitted)[c * paths_at_once + i];
-        }
-    });
+    look_up_vectors<channels>({reflection_->view, reflection_->kernel.many},
+                              {transmission_->view, transmission_->kernel.many}, one_sided_, count,
+                              wi, wo, value);
 }
 
 template <int channels>

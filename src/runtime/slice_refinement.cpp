@@ -5,6 +5,7 @@
 
 #include "kept_tolerance.h"
 #include "mu_places.h"
+#include "size.h"
 
 #include <algorithm>
 #include <array>
@@ -18,9 +19,7 @@ namespace {
 constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
 
 // Intervals along an axis: while the error of straight lines is measured, and of the slice.
-constexpr int probed = 32, min_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
-
-std::size_t size(int n) { return static_cast<std::size_t>(n); }
+constexpr int probed = 32, fewest_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
 
 /// Values over three axes, the last contiguous.
 struct Sheet {
@@ -174,7 +173,7 @@ Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
 /// Intervals with which straight lines are exact enough, from what `probed` of them are off by.
 int intervals_for(double error, double allowed, int max) {
     const double needed = std::ceil(probed * std::sqrt(error / allowed));
-    return static_cast<int>(std::clamp(needed, double{min_intervals}, static_cast<double>(max)));
+    return static_cast<int>(std::clamp(needed, double{fewest_intervals}, static_cast<double>(max)));
 }
 
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # stratus plan, bake, render --table: the recipe that a plan writes makes the table that its scene is rendered with, for every
-# picture of the gallery that needs one. At a coarse tolerance and one ray a pixel, so that bakes and pictures take little.
+# picture of the gallery that needs one. At a coarse tolerance and one ray a pixel of few, so that plans, bakes and pictures take little.
 tables=$(realpath "$(dirname "$0")/../../tables")
 # shellcheck source=tests/cli/expect.sh
 source "$(dirname "$0")/expect.sh"
@@ -12,7 +12,7 @@ chains=0
 for scene in "$scenes"/*.toml; do
     grep -qE '^\[(lobes|lambert)\]' "$scene" && continue
     name=$(basename "$scene" .toml)
-    expect_ok plan "$scene" --quiet --tolerance 0.05 --write "$name.toml"
+    expect_ok plan "$scene" --width 64 --quiet --tolerance 0.05 --write "$name.toml"
     expect_says "$out" "render takes about" "tolerance 0.05"
     tables=()
     for recipe in "$name.toml" "${name}"_{red,green,blue}.toml; do

@@ -215,11 +215,63 @@ TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
     expect_refused(file, {"path_sheet", "64"});
 }
 
+/// Two members whose samples are alike but for a factor: one set of functions serves both.
+Table of_two_levels() {
+    const Table first = small();
+    Table second = first;
+    for (std::vector<float>* const samples :
+         {&second.reflection_multiple, &second.transmission_multiple})
+        for (float& value : *samples) value *= 1.5f;
+    return mixed(first, second);
+}
+
+TEST(PackedFile, SharesFunctionsAmongMembers) {
+    Forged file(of_two_levels());
+    for (const std::string side : {"reflection/", "transmission/"}) {
+        const std::string first = "mixture_0/" + side, second = "mixture_1/" + side;
+        ASSERT_EQ(file.tensors_.count(second + "functions"), 0u);
+        ASSERT_EQ(file.tensors_.count(second + "functions_of"), 1u);
+    }
+    const PackedTable shared(file.bytes());
+    // As format 2 has them: each member with functions of its own.
+    for (const std::string side : {"reflection/", "transmission/"}) {
+        const std::string first = "mixture_0/" + side, second = "mixture_1/" + side;
+        for (const char* const name : {"functions", "blocks", "block_of_cell"})
+            file.tensors_[second + name] = file.tensors_.at(first + name);
+        file.tensors_.erase(second + "functions_of");
+    }
+    file.strings_["format_version"] = "2";
+    const PackedTable separate(file.bytes());
+    for (const double share : {0.0, 0.4, 1.0})
+        for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
+            const double level = 1.5 - 0.5 * share;
+            const double expected = level * reflected({0.8, 2, at.mu_in, at.mu_out, at.azimuth});
+            const TableView view = shared.view().at({share});
+            EXPECT_NEAR(reflection(view, 0.8, 2, at).multiple, expected, 1e-3 * expected);
+            EXPECT_EQ(reflection(view, 0.8, 2, at).multiple,
+                      reflection(separate.view().at({share}), 0.8, 2, at).multiple);
+            EXPECT_EQ(transmission(view, 0.8, 2, at).multiple,
+                      transmission(separate.view().at({share}), 0.8, 2, at).multiple);
+        }
+}
+
+TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
+    for (const std::int32_t owner : {-1, 1, 2, INT32_MAX}) {
+        Forged forged(of_two_levels());
+        forged.set("mixture_1/reflection/functions_of", 0, owner);
+        SCOPED_TRACE(owner);
+        expect_refused(forged, {"mixture_1/reflection/functions_of", "an earlier member"});
+    }
+    Forged without(of_two_levels());
+    without.tensors_.erase("mixture_0/transmission/functions");
+    expect_refused(without, {"mixture_1/transmission/functions_of", "functions of its own"});
+}
+
 TEST(PackedFile, RefusesForgedStrings) {
     PackedTable{Forged().bytes()};
     const std::vector<std::pair<const char*, const char*>> rows{
         {"format", "another"},
-        {"format_version", "3"},
+        {"format_version", "4"},
         {"tolerance", "-1"},
         {"highest_order", "1.5"},
         {"extrapolation_length", "0"},

@@ -255,15 +255,17 @@ void store(const LightPathOf<LookupLanes>& path, LightPaths& paths, int i) {
 }
 
 template <Side side, PhaseForm form, Orders orders, int channels>
-void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, float* value) {
-    for (int i = 0; i < paths_at_once; i += lane_width) {
+void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, int count,
+                   float* value) {
+    static_assert(most_lanes % lane_width == 0);
+    for (int i = 0; i < count; i += lane_width) {
         const LightPathOf<LookupLanes> path{
             load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i),
             load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i),
             load<LookupLanes>(paths.half_azimuth + i)};
         LookupLanes here[channels];
         evaluate<side, form, orders>(view, path, here);
-        for (int c = 0; c < channels; ++c) store(here[c], value + c * paths_at_once + i);
+        for (int c = 0; c < channels; ++c) store(here[c], value + c * path_room + i);
     }
 }
 
@@ -294,20 +296,67 @@ constexpr SideKernels<channels> all_kernels() {
 }
 
 template <Side side>
-void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth,
+void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimuth, int count,
                      LightPaths& paths) {
-    for (int i = 0; i < paths_at_once; i += lane_width)
+    for (int i = 0; i < count; i += lane_width)
         store(light_path<side>(load<LookupLanes>(mu_in + i), load<LookupLanes>(mu_out + i),
                                load<LookupLanes>(azimuth + i)),
               paths, i);
 }
 
-void paths_of_vectors(const float* const wi[3], const float* const wo[3], LightPaths& paths) {
-    for (int i = 0; i < paths_at_once; i += lane_width)
-        store(light_path(load<LookupLanes>(wi[0] + i), load<LookupLanes>(wi[1] + i),
-                         load<LookupLanes>(wi[2] + i), load<LookupLanes>(wo[0] + i),
-                         load<LookupLanes>(wo[1] + i), load<LookupLanes>(wo[2] + i)),
-              paths, i);
+/// Appends the paths of some lanes.
+STRATUS_INLINE void append(const LightPathOf<LookupLanes>& path, unsigned lanes, LightPaths& paths,
+                           int& count) {
+    store_some(path.mu_in, lanes, paths.mu_in + count);
+    store_some(path.mu_out, lanes, paths.mu_out + count);
+    store_some(path.forward, lanes, paths.forward + count);
+    store_some(path.backward, lanes, paths.backward + count);
+    store_some(path.half_azimuth, lanes, paths.half_azimuth + count);
+    count += __builtin_popcount(lanes);
+}
+
+/// Fills the last register with the first path.
+void fill_last(LightPaths& paths, int count) {
+    if (count == 0) return;
+    store({LookupLanes(paths.mu_in[0]), LookupLanes(paths.mu_out[0]), LookupLanes(paths.forward[0]),
+           LookupLanes(paths.backward[0]), LookupLanes(paths.half_azimuth[0])},
+          paths, count);
+}
+
+void paths_of_vectors(const float* const wi[3], const float* const wo[3], int count, bool one_sided,
+                      PartedPaths& parted) {
+    parted.count[0] = parted.count[1] = 0;
+    const LookupLanes none(0.0f), seen(static_cast<float>(1 / pi));
+    for (int i = 0; i < count; i += lane_width) {
+        const auto in = load<LookupLanes>(wi[2] + i), out = load<LookupLanes>(wo[2] + i);
+        const auto path =
+            light_path(load<LookupLanes>(wi[0] + i), load<LookupLanes>(wi[1] + i), in,
+                       load<LookupLanes>(wo[0] + i), load<LookupLanes>(wo[1] + i), out);
+        const LookupLanes sides = in * out;
+        const unsigned all = (1u << (count - i < lane_width ? count - i : lane_width)) - 1;
+        const unsigned reflected = lanes_less(none, sides) & all;
+        append(path, reflected, parted.paths[0], parted.count[0]);
+        append(path, all & ~reflected, parted.paths[1], parted.count[1]);
+        parted.reflected[i / lane_width] = reflected;
+        const LookupLanes factor(sides.v == none.v ? none.v : seen.v);
+        store(one_sided ? choose_less(none, in, factor, none) : factor, parted.factor + i);
+    }
+    for (const int side : {0, 1}) fill_last(parted.paths[side], parted.count[side]);
+}
+
+void joined(const PartedPaths& parted, const float* reflected, const float* transmitted, int count,
+            float* value) {
+    for (int i = 0; i < count; i += lane_width) {
+        const unsigned lanes = parted.reflected[i / lane_width];
+        const LookupLanes all = (load_some(reflected, lanes) + load_some(transmitted, ~lanes)) *
+                                load<LookupLanes>(parted.factor + i);
+        reflected += __builtin_popcount(lanes);
+        transmitted += lane_width - __builtin_popcount(lanes);
+        if (count - i >= lane_width)
+            store(all, value + i);
+        else
+            for (int k = 0; k < count - i; ++k) value[i + k] = all.v[k];
+    }
 }
 
 }  // namespace
@@ -320,6 +369,7 @@ constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 3>(),
                           {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
                           paths_of_vectors,
+                          joined,
                           &packed_kernels,
                           path_sums};
 

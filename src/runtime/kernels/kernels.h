@@ -13,24 +13,36 @@
 
 namespace stratus {
 
-constexpr int paths_at_once = 64;
+constexpr int paths_at_once = 256;
+/// Any kernel looks up a divisor of this many paths side by side: `count` of them means those that
+/// fill the last registers too.
+constexpr int most_lanes = 16;
+constexpr int path_room = paths_at_once + most_lanes;
 
 /// Light paths side by side.
 struct LightPaths {
-    alignas(64) float mu_in[paths_at_once], mu_out[paths_at_once];
-    alignas(64) float forward[paths_at_once], backward[paths_at_once];
-    alignas(64) float half_azimuth[paths_at_once];
+    alignas(64) float mu_in[path_room], mu_out[path_room];
+    alignas(64) float forward[path_room], backward[path_room];
+    alignas(64) float half_azimuth[path_room];
 };
 
-/// A side of a layer: between two cosines and an azimuth, between two vectors, or at
-/// `paths_at_once` light paths: value[c * paths_at_once + i].
+/// Light paths between vectors, parted by side.
+struct PartedPaths {
+    LightPaths paths[2];  // over Side
+    int count[2];
+    unsigned reflected[paths_at_once];    // a bit for each path of a register
+    alignas(64) float factor[path_room];  // over all paths: 1 / pi, or 0 where nothing is seen
+};
+
+/// A side of a layer: between two cosines and an azimuth, between two vectors, or at the first
+/// `count` light paths: value[c * path_room + i].
 template <int channels>
 struct SideKernel {
     void (*at_angles)(const SliceSide<channels>&, float mu_in, float mu_out, float azimuth,
                       float* value);
     void (*at_vectors)(const SliceSide<channels>&, const Vector& wi, const Vector& wo,
                        float* value);
-    void (*many)(const SliceSide<channels>&, const LightPaths&, float* value);
+    void (*many)(const SliceSide<channels>&, const LightPaths&, int count, float* value);
 };
 
 constexpr int order_forms = 4;  // of Orders
@@ -57,8 +69,12 @@ struct Kernels {
     SideKernels<1> reflected, transmitted;
     SideKernels<3> reflected_rgb, transmitted_rgb;
     void (*paths_of_angles[2])(const float* mu_in, const float* mu_out, const float* azimuth,
-                               LightPaths& paths);  // over Side
-    void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], LightPaths& paths);
+                               int count, LightPaths& paths);  // over Side
+    void (*paths_of_vectors)(const float* const wi[3], const float* const wo[3], int count,
+                             bool one_sided, PartedPaths& paths);
+    /// What either side is at its own paths, in the order of all, times their factors.
+    void (*joined)(const PartedPaths& paths, const float* reflected, const float* transmitted,
+                   int count, float* value);
     const PackedKernels* packed;
     /// Weighted sums over the orders, of `rows` pairs of weights for each order: of the numbers in
     /// even columns with the first of each pair, in odd ones with the second; used[row] orders.

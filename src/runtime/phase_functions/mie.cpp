@@ -17,26 +17,27 @@
 namespace stratus {
 namespace {
 
-constexpr const char* caller = Mie::kind.name;
+constexpr const char* mie_caller = Mie::kind.name;
 
 // ---- Droplets
 
 void check(const Droplets& droplets) {
     const double radius = droplets.effective_radius, v = droplets.effective_variance;
-    require(radius > 0 && std::isfinite(radius), caller, "radius (um)", "above 0 and finite",
+    require(radius > 0 && std::isfinite(radius), mie_caller, "radius (um)", "above 0 and finite",
             radius);
-    require(v == 0 || (v >= 1e-6 && v <= 0.5), caller, "variance", "0 or in [1e-6, 0.5]", v);
-    require(droplets.wavelength > 0 && std::isfinite(droplets.wavelength), caller,
+    require(v == 0 || (v >= 1e-6 && v <= 0.5), mie_caller, "variance", "0 or in [1e-6, 0.5]", v);
+    require(droplets.wavelength > 0 && std::isfinite(droplets.wavelength), mie_caller,
             "wavelength (um)", "above 0 and finite", droplets.wavelength);
     const std::complex<double> index = index_of_refraction(droplets);
-    require(index.real() > 0 && index.real() <= 10, caller, "real part of index", "in (0, 10]",
+    require(index.real() > 0 && index.real() <= 10, mie_caller, "real part of index", "in (0, 10]",
             index.real());
-    require(index.imag() >= 0 && index.imag() <= 10, caller,
+    require(index.imag() >= 0 && index.imag() <= 10, mie_caller,
             "imaginary part of index, which absorbs,", "in [0, 10]", index.imag());
-    require(std::abs(index - 1.0) >= 1e-3, caller, "index", "at least 1e-3 from 1", index.real());
+    require(std::abs(index - 1.0) >= 1e-3, mie_caller, "index", "at least 1e-3 from 1",
+            index.real());
     const double x = 2 * pi * radius / droplets.wavelength;
-    require(x >= 1e-4, caller, "2 pi radius / wavelength", "at least 1e-4", x);
-    require(radii_of(droplets).max * x <= max_size_parameter, caller,
+    require(x >= 1e-4, mie_caller, "2 pi radius / wavelength", "at least 1e-4", x);
+    require(radii_of(droplets).max * x <= max_size_parameter, mie_caller,
             "2 pi radius / wavelength of the largest droplet", "at most 5000",
             radii_of(droplets).max * x);
 }
@@ -222,7 +223,7 @@ Mie Mie::read(PhaseText& text, const std::string& first) {
         given.push_back(parameter);
         read_value(text, parameter, droplets);
         if (!text.accept(',')) break;
-        parameter = text.parameter(caller, kind.parameter_names());
+        parameter = text.parameter(mie_caller, kind.parameter_names());
     }
     const auto has = [&](const char* name) {
         return std::find(given.begin(), given.end(), name) != given.end();

@@ -1,0 +1,331 @@
+// Where the lookups of a packed table (packed.h) read, the weights of what they read, and what is
+// known in closed form.
+#pragma once
+
+#include "closed_form.h"
+#include "diffusion_scales.h"
+#include "interpolation.h"
+#include "packed.h"
+#include "path_law.h"
+
+namespace stratus {
+namespace {
+
+/// What `width` lookups read, and the weights of it.
+template <int width>
+struct Plan {
+    alignas(64) float albedo_weight[stencil_size][width];
+    alignas(64) float depth_weight[stencil_size][width];
+    alignas(64) float mu_weight[stencil_size][width];
+    alignas(64) float other_weight[stencil_size][width];
+    alignas(64) float azimuth_weight[stencil_size][width];
+    alignas(64) float single[width], along_path[width], factor[width];
+    CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
+    const CoefficientRow* coefficient[width];   // first of the stencil
+    int coefficient_stride[width];              // from one albedo to the next
+    const char* function[width];                // first of the stencils
+    int next_mu[width];                         // rows of functions to the next mu
+};
+
+/// A coordinate on an axis: the sample before it, and the first of the cubic's.
+template <class F>
+struct CubicPlace {
+    F cell, first;
+};
+
+template <class F>
+STRATUS_INLINE CubicPlace<F> cubic_place(const PackedAxis& axis, F coordinate, F* weight) {
+    const F place = clamped((coordinate - axis.first) * axis.inverse_step, 0, axis.last);
+    const F cell = whole(place), first = clamped(cell - 1.0f, 0, axis.last - 3);
+    cubic_weights(place - first, weight);
+    return {cell, first};
+}
+
+constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
+
+/// Which coefficients an albedo and optical depth read, and their weights but for a scale.
+template <class F>
+struct LayerWindow {
+    F of_albedo[stencil_size], of_depth[stencil_size];
+    F first_albedo, first_depth;
+    F cell;    // over (albedo, optical depth)
+    F within;  // optical depth clamped to the table
+    F diffusion_exponent;
+};
+
+template <class F>
+STRATUS_INLINE LayerWindow<F> layer_window(const PackedSide& side, F co_albedo, F depth) {
+    LayerWindow<F> at;
+    const F root = square_root(maximum(co_albedo, 0.0f));
+    const CubicPlace<F> in_albedo = cubic_place(
+        side.albedo, (side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f, at.of_albedo);
+    at.within = clamped(depth, 1e-30f, side.max_depth);
+    const CubicPlace<F> in_depth =
+        cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);
+    at.first_albedo = in_albedo.first;
+    at.first_depth = in_depth.first;
+    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
+    F exponent(0.0f);
+    for (int l = 0; l < stencil_size; ++l)
+        exponent = exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l,
+                                                             truncated(at.first_albedo));
+    at.diffusion_exponent = maximum(exponent, min_exponent);
+    return at;
+}
+
+/// Single scattering, and what the functions' sum is to be multiplied by.
+template <class F>
+struct ClosedForm {
+    F single, factor;
+};
+
+template <PhaseForm form, class F>
+STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo, F depth,
+                                               const LayerWindow<F>& layers,
+                                               const LightPathOf<F>& path) {
+    const ReflectedPath<F> directions(path);
+    const F exponent = layers.diffusion_exponent;
+    Attenuation<F> of[4];
+    attenuate({directions.depth_in(depth), directions.depth_out(depth),
+               exponent * (2 * side.extrapolation_length), exponent * layers.within * 2.0f},
+              of);
+    const auto& [in, out, length, deep] = of;
+    const BothWays<F> both = both_ways(in, out);
+    const PhaseValues<F> phase = phase_values<form>(side.phase, path);
+    const BoundaryAlbedos<float> boundary{side.surface_albedo, side.boundary_quarter_albedo};
+    const F single = single_reflected<form>(directions, phase, both.sum, albedo * 0.25f, boundary);
+    if (side.divided)
+        return {single, both.shares * ReflectionDeficit<F>(length, deep).scale() *
+                            clamped(albedo, side.min_albedo, side.max_albedo)};
+    if (!side.over_surface) return {single, F(1.0f)};
+    // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
+    const F thinnest = attenuation(directions.depth_in(side.min_depth)).extinguished +
+                       attenuation(directions.depth_out(side.min_depth)).extinguished;
+    return {single, minimum((in.extinguished + out.extinguished) * reciprocal(thinnest), 1.0f)};
+}
+
+template <PhaseForm form, class F>
+STRATUS_INLINE ClosedForm<F> closed_transmission(const PackedSide& side, F albedo, F optical_depth,
+                                                 const LayerWindow<F>& layers,
+                                                 const LightPathOf<F>& path) {
+    const TransmittedPath<F> directions(path);
+    const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
+    const F exponent = layers.diffusion_exponent;
+    Attenuation<F> of[4];
+    attenuate({depth, excess, exponent * (2 * side.extrapolation_length), exponent * layers.within},
+              of);
+    const auto& [beam, more, length, deep] = of;
+    return {single_transmitted(directions, phase_value<form>(side.phase, path), depth, excess, beam,
+                               more, albedo * 0.25f),
+            transmitted_shares(beam, more) * transmission_scale(length, deep) *
+                clamped(albedo, side.min_albedo, side.max_albedo)};
+}
+
+/// The product of the shares intercepted along both directions.
+STRATUS_INLINE float shares_at(float depth, float mu_in, float mu_out) {
+    return attenuation(depth / mu_in).extinguished * attenuation(depth / mu_out).extinguished;
+}
+
+/// Lookup n of a plan, deeper than the last finite sample: from there to infinity reflection
+/// follows the law of diffusion (lookup.h). Both are the last samples of the last block.
+template <int width>
+void follow_diffusion(const PackedSide& side, const LayerBlock& block, const PackedPoint& point,
+                      int n, Plan<width>& plan) {
+    const LayerWindow<float> at = layer_window(side, point.co_albedo, point.optical_depth);
+    const auto first = static_cast<int>(at.first_albedo);
+    const float exponent = at.diffusion_exponent;
+    const float deficit =
+        ReflectionDeficit<float>(attenuation(exponent * (2 * side.extrapolation_length)),
+                                 attenuation(exponent * at.within * 2.0f))
+            .deficit();
+    float handed_on = 0;
+    CoefficientRow(&mixed)[stencil_size] = plan.mixed[n];
+    for (CoefficientRow& row : mixed) row = {};
+    for (int l = 0; l < stencil_size; ++l) {
+        const float own = at.of_albedo[l], inverse = side.inverse_deficit[first + l];
+        const float share = (own + handed_on) * deficit * inverse;
+        handed_on = inverse == 0 ? own + handed_on : 0;
+        const CoefficientRow* const infinite =
+            block.coefficient + (first + l - block.first_albedo + 1) * block.depths - 1;
+        for (int f = 0; f < functions; ++f)
+            mixed[0].value[f] += share * side.deepest_scale[first + l] * infinite[-1].value[f] +
+                                 (own - share) * infinite->value[f];
+    }
+    // The first row alone counts, and the scale of the finite samples does not.
+    for (int s = 0; s < stencil_size; ++s)
+        plan.albedo_weight[s][n] = plan.depth_weight[s][n] = s == 0 ? 1.0f : 0.0f;
+    plan.coefficient[n] = mixed;
+    plan.coefficient_stride[n] = 0;
+    if (side.divided)
+        plan.factor[n] = shares_at(point.optical_depth, point.mu_in, point.mu_out) *
+                         clamped(point.albedo, side.min_albedo, side.max_albedo);
+}
+
+/// Which function values of a block a lookup reads, and their weights.
+template <class F>
+struct DirectionWindow {
+    F mu, other_mu, first_azimuth;  // samples
+    F of_mu[stencil_size], of_other[stencil_size], of_azimuth[stencil_size];
+};
+
+template <bool azimuthal, class F>
+STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
+                                                   const LightPathOf<F>& path, F azimuth) {
+    DirectionWindow<F> at{};
+    F in = mu_angle(path.mu_in) * -1.0f, out = mu_angle(path.mu_out) * -1.0f;
+    if (side.symmetric) {
+        const F higher = maximum(in, out);
+        out = minimum(in, out);
+        in = higher;
+    }
+    at.mu = cubic_place(side.mu_in, in, at.of_mu).first;
+    at.other_mu = cubic_place(side.mu_out, out, at.of_other).first;
+    if constexpr (azimuthal) {
+        const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
+        const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
+        const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
+        const F half_turn = maximum(turn, turn * -1.0f);
+        const F along =
+            side.square_root_of_azimuth ? square_root(half_turn * 2.0f) : half_turn * 2.0f;
+        const F place =
+            clamped((along - side.azimuth_first) * side.azimuth_step_inverse, 0.0f, last);
+        const F cell = whole(place);
+        const F first = clamped(cell - 1.0f, side.azimuth_window, side.last_azimuth_window);
+        at.first_azimuth = first + 1.0f;  // a mirrored sample lies before the first
+        cubic_weights((place - cell) + (cell - first), at.of_azimuth);
+    }
+    return at;
+}
+
+template <int count, class F, int width>
+STRATUS_INLINE void store_weights(const F (&weight)[count], float (&to)[count][width], int n) {
+    for (int k = 0; k < count; ++k) store(weight[k], to[k] + n);
+}
+
+/// Function values of one (mu, mu').
+template <bool azimuthal>
+STRATUS_INLINE int rows_of(const PackedSide& side) {
+    return azimuthal ? side.azimuths + 2 : 1;
+}
+
+STRATUS_INLINE int row_bytes(const PackedSide& side) {
+    return functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
+}
+
+/// Rows of functions from the first sample of mu to the r-th.
+STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int rows) {
+    return r * next_mu + (side.symmetric ? r * (r - 1) / 2 * rows : 0);
+}
+
+/// Samples that one lookup reads.
+struct SampleIndices {
+    std::int32_t block, first_albedo, first_depth, mu, other_mu, first_azimuth;
+};
+
+/// Where lookup n of a plan reads.
+template <bool azimuthal, int width>
+STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& at,
+                                  const PackedPoint& point, int n, Plan<width>& plan) {
+    const LayerBlock& block = side.block[at.block];
+    plan.coefficient[n] = block.coefficient +
+                          (at.first_albedo - block.first_albedo) * block.depths + at.first_depth -
+                          block.first_depth;
+    plan.coefficient_stride[n] = block.depths;
+    if (point.optical_depth > side.max_finite_depth) {
+        if (side.ends_at_infinity)
+            follow_diffusion(side, block, point, n, plan);
+        else if (side.divided && point.optical_depth > side.max_depth)  // clamped, as in lookup.h
+            plan.factor[n] *= shares_at(side.max_depth, point.mu_in, point.mu_out) /
+                              shares_at(point.optical_depth, point.mu_in, point.mu_out);
+    }
+    const int rows = rows_of<azimuthal>(side);
+    const int row = side.symmetric ? at.mu * (at.mu + 7) / 2 * rows : at.mu * side.row_step;
+    plan.function[n] =
+        static_cast<const char*>(block.function) +
+        static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *
+            row_bytes(side);
+    plan.next_mu[n] = side.symmetric ? (at.mu + 4) * rows : side.row_step;
+}
+
+/// Orders n >= 2 of the path law: cubic in w^2.
+template <Side which, class F>
+STRATUS_INLINE F along_path(const PackedSide& side, const LightPathOf<F>& path, F albedo, F depth) {
+    const PathSheetView& sheet = side.path;
+    const F square = albedo * albedo, place = square * side.path_steps;
+    const F first = clamped(whole(place) - 1.0f, 0.0f, side.path_steps - 3);
+    F weight[stencil_size];
+    cubic_weights(place - first, weight);
+    const auto angle = path_angle(sheet, path);
+    F sum(0.0f);
+    for (int a = 0; a < stencil_size; ++a) {
+        const auto at = truncated(first + static_cast<float>(a)) * sheet.channel;
+        F value;
+        if constexpr (which == Side::reflection) {
+            const ReflectedPath<F> directions(path);
+            value = path_reflected(sheet, at, angle, directions.depth_of_both(depth),
+                                   directions.reciprocal_sum);
+        } else {
+            const TransmittedPath<F> directions(path);
+            value = path_transmitted(sheet, at, angle, directions.depth(depth),
+                                     directions.excess(depth), directions.shallow);
+        }
+        sum = sum + weight[a] * value;
+    }
+    return sum * square;
+}
+
+/// Lookups n .. n + lanes of F of a plan.
+template <Side which, PhaseForm form, bool azimuthal, class F, int width>
+STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point,
+                            const LightPathOf<F>& path, const DirectionWindow<F>& directions, int n,
+                            Plan<width>& plan) {
+    constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
+    const F depth = clamped(point.optical_depth, 0, 1e30f);
+    const LayerWindow<F> layers = layer_window(side, point.co_albedo, depth);
+    store_weights(layers.of_albedo, plan.albedo_weight, n);
+    store_weights(layers.of_depth, plan.depth_weight, n);
+    ClosedForm<F> closed;
+    if constexpr (which == Side::reflection)
+        closed = closed_reflection<form>(side, point.albedo, depth, layers, path);
+    else
+        closed = closed_transmission<form>(side, point.albedo, depth, layers, path);
+    store(closed.single, plan.single + n);
+    F along(0.0f);
+    if (side.path.sample != nullptr) along = along_path<which>(side, path, point.albedo, depth);
+    store(along, plan.along_path + n);
+    store(closed.factor, plan.factor + n);
+
+    const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
+    store_weights(directions.of_mu, plan.mu_weight, n);
+    store_weights(directions.of_other, plan.other_weight, n);
+    if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
+
+    std::int32_t index[6][lanes];
+    store(block, index[0]);
+    store(truncated(layers.first_albedo), index[1]);
+    store(truncated(layers.first_depth), index[2]);
+    store(truncated(directions.mu), index[3]);
+    store(truncated(directions.other_mu), index[4]);
+    store(truncated(directions.first_azimuth), index[5]);
+    float number[5][lanes];
+    store(point.albedo, number[0]);
+    store(point.co_albedo, number[1]);
+    store(depth, number[2]);
+    store(path.mu_in, number[3]);
+    store(path.mu_out, number[4]);
+    for (int k = 0; k < lanes; ++k)
+        set_addresses<azimuthal>(
+            side, {index[0][k], index[1][k], index[2][k], index[3][k], index[4][k], index[5][k]},
+            {number[0][k], number[1][k], number[2][k], number[3][k], number[4][k], 0}, n + k, plan);
+}
+
+template <Side which, PhaseForm form, bool azimuthal, class F, int width>
+STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& point, int n,
+                            Plan<width>& plan) {
+    const LightPathOf<F> path = light_path<which>(point.mu_in, point.mu_out, point.azimuth);
+    prepare<which, form, azimuthal>(
+        side, point, path, direction_window<azimuthal>(side, path, point.azimuth), n, plan);
+}
+
+}  // namespace
+}  // namespace stratus

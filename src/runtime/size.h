@@ -1,0 +1,10 @@
+// A number of elements, or the place of one, as the standard library counts them.
+#pragma once
+
+#include <cstddef>
+
+namespace stratus {
+
+inline std::size_t size(std::ptrdiff_t n) { return static_cast<std::size_t>(n); }
+
+}  // namespace stratus

@@ -43,8 +43,8 @@ std::vector<Number> joined_members(const std::vector<Number>& numbers, std::size
 
 /// MemberShares in transmitted light, over (albedo, optical_depth): the members' falls with depth as at
 /// the chosen point, as in lookups (layer_blend.cpp).
-MemberShares transmitted_shares(const Table& table, const FamilyStencil& around,
-                                const std::vector<double>& exponents) {
+MemberShares shares_of_fall(const Table& table, const FamilyStencil& around,
+                            const std::vector<double>& exponents) {
     const std::vector<double>& depths = table.optical_depth.values;
     MemberShares shares{exponents.size() * depths.size(), {}};
     for (std::size_t m = 0; m < as_place(around.count); ++m)
@@ -95,7 +95,7 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     std::vector<double> exponents =
         joined_members(table.diffusion_exponent, table.member_count(), around, same);
     for (double& exponent : exponents) exponent = std::max(0.0, exponent);
-    const MemberShares transmitted = transmitted_shares(table, around, exponents);
+    const MemberShares transmitted = shares_of_fall(table, around, exponents);
 
     Table one = table;
     one.family.clear();

@@ -254,6 +254,7 @@ Verification verify(const Table& table, const VerifyOptions& options) {
          : sample.kind == PointKind::forward ? result.forward
                                              : result.grazing)
             .push_back(sample);
+    if (!options.fluxes) return result;
     result.energy_defect = energy_defect(table);
     result.furnace_defect = furnace_defect(table, 0);
     if (table.has_family())

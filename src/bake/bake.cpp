@@ -119,6 +119,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.samples = check_samples;
     check.seed = check_seed;
     check.threads = options.threads;
+    check.fluxes = false;
     check.log = part_of(options.log, "check");
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     Verification verification = verify(table, check);

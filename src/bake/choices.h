@@ -55,14 +55,15 @@ void note_choice(const Probes& probes, const std::string& what, double error,
 double extrapolated(double before, double error_before, double last, double error_last,
                     double allowed);
 
-/// The error that a candidate leaves. Once it is certain to be more than `most`, a lower bound will
-/// do.
-using CandidateError = std::function<double(int candidate, double most)>;
+/// The error that a candidate leaves.
+using CandidateError = std::function<double(int candidate)>;
 
 /// First of the ascending candidates whose error is within the probes' limit, found as if errors
-/// fell with the fourth power, a cubic's; the last if none is.
+/// fell with the fourth power, a cubic's, or with that between the last two; the last if none is.
+/// `at_least`, if given, takes less time and tells no more than the error: that is then worked out
+/// for those candidates alone that it does not rule out and that may be the first.
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const CandidateError& error);
+                       const CandidateError& error, const CandidateError& at_least = {});
 
 /// The scales that an axis may have, and what to call its samples on either.
 struct Scales {

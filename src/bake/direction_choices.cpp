@@ -10,6 +10,8 @@
 #include "solve_material.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <utility>
 
 namespace stratus {
@@ -58,108 +60,136 @@ double tail_of_modes(Probes& probes, int kept) {
         });
 }
 
-/// An axis of cosines among those of solutions: the probed ones, then the samples.
+/// The samples of an axis of cosines that the probed cosines are found between.
 struct SampledCosines {
-    Axis axis;
-    int probed;
-    std::vector<Stencil> stencils;  // of the probed ones
+    std::vector<double> samples;
+    std::vector<std::array<int, Blend::size>> places;      // of each probe's, among the samples
+    std::vector<std::array<double, Blend::size>> weights;  // of each probe
 
-    SampledCosines(const Axis& axis_, const std::vector<int>& places, const std::vector<double>& mu)
-        : axis(axis_), probed(static_cast<int>(places.size())) {
-        for (const int place : places)
-            stencils.push_back(axis.view().stencil(mu[static_cast<std::size_t>(place)]));
-    }
-
-    /// Position among all of them of a sample that probe i reads.
-    int sample(int i, int p) const {
-        return probed + sample_of(stencils[static_cast<std::size_t>(i)], p, axis);
-    }
-    double weight(int i, int p) const {
-        return double{stencils[static_cast<std::size_t>(i)].weight[p]};
+    SampledCosines(const Axis& axis, const std::vector<int>& probed,
+                   const std::vector<double>& mu) {
+        std::vector<int> place_of(axis.values.size(), -1);
+        for (const int probe : probed) {
+            const Stencil stencil = axis.view().stencil(mu[static_cast<std::size_t>(probe)]);
+            places.emplace_back();
+            weights.emplace_back();
+            for (int p = 0; p < Blend::size; ++p) {
+                const auto sample = static_cast<std::size_t>(sample_of(stencil, p, axis));
+                if (place_of[sample] < 0) {
+                    place_of[sample] = static_cast<int>(samples.size());
+                    samples.push_back(axis.values[sample]);
+                }
+                places.back()[static_cast<std::size_t>(p)] = place_of[sample];
+                weights.back()[static_cast<std::size_t>(p)] = double{stencil.weight[p]};
+            }
+        }
     }
 };
 
-/// The probed cosines, and a candidate's samples along both axes.
+/// The probed cosines and a candidate's samples along both axes, all solved at once; pairs of one
+/// with the other are not needed.
 struct MuSamples {
     SampledCosines in, out;
-    DirectionGrid all;
+    DirectionGrid probed, samples;
 };
 
 MuSamples mu_samples(const Probes& probes, int samples) {
     const Recipe& recipe = probes.recipe;
-    ProbedCosines cosines = many_cosines(recipe);
-    SampledCosines in(mu_axis(recipe.mu_in, samples), cosines.pairs.in, cosines.mu);
-    SampledCosines out(mu_axis(recipe.mu_out, samples), cosines.pairs.out, cosines.mu);
-    const auto add_samples = [&](const Axis& axis, std::vector<int>& places) {
-        for (const double sample : axis.values) {
-            places.push_back(static_cast<int>(cosines.mu.size()));
-            cosines.mu.push_back(sample);
+    ProbedCosines probed = many_cosines(recipe);
+    SampledCosines in(mu_axis(recipe.mu_in, samples), probed.pairs.in, probed.mu);
+    SampledCosines out(mu_axis(recipe.mu_out, samples), probed.pairs.out, probed.mu);
+    ProbedCosines sampled{probed.mu, {{}, {}, probed.pairs.exchangeable}};
+    const auto add_samples = [&](const SampledCosines& along) {
+        std::vector<int> places;
+        for (const double sample : along.samples) {
+            places.push_back(static_cast<int>(sampled.mu.size()));
+            sampled.mu.push_back(sample);
         }
+        return places;
     };
-    const bool symmetric = cosines.pairs.are_symmetric();
-    add_samples(in.axis, cosines.pairs.in);
-    if (symmetric)
-        cosines.pairs.out = cosines.pairs.in;
-    else
-        add_samples(out.axis, cosines.pairs.out);
+    sampled.pairs.in = add_samples(in);
+    sampled.pairs.out = probed.pairs.are_symmetric() ? sampled.pairs.in : add_samples(out);
+    probed.mu = sampled.mu;
     return {std::move(in), std::move(out),
-            directions_at(recipe, std::move(cosines), probes.path_law)};
+            directions_at(recipe, std::move(probed), probes.path_law),
+            directions_at(recipe, std::move(sampled), probes.path_law)};
 }
 
 /// Adds the errors of cubics in both cosines, samples divided by the shares intercepted (lookup.h).
-void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& sampled,
+void add_mu_errors(const Recipe& recipe, const ProbedLayer& layer, const MuSamples& cosines,
                    Errors& errors) {
-    const SampledCosines &in = sampled.in, &out = sampled.out;
-    const DirectionGrid& all = sampled.all;
+    const SampledCosines &in = cosines.in, &out = cosines.out;
+    const DirectionGrid &probed = cosines.probed, &samples = cosines.samples;
     const auto divisor = [&](double cosine) {
         return intercepted(recipe, layer.solution.optical_depth, cosine);
     };
-    std::vector<double> divisors_in, divisors_out;
-    for (int i = 0; i < all.in_count(); ++i) divisors_in.push_back(divisor(all.mu_in(i)));
-    for (int j = 0; j < all.out_count(); ++j) divisors_out.push_back(divisor(all.mu_out(j)));
-    const auto weight = [](const SampledCosines& along, const std::vector<double>& divisors, int i,
-                           int p) {
-        return along.weight(i, p) * divisors[static_cast<std::size_t>(i)] /
-               divisors[static_cast<std::size_t>(along.sample(i, p))];
+    /// Weights of the samples, divided by their shares, for each probed cosine.
+    const auto divided = [&](const SampledCosines& along, const auto& cosine) {
+        std::vector<double> divisors;
+        for (const double sample : along.samples) divisors.push_back(divisor(sample));
+        auto weights = along.weights;
+        for (std::size_t i = 0; i < weights.size(); ++i)
+            for (std::size_t p = 0; p < Blend::size; ++p)
+                weights[i][p] *= divisor(cosine(static_cast<int>(i))) /
+                                 divisors[static_cast<std::size_t>(along.places[i][p])];
+        return weights;
     };
-    Judged judged(all);
-    judged.in = in.probed;
-    judged.out = out.probed;
-    add_errors(recipe, layer, all, judged, errors, [&](Side side, int i, int j, int k) {
-        const std::vector<double>& values = layer.side(side).tabulated;
+    const auto weights_in = divided(in, [&](int i) { return probed.mu_in(i); });
+    const auto weights_out = divided(out, [&](int j) { return probed.mu_out(j); });
+    std::vector<double> sampled[2];  // of either side
+    for (const Side side : asked_sides(recipe))
+        sampled[side == Side::transmission] = evaluate_tabulated(layer.solution, side, samples);
+    add_errors(recipe, layer, probed, Judged(probed), errors, [&](Side side, int i, int j, int k) {
+        const std::vector<double>& values = sampled[side == Side::transmission];
+        const auto at_in = static_cast<std::size_t>(i), at_out = static_cast<std::size_t>(j);
         double found = 0;
-        for (int p = 0; p < Blend::size; ++p)
-            for (int q = 0; q < Blend::size; ++q)
-                found += weight(in, divisors_in, i, p) * weight(out, divisors_out, j, q) *
-                         values[all.at(in.sample(i, p), out.sample(j, q), k)];
+        for (std::size_t p = 0; p < Blend::size; ++p)
+            for (std::size_t q = 0; q < Blend::size; ++q)
+                found += weights_in[at_in][p] * weights_out[at_out][q] *
+                         values[samples.at(in.places[at_in][p], out.places[at_out][q], k)];
         return found;
     });
 }
 
-/// Stops after half of the albedos where these alone make it more than `most`.
-double mu_error(const Probes& probes, int samples, double most) {
-    const MuSamples sampled = mu_samples(probes, samples);
-    const auto errors_of = [&](const std::vector<double>& albedos) {
-        const ProbedLayers layers = solve_layers(probes, albedos, probes.ladder, sampled.all);
-        return errors_of_layers(probes, layers.size(), layers.empty() ? 0 : layers[0].size(),
+/// Errors of candidates; those of the first half of the albedos alone tell what they are at least.
+class MuErrors {
+  public:
+    explicit MuErrors(const Probes& probes) : probes_(probes) {}
+
+    /// Were there no errors in the other half, which is no larger.
+    double at_least(int samples) {
+        Errors& errors = of_first_half_[samples];
+        if (errors.empty()) errors = errors_of(samples, {probes_.albedos.begin(), half()});
+        return error_quantile(errors, 1 - 2 * (1 - probed_share));
+    }
+
+    double all(int samples) {
+        at_least(samples);
+        Errors errors = errors_of(samples, {half(), probes_.albedos.end()});
+        const Errors& others = of_first_half_[samples];
+        errors.insert(errors.end(), others.begin(), others.end());
+        return error_quantile(errors, probed_share);
+    }
+
+  private:
+    /// Where this share's of the first half of all shares' albedos end.
+    std::vector<double>::const_iterator half() const {
+        return probes_.albedos.begin() +
+               static_cast<std::ptrdiff_t>(count_of_share(probes_, (probes_.all_albedos + 1) / 2));
+    }
+
+    Errors errors_of(int samples, const std::vector<double>& albedos) const {
+        const MuSamples sampled = mu_samples(probes_, samples);
+        const ProbedLayers layers = solve_layers(probes_, albedos, probes_.ladder, sampled.probed);
+        return errors_of_layers(probes_, layers.size(), layers.empty() ? 0 : layers[0].size(),
                                 [&](std::size_t a, std::size_t d, Errors& errors) {
-                                    add_mu_errors(probes.recipe, layers[a][d], sampled, errors);
+                                    add_mu_errors(probes_.recipe, layers[a][d], sampled, errors);
                                 });
-    };
-    // This share's of the first half of all shares' albedos.
-    const auto shares = static_cast<std::size_t>(probes.shares);
-    const auto half = probes.albedos.begin() +
-                      static_cast<std::ptrdiff_t>(((probes.all_albedos + 1) / 2 + shares - 1 -
-                                                   static_cast<std::size_t>(probes.share)) /
-                                                  shares);
-    Errors errors = errors_of({probes.albedos.begin(), half});
-    // Were there no errors in the other half, which is no larger.
-    const double least = error_quantile(errors, 1 - 2 * (1 - probed_share));
-    if (least > most) return least;
-    const Errors others = errors_of({half, probes.albedos.end()});
-    errors.insert(errors.end(), others.begin(), others.end());
-    return error_quantile(errors, probed_share);
-}
+    }
+
+    const Probes& probes_;
+    std::map<int, Errors> of_first_half_;
+};
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in
 /// azimuth, half in its square root, where narrow peaks are.
@@ -278,33 +308,41 @@ double extrapolated(double before, double error_before, double last, double erro
 }
 
 Choice choose_cheapest(const Probes& probes, const char* name, const std::vector<int>& candidates,
-                       const CandidateError& error) {
+                       const CandidateError& error, const CandidateError& at_least) {
     constexpr int guesses = 3;  // then bisection, which no error misleads
     std::size_t low = 0, high = candidates.size() - 1, next = high / 2;
     double left = infinity;
+    double coarse = 0, too_much = 0;  // the last candidate that missed, and its error
     for (int tried = 1; low < high; ++tried) {
-        const double here = error(candidates[next], probes.max_error);
-        const double enough = candidates[next] * std::pow(here / probes.max_error, 0.25);
+        const double here = (at_least ? at_least : error)(candidates[next]);
+        const double tested = candidates[next];
         if (here <= probes.max_error) {
             high = next;
             left = here;
         } else {
             low = next + 1;
+            coarse = tested;
+            too_much = here;
         }
+        const double power = high < candidates.size() - 1 && too_much > 0
+                                 ? std::log(too_much / left) / std::log(candidates[high] / coarse)
+                                 : 4;
+        const double enough = tested * std::pow(here / probes.max_error, 1 / power);
         next = (low + high) / 2;
         if (tried > guesses) continue;
         for (next = low; next + 1 < high && candidates[next] < enough;) ++next;
     }
     // The last candidate was taken for granted: it costs most and is seldom needed.
-    if (high + 1 == candidates.size()) left = error(candidates[high], infinity);
+    if (at_least || high + 1 == candidates.size()) left = error(candidates[high]);
+    while (left > probes.max_error && high + 1 < candidates.size())
+        left = error(candidates[++high]);
     const bool holds = left <= probes.max_error;
     Choice choice{static_cast<double>(candidates[high])};
     if (!holds) {
         choice.error_at_cap = left;
         if (high > 0)
-            choice.needed =
-                extrapolated(candidates[high - 1], error(candidates[high - 1], infinity),
-                             choice.value, left, probes.max_error);
+            choice.needed = extrapolated(candidates[high - 1], error(candidates[high - 1]),
+                                         choice.value, left, probes.max_error);
     }
     note_choice(probes, std::string(name) + " " + std::to_string(candidates[high]), left,
                 holds ? "interpolation misses" : "at its cap; interpolation misses");
@@ -316,9 +354,9 @@ ScaledChoice choose_scaled(const Probes& probes, const Scales& scales,
                            const std::function<double(AxisScale scale, int candidate)>& error) {
     const auto cheapest = [&](AxisScale scale) {
         const char* const name = scale == scales.usual ? scales.samples : scales.samples_on_other;
-        return ScaledChoice{
-            scale, choose_cheapest(probes, name, candidates,
-                                   [&](int candidate, double) { return error(scale, candidate); })};
+        return ScaledChoice{scale, choose_cheapest(probes, name, candidates, [&](int candidate) {
+                                return error(scale, candidate);
+                            })};
     };
     if (fixed) return cheapest(*fixed);
     const ScaledChoice usual = cheapest(scales.usual);
@@ -386,12 +424,14 @@ Choice choose_mu_samples(Probes& probes) {
         return std::vector{mu_axis(recipe.mu_in, candidate).values.size(),
                            mu_axis(recipe.mu_out, candidate).values.size()};
     };
+    MuErrors errors(probes);
     return choose_cheapest(
         probes, "mu_samples",
         distinct_candidates({8,  10, 12, 14, 16, 18, 20, 22, 24,  26,  28,  30,  32,
                              36, 40, 44, 48, 52, 56, 72, 96, 128, 192, 256, 384, 512},
                             most, counts),
-        [&](int candidate, double out) { return mu_error(probes, candidate, out); });
+        [&](int candidate) { return errors.all(candidate); },
+        [&](int candidate) { return errors.at_least(candidate); });
 }
 
 ScaledChoice choose_azimuth_samples(Probes& probes) {

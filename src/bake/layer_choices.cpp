@@ -53,24 +53,35 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
 }
 
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are
-/// every (fine / candidate)-th.
+/// every (fine / candidate)-th. Their first modes and half of the cosines suffice: errors come
+/// out as with all or up to a fifth larger.
 struct FineDepths {
-    static constexpr int fine = 120;
+    static constexpr int fine = 120, modes = 8;
+    DirectionGrid directions;
     int octaves;
     double min, max;
     ProbedLayers of_step[fine];
 
-    FineDepths(double least, double max_)
-        : octaves(std::max(1, static_cast<int>(std::ceil(std::log2(max_ / least))))),
+    FineDepths(const Probes& probes, double least, double max_)
+        : directions(directions_at(probes.recipe, some_cosines(probes.recipe), probes.path_law)),
+          octaves(std::max(1, static_cast<int>(std::ceil(std::log2(max_ / least))))),
           min(std::ldexp(max_, -octaves)),
           max(max_) {}
 
-    void solve_step(const Probes& probes, int step) {
-        ProbedLayers& layers = of_step[step];
-        if (!layers.empty()) return;
-        const double first = min * std::exp2(static_cast<double>(step) / fine);
-        layers = solve_layers(probes, probes.albedos, {first, octaves + (step == 0 ? 1 : 0), false},
-                              probes.directions);
+    /// The samples of a candidate, `stride` steps apart, and the middles between them.
+    void solve(const Probes& probes, int stride) {
+        std::vector<int> open;
+        std::vector<DepthLadder> ladders;
+        for (int sample = 0; sample < fine; sample += stride)
+            for (const int step : {sample, sample + stride / 2}) {
+                if (!of_step[step].empty()) continue;
+                open.push_back(step);
+                ladders.push_back({min * std::exp2(static_cast<double>(step) / fine),
+                                   octaves + (step == 0 ? 1 : 0), false});
+            }
+        std::vector<ProbedLayers> solved =
+            solve_ladders(probes, probes.albedos, ladders, directions, modes);
+        for (std::size_t n = 0; n < open.size(); ++n) of_step[open[n]] = std::move(solved[n]);
     }
 
     const ProbedLayer& at(std::size_t albedo, int depth) const {
@@ -80,10 +91,11 @@ struct FineDepths {
 
 /// Adds the errors of a cubic along optical depth, samples divided by their scales (lookup.h).
 template <class Sample>
-void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Stencil& stencil,
-                      double exponent, Errors& errors, const Sample& sample) {
+void add_depth_errors(const Probes& probes, const DirectionGrid& directions,
+                      const ProbedLayer& target, const Stencil& stencil, double exponent,
+                      Errors& errors, const Sample& sample) {
     const double tau = target.solution.optical_depth;
-    const std::vector<double>& mu = probes.directions.mu();
+    const std::vector<double>& mu = directions.mu();
     std::vector<double> along[Blend::size];  // over mu
     Blend blend;
     for (int p = 0; p < Blend::size; ++p) {
@@ -98,12 +110,12 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
             along[p].push_back(intercepted(probes.recipe, tau, cosine) /
                                intercepted(probes.recipe, depth, cosine));
     }
-    const CosinePairs& pairs = probes.directions.pairs();
-    add_errors(probes.recipe, target, probes.directions, Judged(probes.directions), errors,
+    const CosinePairs& pairs = directions.pairs();
+    add_errors(probes.recipe, target, directions, Judged(directions), errors,
                [&](Side side, int i, int j, int k) {
                    const double* const weight =
                        side == Side::reflection ? blend.reflection : blend.transmission;
-                   const std::size_t at = probes.directions.at(i, j, k);
+                   const std::size_t at = directions.at(i, j, k);
                    const auto in = static_cast<std::size_t>(pairs.in[static_cast<std::size_t>(i)]);
                    const auto out =
                        static_cast<std::size_t>(pairs.out[static_cast<std::size_t>(j)]);
@@ -118,8 +130,7 @@ void add_depth_errors(const Probes& probes, const ProbedLayer& target, const Ste
 
 double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
     const int stride = FineDepths::fine / candidate, intervals = candidate * depths.octaves;
-    for (int step = 0; step < FineDepths::fine; step += stride)
-        for (const int needed : {step, step + stride / 2}) depths.solve_step(probes, needed);
+    depths.solve(probes, stride);
     const AxisView axis =
         make_axis(AxisScale::logarithmic, depths.min, depths.max, intervals + 1).view();
     return measure_layers(probes, probes.albedos.size(), static_cast<std::size_t>(intervals),
@@ -128,8 +139,8 @@ double depth_error(const Probes& probes, FineDepths& depths, int candidate) {
                                   depths.at(a, static_cast<int>(interval) * stride + stride / 2);
                               const Stencil stencil = axis.stencil(target.solution.optical_depth);
                               add_depth_errors(
-                                  probes, target, stencil, probes.exponents[a], errors,
-                                  [&](int p) -> const ProbedLayer& {
+                                  probes, depths.directions, target, stencil, probes.exponents[a],
+                                  errors, [&](int p) -> const ProbedLayer& {
                                       return depths.at(
                                           a, (stencil.first + static_cast<int>(p)) * stride);
                                   });
@@ -156,21 +167,23 @@ struct Steps {
 /// polynomial of the albedo.
 struct FineAlbedos {
     static constexpr std::size_t fine = 120;
-    static constexpr int modes = 8;
+    static constexpr int modes = 4;
+    static constexpr double unknown = -1;
     AxisScale scale;
     DirectionGrid directions;
-    std::vector<double> albedos, exponents;
+    std::vector<double> albedos, exponents;  // exponents: of samples; elsewhere not computed
     ProbedLayers layers;
 
     FineAlbedos(const Probes& probes, AxisScale of_axis)
         : scale(of_axis),
           directions(directions_at(probes.recipe, few_cosines(probes.recipe), probes.path_law)),
           albedos(albedo_axis(probes.recipe.albedo, fine + 1, scale).values),
-          exponents(decay_exponents(probes.recipe, albedos)),
+          exponents(albedos.size(), unknown),
           layers(albedos.size()) {}
 
     /// The samples of a candidate, and the middles between them.
     void solve(const Probes& probes, const Steps& steps) {
+        solve_exponents(probes, steps);
         std::vector<std::size_t> open;
         std::vector<double> at;
         for (std::size_t k = 0; k <= steps.intervals; ++k)
@@ -183,6 +196,21 @@ struct FineAlbedos {
             solve_layers_together(probes, at, ladder_to_deepest(probes), directions, modes);
         for (std::size_t k = 0; k < open.size(); ++k) layers[open[k]] = std::move(solved[k]);
     }
+
+  private:
+    void solve_exponents(const Probes& probes, const Steps& steps) {
+        std::vector<std::size_t> open;
+        std::vector<double> at;
+        for (std::size_t k = 0; k <= steps.intervals; ++k) {
+            const std::size_t step = k * steps.stride;
+            if (exponents[step] != unknown) continue;
+            open.push_back(step);
+            at.push_back(albedos[step]);
+        }
+        if (open.empty()) return;
+        const std::vector<double> solved = decay_exponents(probes.recipe, at);
+        for (std::size_t k = 0; k < open.size(); ++k) exponents[open[k]] = solved[k];
+    }
 };
 
 double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
@@ -191,12 +219,11 @@ double albedo_error(const Probes& probes, FineAlbedos& fine, int candidate) {
     const ProbedLayers& layers = fine.layers;
     const AxisView axis = albedo_axis(probes.recipe.albedo, candidate, fine.scale).view();
     const bool divides = !probes.recipe.lower_boundary.is_present();
-    const auto share = static_cast<std::size_t>(probes.share),
-               shares = static_cast<std::size_t>(probes.shares);
     return measure_layers(
-        probes, (steps.intervals + shares - 1 - share) / shares, layers[0].size(),
+        probes, count_of_share(probes, steps.intervals), layers[0].size(),
         [&](std::size_t n, std::size_t d, Errors& errors) {
-            const std::size_t interval = share + n * shares;
+            const std::size_t interval = static_cast<std::size_t>(probes.share) +
+                                         n * static_cast<std::size_t>(probes.shares);
             const ProbedLayer& target = layers[steps.middle(interval)][d];
             const double albedo = target.solution.albedo, tau = target.solution.optical_depth;
             const Stencil stencil = axis.stencil(albedo);
@@ -331,10 +358,9 @@ Choice choose_optical_depth_samples(Probes& probes) {
     const double max =
         std::isinf(range.max) ? probes.recipe.discretisation.deepest_optical_depth : range.max;
     if (range.min >= max) return {1};
-    FineDepths depths(range.min, max);
-    return choose_cheapest(
-        probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
-        [&](int candidate, double) { return depth_error(probes, depths, candidate); });
+    FineDepths depths(probes, range.min, max);
+    return choose_cheapest(probes, "optical_depth_samples_per_octave", {1, 2, 3, 4, 5, 6},
+                           [&](int candidate) { return depth_error(probes, depths, candidate); });
 }
 
 ScaledChoice choose_albedo_samples(Probes& probes) {
@@ -364,7 +390,7 @@ Choice choose_family_samples(const Recipe& recipe, std::size_t axis, double max_
     members.solve(0);
     return choose_cheapest(members.at(0).probes, samples_key(recipe.family[axis].parameter).c_str(),
                            candidates,
-                           [&](int candidate, double) { return family_error(members, candidate); });
+                           [&](int candidate) { return family_error(members, candidate); });
 }
 
 }  // namespace stratus

@@ -55,14 +55,16 @@ std::vector<double> probed_azimuths(Range degrees) {
     return at_shares({radians(degrees.min), radians(degrees.max)}, {0.05, 0.37, 0.66, 0.98});
 }
 
-/// `cosines` along an axis of all, shares of the way along a narrow one.
+/// `cosines` along an axis of all, if they are judged, shares of the way along a narrow one.
 ProbedCosines cosines_to_probe(const Recipe& recipe, const std::vector<double>& cosines,
                                const std::vector<double>& shares) {
     ProbedCosines probed{floor_cosines(), {}};
     const bool narrow_in = is_narrow(recipe.mu_in, all_cosines),
                narrow_out = is_narrow(recipe.mu_out, all_cosines);
+    const double least = leaves_path_law(recipe) ? least_judged_cosine : 0;
     if (!narrow_in || !narrow_out)
-        probed.mu.insert(probed.mu.end(), cosines.begin(), cosines.end());
+        std::ranges::copy_if(cosines, std::back_inserter(probed.mu),
+                             [&](double mu) { return mu >= least; });
     // Near the normal odd modes are steep; among all pairs few are there.
     if (narrow_in != narrow_out) probed.mu.push_back(0.99);
     std::vector<int> of_all(probed.mu.size());
@@ -90,31 +92,65 @@ struct Share {
     int index = 0, count = 1;
 };
 
-/// Eight albedos fill a SIMD register; few albedos are split so that no thread is idle.
-std::size_t chunk_of(std::size_t albedos) { return albedos >= 16 ? 8 : 1; }
+/// Packs of eight (mode, albedo) pairs that the solver fills for `modes` modes of some albedos.
+std::size_t count_packs(std::size_t albedos, std::size_t modes) {
+    constexpr std::size_t lanes = 8;
+    const auto packs = [&](std::size_t of) { return (albedos * of + lanes - 1) / lanes; };
+    const std::size_t group = std::max<std::size_t>(2, lanes / std::min(lanes, albedos));
+    return modes / group * packs(group) + packs(modes % group);
+}
 
-ProbedLayers solve_layers_with(SolverOptions solver, const Probes& probes,
-                               const std::vector<double>& albedos, const DepthLadder& ladder,
-                               const DirectionGrid& directions, Share share = {}) {
+/// Albedos to solve at once, as many as fill packs best, fewer where that costs little: threads then
+/// share the work better. One at a time where the solver itself finds when to stop: modes then do
+/// not depend on the other albedos. Counted orders cost all albedos as much as one.
+std::size_t chunk_of(std::size_t albedos, const SolverOptions& solver) {
+    const int modes = solver.modes;
+    if (modes == 0) return albedos >= 16 ? 8 : 1;
+    if (solver.orders > 0) return 8;
+    std::size_t best = 1, fewest = 0;
+    for (std::size_t chunk = 1; chunk <= 8; chunk *= 2) {
+        const std::size_t whole = albedos / chunk, rest = albedos % chunk;
+        const auto of = static_cast<std::size_t>(modes);
+        const std::size_t packs =
+            whole * count_packs(chunk, of) + (rest > 0 ? count_packs(rest, of) : 0);
+        if (chunk > 1 && 10 * packs > 9 * fewest) continue;
+        best = chunk;
+        fewest = packs;
+    }
+    return best;
+}
+
+std::vector<ProbedLayers> solve_ladders_with(SolverOptions solver, const Probes& probes,
+                                             const std::vector<double>& albedos,
+                                             const std::vector<DepthLadder>& ladders,
+                                             const DirectionGrid& directions, Share share = {}) {
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
-    const std::size_t chunk = chunk_of(albedos.size());
-    const auto chunks = static_cast<int>((albedos.size() + chunk - 1) / chunk);
-    ProbedLayers layers(albedos.size());
-    parallel_for(chunks, probes.options.threads, [&](int c) {
+    const std::size_t chunk = chunk_of(albedos.size(), solver);
+    const std::size_t chunks = (albedos.size() + chunk - 1) / chunk;
+    std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
+    parallel_for(static_cast<int>(ladders.size() * chunks), probes.options.threads, [&](int n) {
         stop_if_asked(probes.options.log);
-        if (c % share.count != share.index) return;
-        const std::size_t first = static_cast<std::size_t>(c) * chunk;
-        const std::size_t last = std::min(albedos.size(), first + chunk);
-        auto solved = solve_material(recipe.layers, recipe.phase_function,
-                                     {albedos.begin() + static_cast<std::ptrdiff_t>(first),
-                                      albedos.begin() + static_cast<std::ptrdiff_t>(last)},
-                                     ladder, directions.mu(), solver, recipe.lower_boundary);
+        const std::size_t c = static_cast<std::size_t>(n) % chunks,
+                          ladder = static_cast<std::size_t>(n) / chunks;
+        if (static_cast<int>(c) % share.count != share.index) return;
+        const std::size_t first = c * chunk, last = std::min(albedos.size(), first + chunk);
+        auto solved =
+            solve_material(recipe.layers, recipe.phase_function,
+                           {albedos.begin() + static_cast<std::ptrdiff_t>(first),
+                            albedos.begin() + static_cast<std::ptrdiff_t>(last)},
+                           ladders[ladder], directions.mu(), solver, recipe.lower_boundary);
         for (std::size_t a = first; a < last; ++a)
             for (LayerSolution& solution : solved[a - first])
-                layers[a].push_back(probe(recipe, std::move(solution), directions));
+                layers[ladder][a].push_back(probe(recipe, std::move(solution), directions));
     });
     return layers;
+}
+
+ProbedLayers solve_layers_with(const SolverOptions& solver, const Probes& probes,
+                               const std::vector<double>& albedos, const DepthLadder& ladder,
+                               const DirectionGrid& directions, Share share = {}) {
+    return std::move(solve_ladders_with(solver, probes, albedos, {ladder}, directions, share)[0]);
 }
 
 /// For the first modes alone, unless 0.
@@ -191,11 +227,22 @@ Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& o
             all_albedos};
 }
 
+std::size_t count_of_share(const Probes& probes, std::size_t count) {
+    const auto share = static_cast<std::size_t>(probes.share),
+               shares = static_cast<std::size_t>(probes.shares);
+    return (count + shares - 1 - share) / shares;
+}
+
 ProbedCosines many_cosines(const Recipe& recipe) {
     std::vector<double> cosines;
     for (const double x : {0.035, 0.11, 0.18, 0.25, 0.39, 0.46, 0.61, 0.68, 0.86, 0.93})
         cosines.push_back(x * x);
     return cosines_to_probe(recipe, cosines, {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
+}
+
+ProbedCosines some_cosines(const Recipe& recipe) {
+    return cosines_to_probe(recipe, {0.0012, 0.032, 0.15, 0.37, 0.74},
+                            {0, 0.12, 0.3, 0.45, 0.7, 0.88, 1});
 }
 
 ProbedCosines few_cosines(const Recipe& recipe) {
@@ -230,12 +277,20 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
                              directions);
 }
 
+std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
+                                        const std::vector<DepthLadder>& ladders,
+                                        const DirectionGrid& directions, int most_modes) {
+    return solve_ladders_with(solver_of_first(probes, most_modes), probes, albedos, ladders,
+                              directions);
+}
+
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes) {
     if (probes.shares == 1) return solve_layers(probes, albedos, ladder, directions, most_modes);
-    ProbedLayers layers = solve_layers_with(solver_of_first(probes, most_modes), probes, albedos,
-                                            ladder, directions, {probes.share, probes.shares});
+    const SolverOptions solver = solver_of_first(probes, most_modes);
+    ProbedLayers layers = solve_layers_with(solver, probes, albedos, ladder, directions,
+                                            {probes.share, probes.shares});
     std::vector<double> numbers;
     for (auto& of_albedo : layers)
         for (ProbedLayer& layer : of_albedo)
@@ -243,7 +298,7 @@ ProbedLayers solve_layers_together(const Probes& probes, const std::vector<doubl
     const std::vector<std::vector<double>> of_share = gather(probes, numbers);
     std::vector<const double*> next;
     for (const std::vector<double>& of_one : of_share) next.push_back(of_one.data());
-    const std::size_t chunk = chunk_of(albedos.size()),
+    const std::size_t chunk = chunk_of(albedos.size(), solver),
                       depths = static_cast<std::size_t>(ladder.octaves) + ladder.to_infinity;
     for (std::size_t a = 0; a < albedos.size(); ++a) {
         layers[a].resize(depths);

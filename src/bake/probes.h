@@ -55,6 +55,9 @@ struct Probes {
 /// Probes of a recipe of one mixture, not solved yet; with ranks, this one's.
 Probes place_probes(const Recipe& recipe, double max_error, const BakeOptions& options);
 
+/// How many of `count` things that shares take in turn are this one's.
+std::size_t count_of_share(const Probes& probes, std::size_t count);
+
 /// Cosines of solutions: those that floors of errors need (accuracy.h), and the pairs along mu_in
 /// and mu_out at which a recipe is probed.
 struct ProbedCosines {
@@ -64,7 +67,10 @@ struct ProbedCosines {
 
 ProbedCosines many_cosines(const Recipe& recipe);
 
-/// The few that suffice where layers, not directions, are interpolated.
+/// Half as many, which suffice between depths.
+ProbedCosines some_cosines(const Recipe& recipe);
+
+/// The few that suffice between albedos, and between members of a family.
 ProbedCosines few_cosines(const Recipe& recipe);
 
 /// Some cosines at the probes' azimuths, for solutions of the recipe's nodes.
@@ -79,7 +85,12 @@ ProbedLayers solve_layers(const Probes& probes, const std::vector<double>& albed
                           const DepthLadder& ladder, const DirectionGrid& directions,
                           int most_modes = 0);
 
-/// The same, each albedo by one of the shares, on all ranks: of solutions albedo and depth alone.
+/// The same for several ladders: [ladder][albedo][depth].
+std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<double>& albedos,
+                                        const std::vector<DepthLadder>& ladders,
+                                        const DirectionGrid& directions, int most_modes = 0);
+
+/// As solve_layers, each albedo by one of the shares, on all ranks: of solutions albedo and depth alone.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);

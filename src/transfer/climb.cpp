@@ -29,6 +29,8 @@ void climb(Doubling& layer, int doublings, const DepthLadder& ladder, Record rec
 
 using ModeOfAlbedo = std::pair<int, std::size_t>;
 
+/// Number: Pack, or double for a single pair.
+template <class Number>
 void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
                 const RecordMode& record) {
     std::vector<DoublingTask> lanes;
@@ -36,7 +38,7 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
         const ClimbTask::Albedo& of = task.albedos[a];
         lanes.push_back({mode, of.albedo, of.co_albedo, of.first_depth});
     }
-    DoublingLadder layers(task.directions, task.moments, lanes, doubling_steps());
+    DoublingLadder<Number> layers(task.directions, task.moments, lanes);
     std::vector<PhaseKernels> kernels;
     for (std::size_t lane = 0; lane < pack.size(); ++lane)
         kernels.push_back(layers.kernels(static_cast<int>(lane)));
@@ -48,6 +50,11 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
     });
 }
 
+// Doubled one by one, pairs leave no lane idle where they are few, and eight times less memory, which
+// the cache holds, where there are many nodes.
+constexpr std::ptrdiff_t few_pairs = 4;
+constexpr int many_nodes = 96;
+
 }  // namespace
 
 void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record) {
@@ -55,9 +62,14 @@ void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode&
     for (int mode = first; mode < end; ++mode)
         for (std::size_t a = 0; a < task.albedos.size(); ++a) pairs.emplace_back(mode, a);
     for (auto pack = pairs.begin(); pack != pairs.end();) {
-        const auto end_of_pack = pack + std::min<std::ptrdiff_t>(lane_count, pairs.end() - pack);
-        climb_pack(task, {pack, end_of_pack}, record);
-        pack = end_of_pack;
+        const auto count = std::min<std::ptrdiff_t>(lane_count, pairs.end() - pack);
+        if (count <= few_pairs || task.directions.nodes >= many_nodes) {
+            climb_pack<double>(task, {pack, pack + 1}, record);
+            ++pack;
+            continue;
+        }
+        climb_pack<Pack>(task, {pack, pack + count}, record);
+        pack += count;
     }
 }
 
@@ -86,7 +98,7 @@ void climb_orders(const ClimbTask& task, double fraction,
     const int doublings = count_doublings(task.directions.mu.minCoeff(), first_depth);
     OrderedLadder layers(task.directions, task.moments, fraction, modes,
                          static_cast<int>(order_weights[0].size()) - 1,
-                         std::ldexp(first_depth, -doublings), doubling_steps());
+                         std::ldexp(first_depth, -doublings));
     climb(layers, doublings, task.ladder, [&](int depth) {
         for (std::size_t lane = 0; lane < modes.size(); ++lane) {
             const int at = static_cast<int>(lane);

@@ -28,7 +28,7 @@ struct ClimbTask {
 using RecordMode = std::function<void(int mode, std::size_t albedo, int depth, ModeMatrices layer,
                                       const PhaseKernels& kernels)>;
 
-/// Modes `first` to before `end`, eight (mode, albedo) pairs at a time.
+/// Modes `first` to before `end`, (mode, albedo) pairs eight at a time or one by one.
 void climb_harmonic(const ClimbTask& task, int first, int end, const RecordMode& record);
 
 /// As above, by textbook doubling (reference/classic.h).

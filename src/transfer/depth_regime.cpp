@@ -10,8 +10,9 @@ namespace stratus {
 namespace {
 
 /// Reduced depth (1 - g) tau beyond which a conservative layer transmits by the law of diffusion to
-/// rounding; up to it doubling resolves the gap between Y and Z, of order 1/tau.
-constexpr double conservative_depth = 1048576;  // 2^20
+/// rounding, also where scattering keeps to two opposite directions. Doubling resolves the gap between
+/// Y and Z, of order 1/tau, the worse the deeper the layer.
+constexpr double conservative_depth = 4096;  // 2^12
 
 /// T of a conservative layer over T of one of depth `last_depth`, given T there and at half of it:
 /// 1/T grows in proportion to the depth, by 3/4 (1 - g) [vdH80] to the accuracy of the nodes.

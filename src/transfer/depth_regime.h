@@ -13,7 +13,7 @@ constexpr double thinnest_depth = 1e-280;
 enum class DepthRegime {
     thin,          // below thinnest_depth: R and T in proportion to the depth
     solved,        // doubled to the depth itself
-    conservative,  // beyond 2^20 at w = 1: T by the law of diffusion
+    conservative,  // beyond 2^12 / (1 - g) at w = 1: T by the law of diffusion
     infinite,      // doubled until T vanishes
 };
 

@@ -23,7 +23,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
     const Directions directions =
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
     const PhaseKernels kernels =
-        DoublingLadder(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}}, doubling_steps())
+        DoublingLadder<double>(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}})
             .kernels(0);
     const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
     const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();

@@ -12,41 +12,79 @@ namespace stratus {
 
 namespace {
 
-/// Packs handed out one after another, zeroed.
-class Packs {
-  public:
-    explicit Packs(double* memory) : next_(reinterpret_cast<Pack*>(memory)) {}
+template <class Number>
+constexpr bool in_lanes = lanes_of<Number> > 1;
 
-    Pack* take(long count) {
-        Pack* start = next_;
-        next_ += count;
+/// Numbers to a register, of the widest kind.
+template <class Number>
+constexpr int in_register = lane_count / lanes_of<Number>;
+
+/// Rows begin at a register's boundary, an odd number of registers apart: those a power of two apart
+/// would compete for the same few cache sets.
+template <class Number>
+int stride_of(int columns) {
+    constexpr int width = in_register<Number>;
+    return ((columns + width - 1) / width | 1) * width;
+}
+
+/// Numbers handed out one after another, zeroed.
+template <class Number>
+class Handout {
+  public:
+    explicit Handout(double* memory) : next_(reinterpret_cast<Number*>(memory)) {}
+
+    Number* rows(long count, long stride) {
+        Number* start = next_;
+        next_ += count * stride;
         return start;
     }
-    SimdMatrix matrix(const SimdLayer& layer) {
-        return {take(layer.directions), take(static_cast<long>(layer.directions) * layer.stride)};
+    Number* vector(int size) { return rows(1, stride_of<Number>(size)); }
+    SimdMatrix<Number> matrix(const SimdLayer<Number>& layer) {
+        return {vector(layer.directions), rows(layer.directions, layer.stride)};
     }
 
   private:
-    Pack* next_;
+    Number* next_;
 };
 
-double* zeroed(long packs) {
+template <class Number>
+double* zeroed(long count) {
+    const long packs = (count * static_cast<long>(sizeof(Number)) + 63) / 64;
     const std::size_t bytes = static_cast<std::size_t>(packs) * sizeof(Pack);
-    void* memory = std::aligned_alloc(alignof(Pack), bytes);
+    void* memory = std::aligned_alloc(pack_alignment, bytes);
     if (!memory) throw std::bad_alloc();
     return static_cast<double*>(std::memset(memory, 0, bytes));
 }
 
-long size_of_matrix(const SimdLayer& layer) { return layer.directions * (1L + layer.stride); }
+template <class Number>
+long size_of_matrix(const SimdLayer<Number>& layer) {
+    return stride_of<Number>(layer.directions) + static_cast<long>(layer.directions) * layer.stride;
+}
 
-/// Odd strides: rows a power of two apart would compete for the same few cache sets.
-int odd(int stride) { return stride | 1; }
-
-void set_size(SimdLayer& layer, int gauss, int directions) {
+template <class Number>
+void set_size(SimdLayer<Number>& layer, int gauss, int directions) {
     layer.gauss = gauss;
     layer.directions = directions;
-    layer.stride = odd(directions);
-    layer.elimination_stride = odd(gauss + directions + 1);
+    layer.stride = stride_of<Number>(directions);
+    constexpr int width = in_register<Number>;
+    layer.right_side = (gauss + width - 1) / width * width;
+    layer.elimination_stride = stride_of<Number>(layer.right_side + directions + 1);
+}
+
+template <class Number>
+double lane_of(const Number& x, int lane) {
+    if constexpr (in_lanes<Number>)
+        return x[lane];
+    else
+        return x;
+}
+
+template <class Number>
+void set_lane(Number& x, int lane, double value) {
+    if constexpr (in_lanes<Number>)
+        x[lane] = value;
+    else
+        x = value;
 }
 
 /// Where cosines count as grazing: the higher, the more doublings are spared, and the more
@@ -92,92 +130,101 @@ DirectionGroups group_directions(const Directions& directions, double optical_de
     return groups;
 }
 
-void DoublingLadder::allocate(const std::vector<double>& moments, PhaseSeries& phase) {
+template <class Number>
+void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
+                                      PhaseSeries<Number>& phase) {
     set_size(layer_, directions_.nodes, directions_.size());
-    const long n = layer_.directions;
+    const int n = layer_.directions;
     const auto moment_count = static_cast<long>(moments.size());
-    const long elimination = static_cast<long>(layer_.gauss) * layer_.elimination_stride;
-    memory_.reset(
-        zeroed(8 * size_of_matrix(layer_) + elimination + (3 + 3) * n + 2 * moment_count * n));
-    Packs packs(memory_.get());
-    for (SimdMatrix* m :
+    memory_.reset(zeroed<Number>(
+        8 * size_of_matrix(layer_) + static_cast<long>(layer_.gauss) * layer_.elimination_stride +
+        (3 + 3) * stride_of<Number>(n) + 2 * moment_count * layer_.stride));
+    Handout<Number> memory(memory_.get());
+    for (SimdMatrix<Number>* m :
          {&layer_.scatter_odd, &layer_.scatter_even, &layer_.Y, &layer_.Z, &layer_.reflection,
           &layer_.transmission, &layer_.spare[0], &layer_.spare[1]})
-        *m = packs.matrix(layer_);
-    layer_.elimination = packs.take(elimination);
-    for (Pack** vector : {&layer_.gap_diagonal, &layer_.absorbed, &layer_.uniform,
-                          &layer_.vector[0], &layer_.vector[1], &layer_.vector[2]})
-        *vector = packs.take(n);
+        *m = memory.matrix(layer_);
+    layer_.elimination = memory.rows(layer_.gauss, layer_.elimination_stride);
+    for (Number** vector : {&layer_.gap_diagonal, &layer_.absorbed, &layer_.uniform,
+                            &layer_.vector[0], &layer_.vector[1], &layer_.vector[2]})
+        *vector = memory.vector(n);
     layer_.mu = directions_.mu.data();
     layer_.weight = directions_.weight.data();
     layer_.s = directions_.s.data();
     phase.moments = moments.data();
     phase.moment_count = static_cast<int>(moment_count);
-    phase.legendre = packs.take(2 * moment_count * n);
+    phase.legendre = memory.rows(2 * moment_count, layer_.stride);
 }
 
 /// What a group needs beside the layer as a whole, whose memory serves its thin start.
-void DoublingLadder::allocate(const DirectionGroups& groups) {
-    const auto prepare = [this](const DirectionGroups::Group& from, SimdLayer& layer) {
+template <class Number>
+void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
+    const auto prepare = [this](const DirectionGroups::Group& from, SimdLayer<Number>& layer) {
         layer = layer_;
         set_size(layer, from.gauss, static_cast<int>(from.places.size()));
         layer.mu = from.mu.data();
         layer.weight = nullptr;
         layer.s = from.s.data();
-        layer.albedo = Pack{} + 1.0;  // in its scattering
+        layer.albedo = Number{} + 1.0;  // in its scattering
     };
-    SimdLayer &grazing = groups_.grazing, &steep = groups_.steep;
+    SimdLayer<Number>&grazing = groups_.grazing, &steep = groups_.steep;
     prepare(groups.grazing, grazing);
     prepare(groups.steep, steep);
-    grazing.conserving = Pack{};
+    grazing.conserving = Number{};
     grazing.any_conserving = false;
     steep.scatter_odd = layer_.Y;
     steep.scatter_even = layer_.Z;
     groups_.grazing_at = groups.grazing.places.data();
     groups_.steep_at = groups.steep.places.data();
-    groups_.row_stride = odd(steep.directions);
-    groups_.column_stride = odd(grazing.directions);
+    groups_.row_stride = stride_of<Number>(steep.directions);
+    groups_.column_stride = stride_of<Number>(grazing.directions);
 
     const long rows = static_cast<long>(grazing.directions) * groups_.row_stride;
     const long columns = static_cast<long>(steep.directions) * groups_.column_stride;
     const long square = static_cast<long>(grazing.directions) * grazing.stride;
-    memory_of_groups_.reset(zeroed(2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
-                                   3L * (steep.directions + grazing.directions) + 8 * columns +
-                                   5 * rows + 3 * square));
-    Packs packs(memory_of_groups_.get());
-    for (SimdMatrix* m : {&steep.Y, &steep.Z}) *m = packs.matrix(steep);
-    for (SimdMatrix* m : {&grazing.Y, &grazing.Z, &grazing.scatter_odd, &grazing.scatter_even})
-        *m = packs.matrix(grazing);
-    for (SimdLayer* layer : {&steep, &grazing})
-        for (Pack** vector : {&layer->gap_diagonal, &layer->absorbed, &layer->uniform})
-            *vector = packs.take(layer->directions);
-    for (Pack** of : {&groups_.U_columns, &groups_.V_columns}) *of = packs.take(columns);
-    for (Pack*& of : groups_.columns) of = packs.take(columns);
-    for (Pack** of : {&groups_.U, &groups_.V}) *of = packs.take(rows);
-    for (Pack*& of : groups_.rows) of = packs.take(rows);
-    for (Pack*& of : groups_.squares) of = packs.take(square);
+    memory_of_groups_.reset(zeroed<Number>(2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
+                                           3L * (groups_.row_stride + groups_.column_stride) +
+                                           8 * columns + 5 * rows + 3 * square));
+    Handout<Number> memory(memory_of_groups_.get());
+    for (SimdMatrix<Number>* m : {&steep.Y, &steep.Z}) *m = memory.matrix(steep);
+    for (SimdMatrix<Number>* m :
+         {&grazing.Y, &grazing.Z, &grazing.scatter_odd, &grazing.scatter_even})
+        *m = memory.matrix(grazing);
+    for (SimdLayer<Number>* layer : {&steep, &grazing})
+        for (Number** vector : {&layer->gap_diagonal, &layer->absorbed, &layer->uniform})
+            *vector = memory.vector(layer->directions);
+    for (Number** of : {&groups_.U_columns, &groups_.V_columns}) *of = memory.rows(1, columns);
+    for (Number*& of : groups_.columns) of = memory.rows(1, columns);
+    for (Number** of : {&groups_.U, &groups_.V}) *of = memory.rows(1, rows);
+    for (Number*& of : groups_.rows) of = memory.rows(1, rows);
+    for (Number*& of : groups_.squares) of = memory.rows(1, square);
 }
 
-DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<double>& moments,
-                               const std::vector<DoublingTask>& tasks, const DoublingSteps& steps)
-    : directions_(directions), steps_(steps), tasks_(static_cast<int>(tasks.size())) {
-    PhaseSeries phase{};
+template <class Number>
+DoublingLadder<Number>::DoublingLadder(const Directions& directions,
+                                       const std::vector<double>& moments,
+                                       const std::vector<DoublingTask>& tasks)
+    : directions_(directions),
+      steps_(doubling_steps<Number>()),
+      tasks_(static_cast<int>(tasks.size())) {
+    PhaseSeries<Number> phase{};
     allocate(moments, phase);
-    Pack first_depth{};
+    Number first_depth{};
     double deepest = 0;
-    for (int lane = 0; lane < lane_count; ++lane) {  // idle lanes repeat the last task
+    for (int lane = 0; lane < lanes_of<Number>; ++lane) {  // idle lanes repeat the last task
         const DoublingTask& task = tasks[static_cast<std::size_t>(std::min(lane, tasks_ - 1))];
         phase.mode[lane] = task.mode;
-        layer_.albedo[lane] = task.albedo;
-        first_depth[lane] = task.first_depth;
+        set_lane(layer_.albedo, lane, task.albedo);
+        set_lane(first_depth, lane, task.first_depth);
         deepest = std::max(deepest, task.first_depth);
-        layer_.conserving[lane] = task.mode == 0 ? 1 : 0;
+        set_lane(layer_.conserving, lane, task.mode == 0 ? 1 : 0);
         layer_.any_conserving |= task.mode == 0;
         conservative_[lane] = task.mode == 0 && task.co_albedo == 0;
         for (int i = 0; i < layer_.directions; ++i) {
-            layer_.uniform[i][lane] = directions.s(i);
-            layer_.absorbed[i][lane] =
-                task.mode == 0 ? task.co_albedo * (directions.s(i) / directions.mu(i)) : 0;
+            set_lane(layer_.uniform[i], lane, directions.s(i));
+            if (task.mode == 0)
+                set_lane(layer_.absorbed[i], lane,
+                         task.co_albedo * (directions.s(i) / directions.mu(i)));
         }
     }
     steps_.phase_kernels(phase, layer_);
@@ -188,36 +235,41 @@ DoublingLadder::DoublingLadder(const Directions& directions, const std::vector<d
         if (steps_.decouple(layer_, groups_)) doubled_ = {&groups_.grazing, &groups_.steep};
     }
     if (doubled_.empty()) doubled_ = {&layer_};
-    for (SimdLayer* layer : doubled_) {
+    for (SimdLayer<Number>* layer : doubled_) {
         const int doublings =
             count_doublings(*std::min_element(layer->mu, layer->mu + layer->directions), deepest);
-        for (int lane = 0; lane < lane_count; ++lane)
-            layer->half_depth[lane] = std::ldexp(first_depth[lane], -doublings - 1);
+        for (int lane = 0; lane < lanes_of<Number>; ++lane)
+            set_lane(layer->half_depth, lane,
+                     std::ldexp(lane_of(first_depth, lane), -doublings - 1));
         steps_.thin_layer(*layer);
         for (int k = 0; k < doublings; ++k) double_depth(*layer);
     }
 }
 
-void DoublingLadder::double_depth(SimdLayer& layer) const {
+template <class Number>
+void DoublingLadder<Number>::double_depth(SimdLayer<Number>& layer) const {
     // The gap is carried from tau = 1 on; lanes differ little in depth, the largest decides.
     double deepest = 0;
-    for (int lane = 0; lane < tasks_; ++lane) deepest = std::max(deepest, layer.half_depth[lane]);
+    for (int lane = 0; lane < tasks_; ++lane)
+        deepest = std::max(deepest, lane_of(layer.half_depth, lane));
     if (!layer.has_gap && deepest >= 0.25) steps_.use_gap(layer);
     steps_.double_depth(layer);
 }
 
-void DoublingLadder::double_depth() {
-    for (SimdLayer* layer : doubled_) double_depth(*layer);
+template <class Number>
+void DoublingLadder<Number>::double_depth() {
+    for (SimdLayer<Number>* layer : doubled_) double_depth(*layer);
 }
 
-bool DoublingLadder::is_converged() const {
-    for (const SimdLayer* layer : doubled_) {
+template <class Number>
+bool DoublingLadder<Number>::is_converged() const {
+    for (const SimdLayer<Number>* layer : doubled_) {
         if (!layer->has_gap) return false;
         for (int i = 0; i < layer->directions; ++i)
             for (int j = 0; j < layer->directions; ++j)
-                for (int lane = 0; lane < lane_count; ++lane) {
+                for (int lane = 0; lane < lanes_of<Number>; ++lane) {
                     const double limit = conservative_[lane] ? 1e-9 : 1e-17;
-                    if (std::abs(layer->Y.K[i * layer->stride + j][lane]) >
+                    if (std::abs(lane_of(layer->Y.K[i * layer->stride + j], lane)) >
                         limit * layer->s[i] * layer->s[j])
                         return false;
                 }
@@ -225,8 +277,9 @@ bool DoublingLadder::is_converged() const {
     return true;
 }
 
-void DoublingLadder::double_to_infinity() {
-    const int most = max_doublings_to_infinity(2 * doubled_[0]->half_depth[0]);
+template <class Number>
+void DoublingLadder<Number>::double_to_infinity() {
+    const int most = max_doublings_to_infinity(2 * lane_of(doubled_[0]->half_depth, 0));
     for (int k = 0; !is_converged(); ++k) {
         if (k == most)
             throw std::runtime_error("solve: infinite depth not reached after " +
@@ -235,24 +288,29 @@ void DoublingLadder::double_to_infinity() {
     }
 }
 
-void DoublingLadder::extract() {
+template <class Number>
+void DoublingLadder<Number>::extract() {
     if (doubled_.size() > 1) steps_.couple(groups_, layer_);
     steps_.extract(layer_);
 }
 
-Eigen::MatrixXd lane_matrix(const SimdLayer& layer, const Pack* K, int lane) {
+template <class Number>
+Eigen::MatrixXd lane_matrix(const SimdLayer<Number>& layer, const Number* K, int lane) {
     Eigen::MatrixXd matrix(layer.directions, layer.directions);
     for (int i = 0; i < layer.directions; ++i)
-        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
+        for (int j = 0; j < layer.directions; ++j)
+            matrix(j, i) = lane_of(K[i * layer.stride + j], lane);
     return matrix;
 }
 
-ModeMatrices DoublingLadder::matrices(int lane) const {
+template <class Number>
+ModeMatrices DoublingLadder<Number>::matrices(int lane) const {
     return {lane_matrix(layer_, layer_.reflection.K, lane),
             lane_matrix(layer_, layer_.transmission.K, lane)};
 }
 
-PhaseKernels DoublingLadder::kernels(int lane) const {
+template <class Number>
+PhaseKernels DoublingLadder<Number>::kernels(int lane) const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
     const Eigen::MatrixXd even = unscale.asDiagonal() *
@@ -263,5 +321,9 @@ PhaseKernels DoublingLadder::kernels(int lane) const {
                                 unscale.asDiagonal();
     return {even + odd, even - odd};
 }
+
+template class DoublingLadder<Pack>;
+template class DoublingLadder<double>;
+template Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>&, const Pack*, int);
 
 }  // namespace stratus

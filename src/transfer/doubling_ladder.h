@@ -1,5 +1,5 @@
-// Up to eight (mode, albedo) pairs of one phase function, doubled together in SIMD
-// lanes; owns their memory.
+// Up to eight (mode, albedo) pairs of one phase function, doubled together in SIMD lanes, or one by
+// itself; owns their memory.
 #pragma once
 
 #include <stratus/transfer/layer.h>
@@ -34,11 +34,13 @@ struct DirectionGroups {
 /// a depth takes so few doublings that it does not pay to part them.
 DirectionGroups group_directions(const Directions& directions, double optical_depth, double limit);
 
+/// Number: Pack or double (simd/doubling_steps.h).
+template <class Number>
 class DoublingLadder {
   public:
-    /// Phase kernels and layers at the first depth of all tasks, 1 to 8 of them.
+    /// Phase kernels and layers at the first depth of all tasks, one to as many as there are lanes.
     DoublingLadder(const Directions& directions, const std::vector<double>& moments,
-                   const std::vector<DoublingTask>& tasks, const DoublingSteps& steps);
+                   const std::vector<DoublingTask>& tasks);
 
     void double_depth();
 
@@ -54,7 +56,7 @@ class DoublingLadder {
     ModeMatrices matrices(int lane) const;
     PhaseKernels kernels(int lane) const;
 
-    const SimdLayer& layer() const { return layer_; }
+    const SimdLayer<Number>& layer() const { return layer_; }
 
   private:
     struct Free {
@@ -62,22 +64,23 @@ class DoublingLadder {
     };
     using Memory = std::unique_ptr<double, Free>;
 
-    void allocate(const std::vector<double>& moments, PhaseSeries& phase);
+    void allocate(const std::vector<double>& moments, PhaseSeries<Number>& phase);
     void allocate(const DirectionGroups& groups);
-    void double_depth(SimdLayer& layer) const;
+    void double_depth(SimdLayer<Number>& layer) const;
 
     const Directions& directions_;
-    const DoublingSteps& steps_;
+    const DoublingSteps<Number>& steps_;
     Memory memory_, memory_of_groups_;
-    SimdLayer layer_{};
+    SimdLayer<Number> layer_{};
     DirectionGroups directions_of_groups_;
-    SimdGroups groups_{};
-    std::vector<SimdLayer*> doubled_;  // both groups, or the layer as a whole
+    SimdGroups<Number> groups_{};
+    std::vector<SimdLayer<Number>*> doubled_;  // both groups, or the layer as a whole
     int tasks_;
-    bool conservative_[lane_count];  // mode 0 at w = 1
+    bool conservative_[lanes_of<Number>];  // mode 0 at w = 1
 };
 
 /// One lane of a kernel.
-Eigen::MatrixXd lane_matrix(const SimdLayer& layer, const Pack* K, int lane);
+template <class Number>
+Eigen::MatrixXd lane_matrix(const SimdLayer<Number>& layer, const Number* K, int lane);
 
 }  // namespace stratus

@@ -39,10 +39,10 @@ OrderedLadder::Series OrderedLadder::nothing() const {
 Pack* OrderedLadder::kernel(Series& of, std::size_t order) const {
     Kernel& K = of.K[order];
     if (K) return packs(K.get());
-    const SimdLayer& layer = start_.layer();
+    const SimdLayer<Pack>& layer = start_.layer();
     const std::size_t bytes = static_cast<std::size_t>(layer.directions) *
                               static_cast<std::size_t>(layer.stride) * sizeof(Pack);
-    K.reset(static_cast<double*>(std::aligned_alloc(alignof(Pack), bytes)));
+    K.reset(static_cast<double*>(std::aligned_alloc(pack_alignment, bytes)));
     if (!K) throw std::bad_alloc();
     std::memset(K.get(), 0, bytes);
     return packs(K.get());
@@ -57,8 +57,8 @@ void OrderedLadder::add_product(Series& sum, double factor, const Series& F, std
         if (!into.size()) into = VectorXd::Zero(d.size());
         into += factor * d.cwiseProduct(e);
     }
-    const ProductFactors of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr,
-                            packs(F.K[i].get()), packs(G.K[j].get())};
+    const ProductFactors<Pack> of{d.size() ? d.data() : nullptr, e.size() ? e.data() : nullptr,
+                                  packs(F.K[i].get()), packs(G.K[j].get())};
     if ((of.F && (of.G || of.G_diagonal)) || (of.F_diagonal && of.G))
         steps_.add_product(start_.layer(), factor, of, kernel(sum, i + j));
 }
@@ -116,13 +116,13 @@ OrderedLadder::Series OrderedLadder::scattered(double depth, const Pack* kernel_
 
 OrderedLadder::OrderedLadder(const Directions& directions, const std::vector<double>& moments,
                              double truncated, const std::vector<int>& modes, int highest_order,
-                             double thin_depth, const DoublingSteps& steps)
+                             double thin_depth)
     : directions_(directions),
-      steps_(steps),
+      steps_(doubling_steps<Pack>()),
       truncated_(truncated),
       highest_order_(static_cast<std::size_t>(highest_order)),
       optical_depth_(thin_depth),
-      start_(directions, moments, conservative_tasks(modes, thin_depth), steps),
+      start_(directions, moments, conservative_tasks(modes, thin_depth)),
       reflection_(nothing()),
       transmission_(nothing()) {
     // The thin start of simd/thin_layer.cpp, b = h B and W = (h A)^-1.
@@ -176,7 +176,7 @@ void OrderedLadder::set_beam() {
 }
 
 bool OrderedLadder::is_opaque() const {
-    const SimdLayer& layer = start_.layer();
+    const SimdLayer<Pack>& layer = start_.layer();
     for (std::size_t k = 1; k <= highest_order_; ++k)
         for (int i = 0; i < layer.directions; ++i)
             for (int j = 0; j < layer.directions; ++j)

@@ -26,7 +26,7 @@ class OrderedLadder {
     /// `truncated` is the share f taken from the peak.
     OrderedLadder(const Directions& directions, const std::vector<double>& moments,
                   double truncated, const std::vector<int>& modes, int highest_order,
-                  double thin_depth, const DoublingSteps& steps);
+                  double thin_depth);
 
     void double_depth();
 
@@ -63,11 +63,11 @@ class OrderedLadder {
     bool is_opaque() const;
 
     const Directions& directions_;
-    const DoublingSteps& steps_;
+    const DoublingSteps<Pack>& steps_;
     double truncated_;
     std::size_t highest_order_;
     double optical_depth_;
-    DoublingLadder start_;              // for its phase kernels
+    DoublingLadder<Pack> start_;        // for its phase kernels
     Series reflection_, transmission_;  // T with the beam on its diagonal
 };
 

@@ -65,6 +65,7 @@ struct VerifyOptions {
     unsigned seed = 1;
     int threads = 0;     // 0: all
     bool bound = false;  // look up through slices (slice.h), one bound at every point
+    bool fluxes = true;  // measure what the stored fluxes miss, too
     std::function<void(double done)> progress;
     WorkLog log;  // pieces: the points of a ladder of depths each
 };
@@ -76,13 +77,13 @@ struct Verification {
     bool judges_grazing = true;  // not with a path law
 
     /// Largest |1 - plane albedo - transmittance| of the stored fluxes at w = 1; -1 without samples
-    /// there, or over a lower boundary.
-    double energy_defect = 0;
+    /// there, over a lower boundary, or where fluxes are not asked for.
+    double energy_defect = -1;
 
     /// Largest |integral of looked-up R - stored plane albedo|, over some samples of depth and of
     /// mu_in >= 0.1, at the first and the last albedo; -1 without reflection or without all
-    /// directions.
-    double furnace_defect = 0;
+    /// directions, or where fluxes are not asked for.
+    double furnace_defect = -1;
 
     /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
     /// of `grazing` where that is judged.

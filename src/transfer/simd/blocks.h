@@ -1,12 +1,15 @@
 // Inner loops of the SIMD files: small blocks held in registers.
+//
+// The files are written once for both kinds of Number (doubling_steps.h). A register holds lanes of
+// a Pack, or consecutive columns of a row of doubles.
 #pragma once
 
 #include "doubling_steps.h"
 
 namespace stratus::STRATUS_ISA {
 
-// A register of lanes, and the rows and columns of the largest block of accumulators that fits:
-// 4 x 4 of 32 registers, or 3 x 3 of 16.
+// A register, and the rows and columns of the largest block of accumulators that fits: 4 x 4 of 32
+// registers, or 3 x 3 of 16.
 #if defined(__AVX512F__)
 constexpr int word_bytes = 64, block = 4;
 #elif defined(__AVX__)
@@ -15,60 +18,158 @@ constexpr int word_bytes = 32, block = 3;
 constexpr int word_bytes = 16, block = 3;
 #endif
 using Word = double __attribute__((vector_size(word_bytes), aligned(word_bytes), may_alias));
-constexpr int words = static_cast<int>(sizeof(Pack)) / word_bytes;
+
+template <class Number>
+constexpr bool is_pack = lanes_of<Number> > 1;
+
+/// One register of each Number, or of as many columns as it holds.
+template <class Number>
+struct Register {
+    static constexpr int words = is_pack<Number> ? static_cast<int>(sizeof(Pack)) / word_bytes : 1;
+    static constexpr int columns =
+        is_pack<Number> ? 1 : word_bytes / static_cast<int>(sizeof(double));
+    int word;
+
+    /// x[at], or x[at] and the columns after it.
+    [[gnu::always_inline]] Word& operator()(Number* x, long at) const {
+        return reinterpret_cast<Word*>(x + at)[word];
+    }
+    [[gnu::always_inline]] const Word& operator()(const Number* x, long at) const {
+        return reinterpret_cast<const Word*>(x + at)[word];
+    }
+    /// x[at], the same in all columns.
+    [[gnu::always_inline]] auto same(const Number* x, long at) const {
+        if constexpr (is_pack<Number>)
+            return (*this)(x, at);
+        else
+            return x[at];
+    }
+    template <class Value>
+    [[gnu::always_inline]] void set_same(Number* x, long at, Value value) const {
+        if constexpr (is_pack<Number>)
+            (*this)(x, at) = value;
+        else
+            x[at] = value;
+    }
+    /// Sets one of the columns of a register.
+    template <class Value>
+    [[gnu::always_inline]] void set_column(Word& w, int column, Value value) const {
+        if constexpr (is_pack<Number>)
+            w = value;
+        else
+            w[column] = value;
+    }
+};
 
 /// acc[i][j] += sign * sum over k < depth of a[k, i] b[k, j]: rows of a and b are contiguous in i
-/// and j.
-template <int I, int J>
-[[gnu::always_inline]] inline void accumulate(int depth, const Pack* a, long a_stride,
-                                              const Pack* b, long b_stride, double sign,
-                                              Pack (&acc)[I][J]) {
-    for (int word = 0; word < words; ++word) {
-        const Word* a_row = reinterpret_cast<const Word*>(a) + word;
-        const Word* b_row = reinterpret_cast<const Word*>(b) + word;
-        Word sum[I][J] = {};
-        for (int k = 0; k < depth; ++k, a_row += a_stride * words, b_row += b_stride * words)
-            for (int i = 0; i < I; ++i)
-                for (int j = 0; j < J; ++j) sum[i][j] += a_row[i * words] * b_row[j * words];
+/// and j; j counts registers.
+template <class Number, int I, int J>
+[[gnu::always_inline]] inline void accumulate(Register<Number> in, int depth, const Number* a,
+                                              long a_stride, const Number* b, long b_stride,
+                                              double sign, Word (&acc)[I][J]) {
+    Word sum[I][J] = {};
+    for (long k = 0; k < depth; ++k, a += a_stride, b += b_stride)
         for (int i = 0; i < I; ++i)
-            for (int j = 0; j < J; ++j)
-                reinterpret_cast<Word*>(&acc[i][j])[word] += sign * sum[i][j];
-    }
+            for (int j = 0; j < J; ++j) sum[i][j] += in.same(a, i) * in(b, j * in.columns);
+    for (int i = 0; i < I; ++i)
+        for (int j = 0; j < J; ++j) acc[i][j] += sign * sum[i][j];
 }
 
 template <int I, int J>
 struct Tile {};
 
-/// Calls body(i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
-/// first_column(i0); edges one by one.
-template <class FirstColumn, class Body>
+/// Calls body(register, i0, j0, tile<I, J>) over all blocks of a rows x columns matrix, j0 from
+/// first_column(i0) or, with columns in registers, the first of its register; smaller blocks at the
+/// edges.
+template <class Number, class FirstColumn, class Body>
 [[gnu::always_inline]] inline void for_each_block(int rows, int columns, FirstColumn first_column,
                                                   Body body) {
+    using In = Register<Number>;
+    auto row = [&]<int I>(int i, Tile<I, 1>) {
+        int j = first_column(i) / In::columns * In::columns;
+        for (; j + (block - 1) * In::columns < columns; j += block * In::columns)
+            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, block>{});
+        for (; j + In::columns < columns; j += 2 * In::columns)
+            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 2>{});
+        for (; j < columns; j += In::columns)
+            for (int word = 0; word < In::words; ++word) body(In{word}, i, j, Tile<I, 1>{});
+    };
     int i = 0;
-    for (; i + block <= rows; i += block) {
-        int j = first_column(i);
-        for (; j + block <= columns; j += block) body(i, j, Tile<block, block>{});
-        for (; j < columns; ++j) body(i, j, Tile<block, 1>{});
-    }
-    for (; i < rows; ++i) {
-        int j = first_column(i);
-        for (; j + block <= columns; j += block) body(i, j, Tile<1, block>{});
-        for (; j < columns; ++j) body(i, j, Tile<1, 1>{});
-    }
+    for (; i + block <= rows; i += block) row(i, Tile<block, 1>{});
+    for (; i < rows; ++i) row(i, Tile<1, 1>{});
 }
 
-[[gnu::always_inline]] inline Pack broadcast(double value) { return Pack{} + value; }
+/// Calls body(register, i, j, value) for the registers of a block that reach the diagonal or lie
+/// above it.
+template <class Number, int I, int J, class Body>
+[[gnu::always_inline]] inline void for_upper(Register<Number> in, int i0, int j0,
+                                             const Word (&values)[I][J], Body body) {
+    for (int i = 0; i < I; ++i)
+        for (int j = 0; j < J; ++j) {
+            const int column = j0 + j * in.columns;
+            if (column + in.columns > i0 + i) body(in, i0 + i, column, values[i][j]);
+        }
+}
 
-[[gnu::always_inline]] inline Pack square_root(Pack x) {
-    for (int lane = 0; lane < lane_count; ++lane) x[lane] = __builtin_sqrt(x[lane]);
+/// Stores an element above the diagonal, for both triangles once `mirror` follows.
+template <class Number>
+[[gnu::always_inline]] inline void store_upper(Register<Number> in, Number* out, long stride, int i,
+                                               int j, Word value) {
+    in(out, i * stride + j) = value;
+    if constexpr (is_pack<Number>) in(out, j * stride + i) = value;
+}
+
+template <class Number>
+[[gnu::always_inline]] inline void mirror(int n, Number* out, long stride) {
+    if constexpr (!is_pack<Number>)
+        for (int i = 1; i < n; ++i)
+            for (int j = 0; j < i; ++j) out[i * stride + j] = out[j * stride + i];
+}
+
+/// out_i = sum over k < depth of x_k K_ki.
+template <class Number>
+[[gnu::always_inline]] inline void multiply(int depth, const Number* x, const Number* K,
+                                            long stride, int columns, Number* out) {
+    auto blocks = [&]<int I, int J>(Register<Number> in, int, int j0, Tile<I, J>) {
+        Word sum[1][J] = {};
+        accumulate(in, depth, x, 1, K + j0, stride, 1.0, sum);
+        for (int j = 0; j < J; ++j) in(out, j0 + j * in.columns) = sum[0][j];
+    };
+    for_each_block<Number>(
+        1, columns, [](int) { return 0; }, blocks);
+}
+
+template <class Number>
+[[gnu::always_inline]] inline double lane_of(const Number& x, int lane) {
+    if constexpr (is_pack<Number>)
+        return x[lane];
+    else
+        return x;
+}
+
+template <class Number>
+[[gnu::always_inline]] inline void set_lane(Number& x, int lane, double value) {
+    if constexpr (is_pack<Number>)
+        x[lane] = value;
+    else
+        x = value;
+}
+
+[[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
+
+template <class Vector>
+[[gnu::always_inline]] inline Vector square_root(Vector x) {
+    for (int lane = 0; lane < lanes_of<Vector>; ++lane) x[lane] = __builtin_sqrt(x[lane]);
     return x;
 }
 
 /// Factors the symmetric positive leading block of m = [C | U^T] (gauss rows) as L L^T and leaves
 /// L^-1 [C | U^T]; the diagonal holds 1 / L_ii.
-void eliminate(int gauss, int columns, Pack* m, long stride);
+template <class Number>
+void eliminate(int gauss, int columns, Number* m, long stride);
 
 /// Solves L^T u = x in place, L^T as `eliminate` left it.
-void back_substitute(int gauss, const Pack* m, long stride, Pack* x);
+template <class Number>
+void back_substitute(int gauss, const Number* m, long stride, Number* x);
 
 }  // namespace stratus::STRATUS_ISA

@@ -2,91 +2,127 @@
 
 namespace stratus::STRATUS_ISA {
 
-void eliminate(int gauss, int columns, Pack* m, long stride) {
-    int i0 = 0;
-    auto block_row = [&]<int I>(Tile<I, I>) {
-        // The diagonal block: subtract the rows above, then factor it.
-        Pack factor[I][I];
+namespace {
+
+/// `I` rows of an elimination, from row i0 on. With columns in registers i0 is a multiple of I, and
+/// the diagonal of these rows lies in one register.
+template <class Number, int I>
+[[gnu::always_inline]] inline void eliminate_rows(Register<Number> in, int i0, int columns,
+                                                  Number* m, long stride, Tile<I, I>) {
+    constexpr int step = Register<Number>::columns, J = is_pack<Number> ? I : 1;
+    const int first = i0 / step * step;
+    const auto at = [&](int i, int j) -> Word& { return in(m, (i0 + i) * stride + j); };
+    // The diagonal block: subtract the rows above, then factor it.
+    Word corner[I][J];
+    for (int i = 0; i < I; ++i)
+        for (int j = 0; j < J; ++j)
+            corner[i][j] = is_pack<Number> && j < i ? Word{} : at(i, first + j);
+    accumulate(in, i0, m + i0, stride, m + first, stride, -1.0, corner);
+    for (int i = 0; i < I; ++i)
+        for (int j = 0; j < J; ++j) at(i, first + j) = corner[i][j];
+    decltype(in.same(m, 0)) factor[I][I];
+    for (int i = 0; i < I; ++i)
+        for (int j = i; j < I; ++j) factor[i][j] = in.same(m, (i0 + i) * stride + i0 + j);
+    for (int i = 0; i < I; ++i) {
+        factor[i][i] = 1.0 / square_root(factor[i][i]);
+        for (int j = i + 1; j < I; ++j) factor[i][j] *= factor[i][i];
+        for (int r = i + 1; r < I; ++r)
+            for (int j = r; j < I; ++j) factor[r][j] -= factor[i][r] * factor[i][j];
+    }
+    // All columns of these rows.
+    auto solve = [&]<int W>(int rows_above, int j0, Tile<1, W>) {
+        Word x[I][W];
         for (int i = 0; i < I; ++i)
-            for (int j = 0; j < I; ++j)
-                factor[i][j] = j < i ? Pack{} : m[(i0 + i) * stride + i0 + j];
-        accumulate(i0, m + i0, stride, m + i0, stride, -1.0, factor);
-        for (int i = 0; i < I; ++i) {
-            factor[i][i] = 1.0 / square_root(factor[i][i]);
-            for (int j = i + 1; j < I; ++j) factor[i][j] *= factor[i][i];
-            for (int r = i + 1; r < I; ++r)
-                for (int j = r; j < I; ++j) factor[r][j] -= factor[i][r] * factor[i][j];
-        }
+            for (int j = 0; j < W; ++j) x[i][j] = at(i, j0 + j * step);
+        accumulate(in, rows_above, m + i0, stride, m + j0, stride, -1.0, x);
         for (int i = 0; i < I; ++i)
-            for (int j = i; j < I; ++j) m[(i0 + i) * stride + i0 + j] = factor[i][j];
-        // The remaining columns of these rows.
-        auto columns_at = [&]<int J>(int j0, Tile<1, J>) {
-            Pack x[I][J];
-            for (int i = 0; i < I; ++i)
-                for (int j = 0; j < J; ++j) x[i][j] = m[(i0 + i) * stride + j0 + j];
-            accumulate(i0, m + i0, stride, m + j0, stride, -1.0, x);
-            for (int i = 0; i < I; ++i)
-                for (int j = 0; j < J; ++j) {
-                    for (int r = 0; r < i; ++r) x[i][j] -= factor[r][i] * x[r][j];
-                    x[i][j] *= factor[i][i];
-                    m[(i0 + i) * stride + j0 + j] = x[i][j];
-                }
-        };
-        int j0 = i0 + I;
-        for (; j0 + block <= columns; j0 += block) columns_at(j0, Tile<1, block>{});
-        for (; j0 < columns; ++j0) columns_at(j0, Tile<1, 1>{});
-        i0 += I;
+            for (int j = 0; j < W; ++j) {
+                for (int r = 0; r < i; ++r) x[i][j] -= factor[r][i] * x[r][j];
+                x[i][j] *= factor[i][i];
+                at(i, j0 + j * step) = x[i][j];
+            }
     };
-    while (i0 + block <= gauss) block_row(Tile<block, block>{});
-    while (i0 < gauss) block_row(Tile<1, 1>{});
+    solve(0, first, Tile<1, J>{});
+    for (int i = 0; i < I; ++i) in.set_same(m, (i0 + i) * stride + i0 + i, factor[i][i]);
+    int j0 = first + J * step;
+    for (; j0 + (block - 1) * step < columns; j0 += block * step) solve(i0, j0, Tile<1, block>{});
+    for (; j0 + step < columns; j0 += 2 * step) solve(i0, j0, Tile<1, 2>{});
+    for (; j0 < columns; j0 += step) solve(i0, j0, Tile<1, 1>{});
 }
 
-void back_substitute(int gauss, const Pack* m, long stride, Pack* x) {
+}  // namespace
+
+template <class Number>
+void eliminate(int gauss, int columns, Number* m, long stride) {
+    using In = Register<Number>;
+    constexpr int rows = is_pack<Number> ? block : In::columns < 4 ? In::columns : 4;
+    for (int word = 0; word < In::words; ++word) {
+        int i0 = 0;
+        for (; i0 + rows <= gauss; i0 += rows)
+            eliminate_rows(In{word}, i0, columns, m, stride, Tile<rows, rows>{});
+        for (; i0 < gauss; ++i0) eliminate_rows(In{word}, i0, columns, m, stride, Tile<1, 1>{});
+    }
+}
+
+template <class Number>
+void back_substitute(int gauss, const Number* m, long stride, Number* x) {
     for (int i = gauss - 1; i >= 0; --i) {
-        Pack sum = x[i];
+        Number sum = x[i];
         for (int j = i + 1; j < gauss; ++j) sum -= m[i * stride + j] * x[j];
         x[i] = sum * m[i * stride + i];
     }
 }
 
-void eliminate_for(const SimdLayer& layer, Scaled P, SimdMatrix C, Pack* along) {
-    const int N = layer.gauss, n = layer.directions;
+template <class Number>
+void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
+                   Number* along) {
+    const int N = layer.gauss, n = layer.directions, right = layer.right_side;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
-    Pack* m = layer.elimination;
-    const SimdMatrix& F = P.matrix;
-    Pack* rho = layer.vector[0];
-    for (int j = 0; j < n; ++j) rho[j] = j < N ? Pack{} : P.p * F.d[j] / C.d[j];
+    Number* m = layer.elimination;
+    const SimdMatrix<Number>& F = P.matrix;
+    Number* rho = layer.vector[0];
+    for (int j = 0; j < n; ++j) rho[j] = j < N ? Number{} : P.p * F.d[j] / C.d[j];
     for (int i = 0; i < N; ++i) {
-        Pack* row = m + i * x_stride;
-        for (int j = i; j < N; ++j) row[j] = C.K[i * stride + j];
+        Number* row = m + i * x_stride;
+        for (int j = is_pack<Number> ? i : 0; j < N; ++j) row[j] = C.K[i * stride + j];
+        for (int j = N; j < right; ++j) row[j] = Number{};
         row[i] += C.d[i];
-        Pack* u = row + N;
-        for (int j = 0; j < n; ++j) u[j] = P.p * F.K[i * stride + j] - rho[j] * C.K[i * stride + j];
+        Number* u = row + right;
+        for (int j = 0; j < N; ++j) u[j] = P.p * F.K[i * stride + j];
+        for (int j = N; j < n; ++j) u[j] = P.p * F.K[i * stride + j] - rho[j] * C.K[i * stride + j];
         u[i] += P.p * F.d[i];
         if (along) u[n] = along[i];
     }
-    eliminate(N, N + n + (along ? 1 : 0), m, x_stride);
+    eliminate(N, right + n + (along ? 1 : 0), m, x_stride);
     if (!along) return;
-    for (int i = 0; i < N; ++i) along[i] = m[i * x_stride + N + n];
-    back_substitute(N, m, x_stride, along);
-    for (int e = N; e < n; ++e) {
-        Pack sum = along[e];
-        for (int j = 0; j < N; ++j) sum -= C.K[e * stride + j] * along[j];
-        along[e] = sum / C.d[e];
-    }
+    Number* factored = layer.vector[2];  // L^-1 along
+    for (int i = 0; i < N; ++i) factored[i] = m[i * x_stride + right + n];
+    for (int e = N; e < n; ++e) factored[e] = along[e];
+    multiply(N, factored, m + right, x_stride, n, along);
+    for (int e = N; e < n; ++e) along[e] += rho[e] * factored[e];
 }
 
-void invert(const SimdLayer& layer, SimdMatrix C, SimdMatrix out) {
-    Pack* none = layer.vector[2];
+template <class Number>
+void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out) {
+    Number* none = layer.vector[2];
     for (int i = 0; i < layer.directions; ++i) {
-        none[i] = Pack{};
+        none[i] = Number{};
         out.d[i] = 1.0 / C.d[i];
     }
-    const Scaled kernel{1.0, {none, C.K}};
-    eliminate_for(layer, kernel, C, nullptr);
-    congruence_kernel(layer, kernel, C, out.K, [&](int i, int j, Pack value) {
-        return (value - C.K[i * layer.stride + j]) * out.d[i] * out.d[j];
+    const Scaled<Number> kernel{1.0, {none, C.K}};
+    eliminate_for<Number>(layer, kernel, C, nullptr);
+    congruence_kernel(layer, kernel, C, out.K, [&](Register<Number> in, int i, int j, Word value) {
+        return (value - in(C.K, i * layer.stride + j)) * in.same(out.d, i) * in(out.d, j);
     });
 }
+
+template void eliminate(int, int, Pack*, long);
+template void eliminate(int, int, double*, long);
+template void back_substitute(int, const Pack*, long, Pack*);
+template void back_substitute(int, const double*, long, double*);
+template void eliminate_for(const SimdLayer<Pack>&, Scaled<Pack>, SimdMatrix<Pack>, Pack*);
+template void eliminate_for(const SimdLayer<double>&, Scaled<double>, SimdMatrix<double>, double*);
+template void invert(const SimdLayer<Pack>&, SimdMatrix<Pack>, SimdMatrix<Pack>);
+template void invert(const SimdLayer<double>&, SimdMatrix<double>, SimdMatrix<double>);
 
 }  // namespace stratus::STRATUS_ISA

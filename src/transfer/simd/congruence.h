@@ -11,54 +11,72 @@
 namespace stratus::STRATUS_ISA {
 
 /// The factor p of P, and P itself.
+template <class Number>
 struct Scaled {
     double p;
-    SimdMatrix matrix;
+    SimdMatrix<Number> matrix;
 };
 
-/// Eliminates for P C^-1 P. A vector `along`, if not null, is replaced by C^-1 along.
-void eliminate_for(const SimdLayer& layer, Scaled P, SimdMatrix C, Pack* along);
+/// Eliminates for P C^-1 P, and leaves rho in vector[0]. A vector `along`, if not null, is replaced
+/// by P C^-1 along = X^T (L^-1 along) + rho along.
+template <class Number>
+void eliminate_for(const SimdLayer<Number>& layer, Scaled<Number> P, SimdMatrix<Number> C,
+                   Number* along);
 
-/// Stores combine(i, j, kernel of P C^-1 P) in both triangles of `out`; `out` may be P's kernel.
-template <class Combine>
-[[gnu::always_inline]] inline void congruence_kernel(const SimdLayer& layer, Scaled P, SimdMatrix C,
-                                                     Pack* out, Combine combine) {
+/// After eliminate_for: stores combine(register, place, i, j, kernel of P C^-1 P) in both triangles
+/// of `out`; `out` may be P's kernel.
+template <class Number, class Combine>
+[[gnu::always_inline]] inline void congruence_kernel(const SimdLayer<Number>& layer,
+                                                     Scaled<Number> P, SimdMatrix<Number> C,
+                                                     Number* out, Combine combine) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride, x_stride = layer.elimination_stride;
-    const Pack* X = layer.elimination + N;
-    auto ratio = [&](int i) { return i < N ? Pack{} : P.p * P.matrix.d[i] / C.d[i]; };
-    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-        Pack product[I][J] = {};
-        accumulate(N, X + i0, x_stride, X + j0, x_stride, 1.0, product);
-        for (int i = i0; i < i0 + I; ++i)
-            for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j) {
-                const long at = i * stride + j;
-                const Pack rho_i = ratio(i), rho_j = ratio(j);
-                Pack value = product[i - i0][j - j0] - rho_i * C.K[at] * rho_j;
-                value += P.p * (rho_i + rho_j) * P.matrix.K[at];
-                if (i == j && i < N) {
-                    const Pack d = P.p * P.matrix.d[i];
-                    value -= d * d / C.d[i];
-                }
-                out[at] = out[j * stride + i] = combine(i, j, value);
+    const Number* X = layer.elimination + layer.right_side;
+    const Number* rho = layer.vector[0];
+    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word product[I][J] = {};
+        accumulate(in, N, X + i0, x_stride, X + j0, x_stride, 1.0, product);
+        for_upper(in, i0, j0, product, [&](Register<Number>, int i, int j, Word value) {
+            const long at = i * stride + j;
+            if (j + in.columns > N) {
+                value -= in.same(rho, i) * in(C.K, at) * in(rho, j);
+                value += P.p * (in.same(rho, i) + in(rho, j)) * in(P.matrix.K, at);
             }
+            if (j <= i && i < N) {
+                Word d{};
+                const auto extinction = P.p * in.same(P.matrix.d, i);
+                in.set_column(d, i - j, extinction * extinction / in.same(C.d, i));
+                value -= d;
+            }
+            store_upper(in, out, stride, i, j, combine(in, i, j, value));
+        });
     };
-    for_each_block(
+    for_each_block<Number>(
         n, n, [](int i) { return i; }, blocks);
+    mirror(n, out, stride);
 }
 
-/// out = F x, the product summing over the Gauss nodes.
-void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out);
+/// out = F x, the product summing over the Gauss nodes; F is symmetric.
+template <class Number>
+[[gnu::always_inline]] inline void apply(const SimdLayer<Number>& layer, SimdMatrix<Number> F,
+                                         const Number* x, Number* out) {
+    const int n = layer.directions;
+    multiply(layer.gauss, x, F.K, layer.stride, n, out);
+    for (int i = 0; i < n; ++i) out[i] += F.d[i] * x[i];
+}
 
 /// out = Y s, the light absorbed under uniform illumination, from Y or from Z and the gap.
-void absorb_uniform(const SimdLayer& layer, Pack* out);
+template <class Number>
+void absorb_uniform(const SimdLayer<Number>& layer, Number* out);
 
 /// The smallest symmetric change of Y (or of Z where the gap is carried) after which Y s = a in
 /// conserving lanes.
-void restore_absorption(SimdLayer& layer);
+template <class Number>
+void restore_absorption(SimdLayer<Number>& layer);
 
 /// C^-1 into `out`. Its kernel is (K_C C^-1 K_C - K_C) / (c c): no identity is subtracted, so that
 /// thin layers keep their relative accuracy.
-void invert(const SimdLayer& layer, SimdMatrix C, SimdMatrix out);
+template <class Number>
+void invert(const SimdLayer<Number>& layer, SimdMatrix<Number> C, SimdMatrix<Number> out);
 
 }  // namespace stratus::STRATUS_ISA

@@ -29,41 +29,47 @@ namespace stratus::STRATUS_ISA {
 
 namespace {
 
+template <class Number>
 struct View {
-    Pack* at;
+    Number* at;
     long stride;
 };
 
 /// out += sign F^T G, summed over `depth` rows of F and G.
-void add_product(int depth, double sign, View F, int rows, View G, int columns, View out) {
-    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-        Pack sum[I][J] = {};
-        accumulate(depth, F.at + i0, F.stride, G.at + j0, G.stride, sign, sum);
+template <class Number>
+void add_product(int depth, double sign, View<Number> F, int rows, View<Number> G, int columns,
+                 View<Number> out) {
+    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word sum[I][J] = {};
+        accumulate(in, depth, F.at + i0, F.stride, G.at + j0, G.stride, sign, sum);
         for (int i = 0; i < I; ++i)
-            for (int j = 0; j < J; ++j) out.at[(i0 + i) * out.stride + j0 + j] += sum[i][j];
+            for (int j = 0; j < J; ++j)
+                in(out.at, (i0 + i) * out.stride + j0 + j * in.columns) += sum[i][j];
     };
-    for_each_block(
+    for_each_block<Number>(
         rows, columns, [](int) { return 0; }, blocks);
 }
 
-template <class Value>
-[[gnu::always_inline]] inline void fill(int rows, int columns, View out, Value value) {
+template <class Number, class Value>
+[[gnu::always_inline]] inline void fill(int rows, int columns, View<Number> out, Value value) {
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) out.at[i * out.stride + j] = value(i, j);
 }
 
-void transpose(int rows, int columns, View from, View to) {
+template <class Number>
+void transpose(int rows, int columns, View<Number> from, View<Number> to) {
     fill(columns, rows, to, [&](int i, int j) { return from.at[j * from.stride + i]; });
 }
 
 /// What all steps use, named as above. A name ending in t is transposed: steep x grazing.
+template <class Number>
 struct Blocks {
     int S, L;    // Gauss nodes of each group,
     int nS, nL;  // and directions
-    View U, V, Ut, Vt, P_S, Q_S, P_L, Q_L;
-    View Pt, Qt, at, bt, Q, X, Ft, Ht;
+    View<Number> U, V, Ut, Vt, P_S, Q_S, P_L, Q_L;
+    View<Number> Pt, Qt, at, bt, Q, X, Ft, Ht;
 
-    explicit Blocks(const SimdGroups& of)
+    explicit Blocks(const SimdGroups<Number>& of)
         : S(of.grazing.gauss),
           L(of.steep.gauss),
           nS(of.grazing.directions),
@@ -87,8 +93,9 @@ struct Blocks {
 };
 
 /// The blocks of w times a kernel of the whole layer; `between` is transposed.
-void take_blocks(const SimdLayer& whole, const SimdGroups& groups, const Pack* K, View of_grazing,
-                 View of_steep, View between) {
+template <class Number>
+void take_blocks(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups, const Number* K,
+                 View<Number> of_grazing, View<Number> of_steep, View<Number> between) {
     const auto from = [&](const int* rows, const int* columns) {
         return [=, &whole](int i, int j) {
             return whole.albedo * K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
@@ -101,9 +108,10 @@ void take_blocks(const SimdLayer& whole, const SimdGroups& groups, const Pack* K
 }
 
 /// a, b, X, F and H from U and V.
-void combine(const SimdGroups& groups, const Blocks& m) {
+template <class Number>
+void combine(const SimdGroups<Number>& groups, const Blocks<Number>& m) {
     const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
-    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     fill(m.nL, m.nS, m.at,
          [&](int j, int i) { return -at(m.Pt, j, i) - at(m.Vt, j, i) / mu_L[j]; });
     add_product(m.L, 1, m.P_L, m.nL, m.Vt, m.nS, m.at);
@@ -112,17 +120,19 @@ void combine(const SimdGroups& groups, const Blocks& m) {
     fill(m.nS, m.nS, m.X, [&](int i, int k) { return at(m.P_S, i, k); });
     add_product(m.L, -1, m.Vt, m.nS, m.Pt, m.nS, m.X);
     add_product(m.L, 1, m.at, m.nS, m.Vt, m.nS, m.X);
-    fill(m.nS, m.nS, m.Ft, [](int, int) { return Pack{}; });
+    fill(m.nS, m.nS, m.Ft, [](int, int) { return Number{}; });
     add_product(m.L, 1, m.Vt, m.nS, m.Ut, m.nS, m.Ft);
-    fill(m.nS, m.nS, m.Ht, [](int, int) { return Pack{}; });
+    fill(m.nS, m.nS, m.Ht, [](int, int) { return Number{}; });
     add_product(m.L, 1, m.bt, m.nS, m.Ut, m.nS, m.Ht);
 }
 
 /// The next U and V. Returns the squared change, relative to single scattering.
-Pack iterate(const SimdLayer& whole, const SimdGroups& groups, const Blocks& m) {
+template <class Number>
+Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
+               const Blocks<Number>& m) {
     const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
-    const View odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
-    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+    const View<Number> odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
+    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     combine(groups, m);
     fill(m.nL, m.nS, odd, [&](int j, int i) { return at(m.at, j, i) + at(m.Vt, j, i) / mu_L[j]; });
     add_product(m.S, 1, m.U, m.nL, m.X, m.nS, odd);
@@ -132,15 +142,15 @@ Pack iterate(const SimdLayer& whole, const SimdGroups& groups, const Blocks& m) 
     add_product(m.L, 1, m.Q_L, m.nL, m.Ut, m.nS, even);
     add_product(m.S, 1, m.Q, m.nL, m.Ft, m.nS, even);
 
-    Pack change{};
+    Number change{};
     for (int j = 0; j < m.nL; ++j)
         for (int i = 0; i < m.nS; ++i) {
             const double d_S = 1 / mu_S[i], d_L = 1 / mu_L[j];
             const double share = 1 / ((d_S - d_L) * (d_S + d_L));
-            const Pack u = (d_S * at(odd, j, i) - d_L * at(even, j, i)) * share;
-            const Pack v = (d_S * at(even, j, i) - d_L * at(odd, j, i)) * share;
+            const Number u = (d_S * at(odd, j, i) - d_L * at(even, j, i)) * share;
+            const Number v = (d_S * at(even, j, i) - d_L * at(odd, j, i)) * share;
             const double unit = 2 / (groups.grazing.s[i] * groups.steep.s[j] * d_L);
-            const Pack du = unit * (u - at(m.Ut, j, i)), dv = unit * (v - at(m.Vt, j, i));
+            const Number du = unit * (u - at(m.Ut, j, i)), dv = unit * (v - at(m.Vt, j, i));
             change += du * du + dv * dv;
             at(m.Ut, j, i) = u;
             at(m.Vt, j, i) = v;
@@ -151,38 +161,50 @@ Pack iterate(const SimdLayer& whole, const SimdGroups& groups, const Blocks& m) 
 }
 
 /// Uniform illumination and its absorption B s in the new basis: M^-1 s and M^T B s.
-void change_basis(const SimdLayer& whole, SimdGroups& groups, const Blocks& m) {
-    SimdLayer &S = groups.grazing, &L = groups.steep;
+template <class Number>
+void change_basis(const SimdLayer<Number>& whole, SimdGroups<Number>& groups,
+                  const Blocks<Number>& m) {
+    SimdLayer<Number>&S = groups.grazing, &L = groups.steep;
     for (int i = 0; i < m.nS; ++i) S.absorbed[i] = whole.absorbed[groups.grazing_at[i]];
     for (int j = 0; j < m.nL; ++j) {
-        Pack& sum = L.absorbed[j] = whole.absorbed[groups.steep_at[j]];
+        Number& sum = L.absorbed[j] = whole.absorbed[groups.steep_at[j]];
         for (int i = 0; i < m.S; ++i) sum += m.Vt.at[j * m.Vt.stride + i] * S.absorbed[i];
     }
     for (int i = 0; i < m.nS; ++i)
         for (int j = 0; j < m.L; ++j) S.absorbed[i] += m.U.at[i * m.U.stride + j] * L.absorbed[j];
     // Of uniform illumination only what is absorbed is left in grazing directions: B~ s~, solved
     // for s~, keeps its relative accuracy.
-    for (int i = 0; i < m.nS; ++i) S.uniform[i] = S.absorbed[i];
-    const SimdMatrix B = S.spare[0];
-    for (int i = 0; i < m.nS; ++i) {
-        B.d[i] = broadcast(1 / S.mu[i]);
-        for (int k = 0; k < m.nS; ++k) B.K[i * S.stride + k] = -S.scatter_even.K[i * S.stride + k];
+    const int columns = m.S + 1;
+    const long stride = S.elimination_stride;
+    for (int i = 0; i < m.S; ++i) {
+        Number* row = S.elimination + i * stride;
+        for (int k = 0; k < m.S; ++k) row[k] = -S.scatter_even.K[i * S.stride + k];
+        row[i] += 1 / S.mu[i];
+        row[m.S] = S.absorbed[i];
     }
-    eliminate_for(S, {1.0, B}, B, S.uniform);
+    eliminate(m.S, columns, S.elimination, stride);
+    for (int i = 0; i < m.S; ++i) S.uniform[i] = S.elimination[i * stride + m.S];
+    back_substitute(m.S, S.elimination, stride, S.uniform);
+    for (int i = m.S; i < m.nS; ++i) {
+        Number& sum = S.uniform[i] = S.absorbed[i];
+        for (int k = 0; k < m.S; ++k) sum += S.scatter_even.K[i * S.stride + k] * S.uniform[k];
+        sum *= S.mu[i];
+    }
     for (int j = 0; j < m.nL; ++j) {
-        Pack& sum = L.uniform[j] = whole.uniform[groups.steep_at[j]];
+        Number& sum = L.uniform[j] = whole.uniform[groups.steep_at[j]];
         for (int i = 0; i < m.S; ++i) sum -= m.Ut.at[j * m.Ut.stride + i] * S.uniform[i];
     }
 }
 
 }  // namespace
 
-bool decouple(const SimdLayer& whole, SimdGroups& groups) {
-    const Blocks m(groups);
+template <class Number>
+bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
+    const Blocks<Number> m(groups);
     take_blocks(whole, groups, whole.scatter_odd.K, m.P_S, m.P_L, m.Pt);
     take_blocks(whole, groups, whole.scatter_even.K, m.Q_S, m.Q_L, m.Qt);
     transpose(m.nL, m.nS, m.Qt, m.Q);
-    const auto zero = [](int, int) { return Pack{}; };
+    const auto zero = [](int, int) { return Number{}; };
     fill(m.nS, m.nL, m.U, zero);
     fill(m.nS, m.nL, m.V, zero);
     fill(m.nL, m.nS, m.Ut, zero);
@@ -192,17 +214,17 @@ bool decouple(const SimdLayer& whole, SimdGroups& groups) {
     constexpr double converged = 1e-28, slow = 0.1;  // squares: 1e-14, and a gain of 3 a round
     double last = 0;
     for (int round = 0;; ++round) {
-        const Pack change = iterate(whole, groups, m);
+        const Number change = iterate(whole, groups, m);
         double most = 0;
-        for (int lane = 0; lane < lane_count; ++lane)
-            if (!(change[lane] <= most)) most = change[lane];
+        for (int lane = 0; lane < lanes_of<Number>; ++lane)
+            if (!(lane_of(change, lane) <= most)) most = lane_of(change, lane);
         if (most <= converged) break;
         if (round == max_rounds || (round > 2 && !(most < slow * last))) return false;
         last = most;
     }
 
     combine(groups, m);
-    const View a{groups.rows[1], m.U.stride}, b{groups.rows[2], m.U.stride};
+    const View<Number> a{groups.rows[1], m.U.stride}, b{groups.rows[2], m.U.stride};
     transpose(m.nL, m.nS, m.at, a);
     transpose(m.nL, m.nS, m.bt, b);
     add_product(m.S, 1, m.U, m.nL, a, m.nL, m.P_L);
@@ -219,13 +241,16 @@ bool decouple(const SimdLayer& whole, SimdGroups& groups) {
 namespace {
 
 /// `to` = M^-T F~ M^-1 in the places of the whole layer.
-void couple_matrix(const SimdGroups& groups, const Blocks& m, SimdMatrix of_grazing,
-                   SimdMatrix of_steep, const SimdLayer& whole, SimdMatrix to) {
-    const View F_S{of_grazing.K, groups.grazing.stride}, F_L{of_steep.K, groups.steep.stride};
-    const View Et{groups.columns[0], m.Ut.stride}, Gt{groups.columns[1], m.Ut.stride};
-    const View E{groups.rows[0], m.U.stride}, G{groups.rows[1], m.U.stride};
-    const View E_S = m.X;
-    const auto at = [](View F, int i, int j) -> Pack& { return F.at[i * F.stride + j]; };
+template <class Number>
+void couple_matrix(const SimdGroups<Number>& groups, const Blocks<Number>& m,
+                   SimdMatrix<Number> of_grazing, SimdMatrix<Number> of_steep,
+                   const SimdLayer<Number>& whole, SimdMatrix<Number> to) {
+    const View<Number> F_S{of_grazing.K, groups.grazing.stride},
+        F_L{of_steep.K, groups.steep.stride};
+    const View<Number> Et{groups.columns[0], m.Ut.stride}, Gt{groups.columns[1], m.Ut.stride};
+    const View<Number> E{groups.rows[0], m.U.stride}, G{groups.rows[1], m.U.stride};
+    const View<Number> E_S = m.X;
+    const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     // E = -U F_L,  E_S = F_S - E U',  G = E - E_S V
     fill(m.nL, m.nS, Et, [&](int j, int i) { return -of_steep.d[j] * at(m.Ut, j, i); });
     add_product(m.L, -1, F_L, m.nL, m.Ut, m.nS, Et);
@@ -237,7 +262,7 @@ void couple_matrix(const SimdGroups& groups, const Blocks& m, SimdMatrix of_graz
     transpose(m.nL, m.nS, Et, E);
     transpose(m.nL, m.nS, Gt, G);
 
-    const auto place = [&](const int* rows, int i, const int* columns, int j) -> Pack& {
+    const auto place = [&](const int* rows, int i, const int* columns, int j) -> Number& {
         return to.K[rows[i] * static_cast<long>(whole.stride) + columns[j]];
     };
     const int *S = groups.grazing_at, *L = groups.steep_at;
@@ -247,40 +272,50 @@ void couple_matrix(const SimdGroups& groups, const Blocks& m, SimdMatrix of_graz
         for (int j = 0; j < m.nL; ++j) place(S, i, L, j) = place(L, j, S, i) = at(G, i, j);
     }
     for (int j = 0; j < m.nL; ++j) to.d[L[j]] = of_steep.d[j];
-    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {  // F_L - V' E - G' V
-        Pack sum[I][J] = {};
-        accumulate(m.S, m.V.at + i0, m.V.stride, E.at + j0, E.stride, 1.0, sum);
-        accumulate(m.S, G.at + i0, G.stride, m.V.at + j0, m.V.stride, 1.0, sum);
-        for (int i = i0; i < i0 + I; ++i)
-            for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j)
-                place(L, i, L, j) = place(L, j, L, i) = at(F_L, i, j) - sum[i - i0][j - j0];
+    const View<Number> change{whole.spare[0].K, whole.stride};  // V' E + G' V
+    auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word sum[I][J] = {};
+        accumulate(in, m.S, m.V.at + i0, m.V.stride, E.at + j0, E.stride, 1.0, sum);
+        accumulate(in, m.S, G.at + i0, G.stride, m.V.at + j0, m.V.stride, 1.0, sum);
+        for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
+            in(change.at, i * change.stride + j) = value;
+        });
     };
-    for_each_block(
+    for_each_block<Number>(
         m.nL, m.nL, [](int i) { return i; }, blocks);
+    for (int i = 0; i < m.nL; ++i)
+        for (int j = i; j < m.nL; ++j)
+            place(L, i, L, j) = place(L, j, L, i) = at(F_L, i, j) - at(change, i, j);
 }
 
 }  // namespace
 
-void couple(const SimdGroups& groups, SimdLayer& whole) {
-    const Blocks m(groups);
-    const SimdLayer &S = groups.grazing, &L = groups.steep;
+template <class Number>
+void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole) {
+    const Blocks<Number> m(groups);
+    const SimdLayer<Number>&S = groups.grazing, &L = groups.steep;
     couple_matrix(groups, m, S.Y, L.Y, whole, whole.Y);
     couple_matrix(groups, m, S.Z, L.Z, whole, whole.Z);
     whole.has_gap = L.has_gap;
     whole.half_depth = L.half_depth;
     if (!whole.any_conserving) return;
     // The absorbed light M^-T a~.
-    Pack* a_S = whole.vector[0];
+    Number* a_S = whole.vector[0];
     absorb_uniform(S, a_S);
     for (int i = 0; i < m.nS; ++i) {
         for (int j = 0; j < m.L; ++j) a_S[i] -= m.U.at[i * m.U.stride + j] * L.absorbed[j];
         whole.absorbed[groups.grazing_at[i]] = a_S[i];
     }
     for (int j = 0; j < m.nL; ++j) {
-        Pack& sum = whole.absorbed[groups.steep_at[j]] = L.absorbed[j];
+        Number& sum = whole.absorbed[groups.steep_at[j]] = L.absorbed[j];
         for (int i = 0; i < m.S; ++i) sum -= m.Vt.at[j * m.Vt.stride + i] * a_S[i];
     }
     restore_absorption(whole);
 }
+
+template bool decouple(const SimdLayer<Pack>&, SimdGroups<Pack>&);
+template bool decouple(const SimdLayer<double>&, SimdGroups<double>&);
+template void couple(const SimdGroups<Pack>&, SimdLayer<Pack>&);
+template void couple(const SimdGroups<double>&, SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

@@ -20,39 +20,33 @@
 
 namespace stratus::STRATUS_ISA {
 
-void apply(const SimdLayer& layer, SimdMatrix F, const Pack* x, Pack* out) {
-    for (int i = 0; i < layer.directions; ++i) {
-        Pack sum = F.d[i] * x[i];
-        for (int j = 0; j < layer.gauss; ++j) sum += F.K[i * layer.stride + j] * x[j];
-        out[i] = sum;
-    }
-}
-
-void absorb_uniform(const SimdLayer& layer, Pack* out) {
+template <class Number>
+void absorb_uniform(const SimdLayer<Number>& layer, Number* out) {
     apply(layer, layer.has_gap ? layer.Z : layer.Y, layer.uniform, out);
     if (!layer.has_gap) return;
-    Pack* gap = layer.vector[2];
+    Number* gap = layer.vector[2];
     apply(layer, layer.Y, layer.uniform, gap);
     for (int i = 0; i < layer.directions; ++i) out[i] -= gap[i];
 }
 
-void restore_absorption(SimdLayer& layer) {
+template <class Number>
+void restore_absorption(SimdLayer<Number>& layer) {
     const int N = layer.gauss, n = layer.directions;
-    const Pack* s = layer.uniform;
-    Pack* e = layer.vector[1];
+    const Number* s = layer.uniform;
+    Number* e = layer.vector[1];
     absorb_uniform(layer, e);
-    Pack ss{}, es{};
+    Number ss{}, es{};
     for (int i = 0; i < N; ++i) ss += s[i] * s[i];
     for (int i = 0; i < n; ++i) e[i] = layer.conserving * (layer.absorbed[i] - e[i]) / ss;
     for (int i = 0; i < N; ++i) es += e[i] * s[i];
     es /= ss;
-    Pack* K = (layer.has_gap ? layer.Z : layer.Y).K;
+    Number* K = (layer.has_gap ? layer.Z : layer.Y).K;
     for (int i = 0; i < N; ++i)
         for (int j = 0; j < N; ++j)
             K[i * layer.stride + j] += e[i] * s[j] + s[i] * e[j] - es * s[i] * s[j];
     for (int i = N; i < n; ++i)
         for (int j = 0; j < N; ++j) {
-            const Pack change = e[i] * s[j];
+            const Number change = e[i] * s[j];
             K[i * layer.stride + j] += change;
             K[j * layer.stride + i] += change;
         }
@@ -61,7 +55,8 @@ void restore_absorption(SimdLayer& layer) {
 namespace {
 
 /// Z <- own Z + x Y, diagonal and kernel.
-void add_to_Z(SimdLayer& layer, double own, double x) {
+template <class Number>
+void add_to_Z(SimdLayer<Number>& layer, double own, double x) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         layer.Z.d[i] = own * layer.Z.d[i] + x * layer.Y.d[i];
@@ -72,7 +67,8 @@ void add_to_Z(SimdLayer& layer, double own, double x) {
 
 }  // namespace
 
-void use_gap(SimdLayer& layer) {
+template <class Number>
+void use_gap(SimdLayer<Number>& layer) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         layer.Y.d[i] = layer.gap_diagonal[i];
@@ -82,35 +78,35 @@ void use_gap(SimdLayer& layer) {
     layer.has_gap = true;
 }
 
-void double_depth(SimdLayer& layer) {
+template <class Number>
+void double_depth(SimdLayer<Number>& layer) {
     const int n = layer.directions;
-    SimdMatrix &Y = layer.Y, &Z = layer.Z;
+    SimdMatrix<Number>&Y = layer.Y, &Z = layer.Z;
     if (layer.has_gap)
         add_to_Z(layer, 1.0, -0.5);
     else
         add_to_Z(layer, 0.5, 0.5);
 
-    Pack *u = layer.vector[1], *Yu = layer.vector[2];
-    for (int i = 0; i < n; ++i) u[i] = layer.absorbed[i];
-    eliminate_for(layer, {1.0, Y}, Z, layer.any_conserving ? u : nullptr);
-    if (layer.any_conserving) {  // a' = Z Z'^-1 a with the old Z = 2 Z' - Y, or Z' + G/2
-        apply(layer, Y, u, Yu);
+    Number* Yu = layer.vector[1];  // Y Z'^-1 a
+    for (int i = 0; i < n; ++i) Yu[i] = layer.absorbed[i];
+    const Scaled<Number> of{1.0, Y};
+    eliminate_for(layer, of, Z, layer.any_conserving ? Yu : nullptr);
+    if (layer.any_conserving)  // a' = Z Z'^-1 a with the old Z = 2 Z' - Y, or Z' + G/2
         for (int i = 0; i < n; ++i)
             layer.absorbed[i] =
                 layer.has_gap ? layer.absorbed[i] + 0.5 * Yu[i] : 2.0 * layer.absorbed[i] - Yu[i];
-    }
     if (layer.has_gap)
-        congruence_kernel(layer, {1.0, Y}, Z, Y.K,
-                          [](int, int, Pack value) { return 0.25 * value; });
+        congruence_kernel(layer, of, Z, Y.K,
+                          [](Register<Number>, int, int, Word value) { return 0.25 * value; });
     else
-        congruence_kernel(layer, {1.0, Y}, Z, Y.K, [&](int i, int j, Pack value) {
-            return 2.0 * Y.K[i * layer.stride + j] - value;
+        congruence_kernel(layer, of, Z, Y.K, [&](Register<Number> in, int i, int j, Word value) {
+            return 2.0 * in(Y.K, i * layer.stride + j) - value;
         });
     for (int i = 0; i < n; ++i) {
         // Squaring doubles the relative error of the gap: carry it once the difference would lose
         // more.
-        Pack& gap = layer.gap_diagonal[i];
-        const Pack squared = 0.25 * gap * gap / Z.d[i];
+        Number& gap = layer.gap_diagonal[i];
+        const Number squared = 0.25 * gap * gap / Z.d[i];
         if (layer.has_gap) {
             Y.d[i] = gap = squared;
         } else {
@@ -122,12 +118,14 @@ void double_depth(SimdLayer& layer) {
     if (layer.any_conserving) restore_absorption(layer);
 }
 
-void extract(SimdLayer& layer) {
+template <class Number>
+void extract(SimdLayer<Number>& layer) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride;
-    const SimdMatrix &Y = layer.Y, &Z = layer.Z;
-    const SimdMatrix E = layer.reflection, O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
-    const SimdMatrix C = layer.spare[0];
+    const SimdMatrix<Number>&Y = layer.Y, &Z = layer.Z;
+    const SimdMatrix<Number> E = layer.reflection,
+                             O = layer.transmission;  // (I + Y)^-1 and (I + Z)^-1
+    const SimdMatrix<Number> C = layer.spare[0];
 
     for (int i = 0; i < n; ++i) C.d[i] = 1.0 + Z.d[i];
     invert(layer, {C.d, Z.K}, O);
@@ -136,47 +134,61 @@ void extract(SimdLayer& layer) {
         invert(layer, {C.d, Y.K}, E);
         for (int i = 0; i < n; ++i)
             for (long at = i * stride; at < i * stride + n; ++at) {
-                const Pack even = E.K[at], odd = O.K[at];
+                const Number even = E.K[at], odd = O.K[at];
                 E.K[at] = even + odd;
                 O.K[at] = even - odd;
             }
         return;
     }
 
-    const SimdMatrix& G = Y;
+    const SimdMatrix<Number>& G = Y;
     for (int i = 0; i < n; ++i) {
         C.d[i] = 1.0 + Z.d[i] - G.d[i];
         for (long at = i * stride; at < i * stride + n; ++at) C.K[at] = Z.K[at] - G.K[at];
     }
     invert(layer, C, E);
-    // T = (E G) O; F = G E = (E G)^T comes first, so that both products run over rows.
-    const SimdMatrix F = layer.spare[0], T = layer.spare[1];
-    auto first = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-        Pack sum[I][J] = {};
-        accumulate(N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);
+    // T = O F with F = G E, so that both products run over rows.
+    const SimdMatrix<Number> F = layer.spare[0], T = layer.spare[1];
+    auto first = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word sum[I][J] = {};
+        accumulate(in, N, G.K + i0, stride, E.K + j0, stride, 1.0, sum);
         for (int i = i0; i < i0 + I; ++i)
-            for (int j = j0; j < j0 + J; ++j) {
-                const long at = i * stride + j;
-                F.K[at] = sum[i - i0][j - j0] + G.d[i] * E.K[at] + G.K[at] * E.d[j];
+            for (int j = 0; j < J; ++j) {
+                const int column = j0 + j * in.columns;
+                const long at = i * stride + column;
+                in(F.K, at) =
+                    sum[i - i0][j] + in.same(G.d, i) * in(E.K, at) + in(G.K, at) * in(E.d, column);
             }
     };
-    for_each_block(
+    for_each_block<Number>(
         n, n, [](int) { return 0; }, first);
-    auto second = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-        Pack sum[I][J] = {};
-        accumulate(N, F.K + i0, stride, O.K + j0, stride, 1.0, sum);
-        for (int i = i0; i < i0 + I; ++i)
-            for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j)
-                T.K[i * stride + j] = T.K[j * stride + i] = sum[i - i0][j - j0] +
-                                                            E.d[i] * G.d[i] * O.K[i * stride + j] +
-                                                            F.K[j * stride + i] * O.d[j];
+    auto second = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+        Word sum[I][J] = {};
+        accumulate(in, N, O.K + i0, stride, F.K + j0, stride, 1.0, sum);
+        for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
+            const long at = i * stride + j;
+            value += in(E.d, j) * in(G.d, j) * in(O.K, at) + in.same(O.d, i) * in(F.K, at);
+            store_upper(in, T.K, stride, i, j, value);
+        });
     };
-    for_each_block(
+    for_each_block<Number>(
         n, n, [](int i) { return i; }, second);
+    mirror(n, T.K, stride);
     for (int i = 0; i < n; ++i)
         for (long at = i * stride; at < i * stride + n; ++at) E.K[at] += O.K[at];
     layer.spare[1] = layer.transmission;
     layer.transmission = T;
 }
+
+template void absorb_uniform(const SimdLayer<Pack>&, Pack*);
+template void absorb_uniform(const SimdLayer<double>&, double*);
+template void restore_absorption(SimdLayer<Pack>&);
+template void restore_absorption(SimdLayer<double>&);
+template void use_gap(SimdLayer<Pack>&);
+template void use_gap(SimdLayer<double>&);
+template void double_depth(SimdLayer<Pack>&);
+template void double_depth(SimdLayer<double>&);
+template void extract(SimdLayer<Pack>&);
+template void extract(SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

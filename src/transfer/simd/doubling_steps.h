@@ -1,4 +1,5 @@
-// The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer, one per lane.
+// The steps of doubling as SIMD code: eight azimuthal modes (or albedos) of a layer, one per lane of
+// a Pack; or a single one, of plain doubles, whose rows fill the registers.
 //
 // Every file of this folder is compiled once per instruction set, in a namespace of that name, and
 // selected at run time (dispatch.cpp). The files use raw memory and include no header with inline
@@ -19,88 +20,104 @@ namespace stratus {
 
 constexpr int lane_count = 8;
 
-/// One double per lane.
-using Pack = double __attribute__((vector_size(64), aligned(64)));
+/// One double per lane. Its own alignment depends on the instruction set; in memory it is this.
+constexpr int pack_alignment = 64;
+using Pack = double __attribute__((vector_size(64)));
 
-/// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart.
+/// Of a Number, Pack or double.
+template <class Number>
+constexpr int lanes_of = static_cast<int>(sizeof(Number) / sizeof(double));
+
+/// A symmetric matrix diag(d) + K for every lane; K row by row, SimdLayer::stride apart. Rows of
+/// doubles, and vectors, are padded to a multiple of eight.
+template <class Number>
 struct SimdMatrix {
-    Pack* d;
-    Pack* K;
+    Number* d;
+    Number* K;
 };
 
 /// A layer during doubling, and its memory.
+template <class Number>
 struct SimdLayer {
     int gauss, directions, stride;
     const double* mu;      // directions
     const double* weight;  // directions, 0 for the extra ones
     const double* s;       // directions, sqrt(2 mu weight) (weight 1 for the extra ones)
 
-    Pack albedo;
-    Pack half_depth;  // h = tau / 2, current
-    Pack conserving;  // 1 in lanes of mode 0, whose absorption is known exactly; 0 elsewhere
+    alignas(pack_alignment) Number albedo;
+    alignas(pack_alignment) Number half_depth;  // h = tau / 2, current
+    // 1 in lanes of mode 0, whose absorption is known exactly; 0 elsewhere
+    alignas(pack_alignment) Number conserving;
     bool any_conserving;
     bool has_gap;  // Y holds G = Z - Y
 
     // (P+ - P-)/2 and (P+ + P-)/2, the parts of odd and even l - m, times s_i s_j / (2 mu_i mu_j);
     // no diagonal.
-    SimdMatrix scatter_odd, scatter_even;
-    SimdMatrix Y, Z;     // admittances of the even and odd part of the light, see doubling.cpp
-    Pack* gap_diagonal;  // of Z - Y, carried from the start to avoid cancellation
-    Pack* uniform;       // uniform illumination, s; its absorption is known in conserving lanes:
-    Pack* absorbed;      // a = Y s there, or B s before the thin start
+    SimdMatrix<Number> scatter_odd, scatter_even;
+    SimdMatrix<Number> Y, Z;  // admittances of the even and odd part of the light, see doubling.cpp
+    Number* gap_diagonal;     // of Z - Y, carried from the start to avoid cancellation
+    Number* uniform;   // uniform illumination, s; its absorption is known in conserving lanes:
+    Number* absorbed;  // a = Y s there, or B s before the thin start
 
-    SimdMatrix reflection, transmission;  // results of `extract`
-    SimdMatrix spare[2];
-    Pack* elimination;       // gauss x elimination_stride: [C_NN | U^T], its factor on return
-    int elimination_stride;  // >= gauss + directions + 1
-    Pack* vector[3];         // directions each
+    SimdMatrix<Number> reflection, transmission;  // results of `extract`
+    SimdMatrix<Number> spare[2];
+    Number* elimination;     // gauss x elimination_stride: [C_NN | U^T], its factor on return
+    int elimination_stride;  // > right_side + directions
+    int right_side;          // the column where U^T begins, gauss or more
+    Number* vector[3];       // directions each
 };
 
 /// Directions of a layer in two groups that do not mix (decoupling.cpp). Each group is a layer of its
 /// own, which may share the memory of the whole one up to its thin start.
+template <class Number>
 struct SimdGroups {
-    SimdLayer grazing, steep;
+    SimdLayer<Number> grazing, steep;
     const int *grazing_at, *steep_at;  // places in the whole layer; Gauss nodes first, as always
-    Pack *U, *V;                       // grazing x steep
-    Pack *U_columns, *V_columns;       // transposed
+    Number *U, *V;                     // grazing x steep
+    Number *U_columns, *V_columns;     // transposed
     int row_stride, column_stride;
-    Pack* columns[6];  // for intermediate results: steep x grazing,
-    Pack* rows[3];     // grazing x steep,
-    Pack* squares[3];  // grazing x grazing
+    Number* columns[6];  // for intermediate results: steep x grazing,
+    Number* rows[3];     // grazing x steep,
+    Number* squares[3];  // grazing x grazing
 };
 
 /// Input of the phase kernels: the azimuthal mode of each lane, and chi_l.
+template <class Number>
 struct PhaseSeries {
-    int mode[lane_count];
+    int mode[lanes_of<Number>];
     const double* moments;
     int moment_count;
     // 2 x moment_count rows of `directions`: P_l^m normalised, and the same times (2l + 1) chi_l
-    Pack* legendre;
+    Number* legendre;
 };
 
 /// Two factors of a product F G, each diag + K, kernels row by row; null: 0. The diagonals
 /// are the same in every lane. F is symmetric.
+template <class Number>
 struct ProductFactors {
     const double *F_diagonal, *G_diagonal;
-    const Pack *F, *G;
+    const Number *F, *G;
 };
 
 /// The steps of the method for one instruction set.
+template <class Number>
 struct DoublingSteps {
-    void (*phase_kernels)(const PhaseSeries& phase, SimdLayer& layer);
-    void (*thin_layer)(SimdLayer& layer);
-    void (*use_gap)(SimdLayer& layer);
-    void (*double_depth)(SimdLayer& layer);
-    void (*extract)(SimdLayer& layer);
+    void (*phase_kernels)(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer);
+    void (*thin_layer)(SimdLayer<Number>& layer);
+    void (*use_gap)(SimdLayer<Number>& layer);
+    void (*double_depth)(SimdLayer<Number>& layer);
+    void (*extract)(SimdLayer<Number>& layer);
     /// Fills both groups up to their thin start; false where scattering mixes them too much.
-    bool (*decouple)(const SimdLayer& whole, SimdGroups& groups);
+    bool (*decouple)(const SimdLayer<Number>& whole, SimdGroups<Number>& groups);
     /// Y and Z of the whole layer from those of its groups.
-    void (*couple)(const SimdGroups& groups, SimdLayer& whole);
+    void (*couple)(const SimdGroups<Number>& groups, SimdLayer<Number>& whole);
     /// out += factor times the kernel of F G; sizes as in the layer.
-    void (*add_product)(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out);
+    void (*add_product)(const SimdLayer<Number>& layer, double factor,
+                        const ProductFactors<Number>& of, Number* out);
 };
 
 /// For chosen_instruction_set().
-const DoublingSteps& doubling_steps();
+template <class Number>
+const DoublingSteps<Number>& doubling_steps();
 
 }  // namespace stratus

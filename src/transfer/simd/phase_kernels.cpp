@@ -11,51 +11,62 @@ namespace {
 
 /// Rows k = 0 .. count-1 of Y_{m+k}^m at all directions; each lane has its own m. No
 /// Condon-Shortley sign.
-void legendre_rows(const PhaseSeries& phase, const SimdLayer& layer, int count) {
+template <class Number>
+void legendre_rows(const PhaseSeries<Number>& phase, const SimdLayer<Number>& layer, int count) {
     const int n = layer.directions;
+    Number* sine = layer.vector[0];
+    int highest = 0;
+    for (int mode : phase.mode) highest = mode > highest ? mode : highest;
     for (int i = 0; i < n; ++i) {
-        const double mu = layer.mu[i];
-        for (int lane = 0; lane < lane_count; ++lane) {
-            double p = 1;
-            for (int k = 1; k <= phase.mode[lane]; ++k)
-                p *= __builtin_sqrt((2.0 * k - 1) / (2.0 * k) * (1 - mu * mu));
-            phase.legendre[i][lane] = p;
+        sine[i] = Number{} + __builtin_sqrt(1 - layer.mu[i] * layer.mu[i]);
+        phase.legendre[i] = Number{} + 1.0;
+    }
+    for (int k = 1; k <= highest; ++k) {
+        Number factor{}, unchanged{};  // in lanes of a lower mode
+        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+            const bool counts = k <= phase.mode[lane];
+            set_lane(factor, lane, counts ? __builtin_sqrt((2.0 * k - 1) / (2.0 * k)) : 0);
+            set_lane(unchanged, lane, counts ? 0 : 1);
         }
+        for (int i = 0; i < n; ++i) phase.legendre[i] *= factor * sine[i] + unchanged;
     }
     for (int k = 1; k < count; ++k) {
-        Pack up, back;  // Y_l = up mu Y_{l-1} - back Y_{l-2}
-        for (int lane = 0; lane < lane_count; ++lane) {
+        Number up{}, back{};  // Y_l = up mu Y_{l-1} - back Y_{l-2}
+        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
             const double m = phase.mode[lane], l = m + k;
             const double norm = 1 / __builtin_sqrt(l * l - m * m);
-            up[lane] = (2 * l - 1) * norm;
-            back[lane] = __builtin_sqrt((l - 1) * (l - 1) - m * m) * norm;
+            set_lane(up, lane, (2 * l - 1) * norm);
+            set_lane(back, lane, __builtin_sqrt((l - 1) * (l - 1) - m * m) * norm);
         }
-        Pack* row = phase.legendre + static_cast<long>(k) * n;
-        for (int i = 0; i < n; ++i) {
-            row[i] = up * layer.mu[i] * row[i - n];
-            if (k > 1) row[i] -= back * row[i - 2 * n];
-        }
+        Number* row = phase.legendre + static_cast<long>(k) * layer.stride;
+        const Number* last = row - layer.stride;
+        if (k == 1)
+            for (int i = 0; i < n; ++i) row[i] = up * layer.mu[i] * last[i];
+        else
+            for (int i = 0; i < n; ++i)
+                row[i] = up * layer.mu[i] * last[i] - back * (last - layer.stride)[i];
     }
 }
 
 /// Sinkhorn scaling, K <- d K d, until sum_j weight_j K_ij = 1 on every row in the lanes of mode 0,
 /// so that scattering conserves energy. The extra rows are scaled after the Gauss nodes.
-void conserve_energy(SimdLayer& layer) {
+template <class Number>
+void conserve_energy(SimdLayer<Number>& layer) {
     const int N = layer.gauss, n = layer.directions;
     const long stride = layer.stride;
-    Pack* d = layer.vector[0];
-    Pack* sum = layer.vector[1];
-    for (int i = 0; i < n; ++i) d[i] = broadcast(1);
+    Number* d = layer.vector[0];
+    Number* sum = layer.vector[1];
+    Number* weighted = layer.vector[2];
+    for (int i = 0; i < n; ++i) d[i] = Number{} + 1.0;
     constexpr int max_rounds = 2000;
     for (int round = 0; round < max_rounds; ++round) {
         double worst = 0;
+        for (int j = 0; j < N; ++j) weighted[j] = d[j] * layer.weight[j];
+        multiply(N, weighted, layer.scatter_even.K, stride, n, sum);
         for (int i = 0; i < n; ++i) {
-            Pack row{};
-            for (int j = 0; j < N; ++j)
-                row += layer.scatter_even.K[i * stride + j] * d[j] * layer.weight[j];
-            sum[i] = 1.0 + layer.conserving * (row * d[i] - 1.0);
-            for (int lane = 0; lane < lane_count; ++lane) {
-                const double miss = __builtin_fabs(sum[i][lane] - 1);
+            sum[i] = 1.0 + layer.conserving * (sum[i] * d[i] - 1.0);
+            for (int lane = 0; lane < lanes_of<Number>; ++lane) {
+                const double miss = __builtin_fabs(lane_of(sum[i], lane) - 1);
                 if (miss > worst) worst = miss;
             }
         }
@@ -72,34 +83,37 @@ void conserve_energy(SimdLayer& layer) {
 
 }  // namespace
 
-void phase_kernels(const PhaseSeries& phase, SimdLayer& layer) {
+template <class Number>
+void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer) {
     const int n = layer.directions;
+    const long stride = layer.stride;
     int lowest = phase.mode[0];
     for (int mode : phase.mode) lowest = mode < lowest ? mode : lowest;
     const int count = phase.moment_count - lowest > 1 ? phase.moment_count - lowest : 1;
     legendre_rows(phase, layer, count);
-    Pack* weighted = phase.legendre + static_cast<long>(phase.moment_count) * n;
+    Number* weighted = phase.legendre + phase.moment_count * stride;
     for (int k = 0; k < count; ++k) {
-        Pack c{};
-        for (int lane = 0; lane < lane_count; ++lane) {
+        Number c{};
+        for (int lane = 0; lane < lanes_of<Number>; ++lane) {
             const int l = phase.mode[lane] + k;
-            if (l < phase.moment_count) c[lane] = (2 * l + 1) * phase.moments[l];
+            if (l < phase.moment_count) set_lane(c, lane, (2 * l + 1) * phase.moments[l]);
         }
-        for (long i = k * static_cast<long>(n); i < (k + 1) * static_cast<long>(n); ++i)
-            weighted[i] = c * phase.legendre[i];
+        for (long i = k * stride; i < k * stride + n; ++i) weighted[i] = c * phase.legendre[i];
     }
-    auto product = [&](int parity, Pack* out) {
-        const Pack* a = weighted + static_cast<long>(parity) * n;
-        const Pack* b = phase.legendre + static_cast<long>(parity) * n;
-        auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-            Pack sum[I][J] = {};
-            accumulate((count + 1 - parity) / 2, a + i0, 2L * n, b + j0, 2L * n, 1.0, sum);
-            for (int i = i0; i < i0 + I; ++i)
-                for (int j = (j0 > i ? j0 : i); j < j0 + J; ++j)
-                    out[i * layer.stride + j] = out[j * layer.stride + i] = sum[i - i0][j - j0];
+    auto product = [&](int parity, Number* out) {
+        const Number* a = weighted + parity * stride;
+        const Number* b = phase.legendre + parity * stride;
+        auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+            Word sum[I][J] = {};
+            accumulate(in, (count + 1 - parity) / 2, a + i0, 2 * stride, b + j0, 2 * stride, 1.0,
+                       sum);
+            for_upper(in, i0, j0, sum, [&](Register<Number>, int i, int j, Word value) {
+                store_upper(in, out, stride, i, j, value);
+            });
         };
-        for_each_block(
+        for_each_block<Number>(
             n, n, [](int i) { return i; }, blocks);
+        mirror(n, out, stride);
     };
     product(0, layer.scatter_even.K);
     product(1, layer.scatter_odd.K);
@@ -108,9 +122,12 @@ void phase_kernels(const PhaseSeries& phase, SimdLayer& layer) {
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) {
             const double scale = layer.s[i] * layer.s[j] / (2 * layer.mu[i] * layer.mu[j]);
-            layer.scatter_odd.K[i * layer.stride + j] *= scale;
-            layer.scatter_even.K[i * layer.stride + j] *= scale;
+            layer.scatter_odd.K[i * stride + j] *= scale;
+            layer.scatter_even.K[i * stride + j] *= scale;
         }
 }
+
+template void phase_kernels(const PhaseSeries<Pack>&, SimdLayer<Pack>&);
+template void phase_kernels(const PhaseSeries<double>&, SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

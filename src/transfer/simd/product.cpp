@@ -3,23 +3,31 @@
 
 namespace stratus::STRATUS_ISA {
 
-void add_product(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out) {
+template <class Number>
+void add_product(const SimdLayer<Number>& layer, double factor, const ProductFactors<Number>& of,
+                 Number* out) {
     const int n = layer.directions;
     const long stride = layer.stride;
-    auto blocks = [&]<int I, int J>(int i0, int j0, Tile<I, J>) {
-        Pack sum[I][J] = {};
-        if (of.F && of.G) accumulate(layer.gauss, of.F + i0, stride, of.G + j0, stride, 1.0, sum);
-        for (int i = i0; i < i0 + I; ++i)
-            for (int j = j0; j < j0 + J; ++j) {
-                const long at = i * stride + j;
-                Pack value = sum[i - i0][j - j0];
-                if (of.F_diagonal && of.G) value += of.F_diagonal[i] * of.G[at];
-                if (of.F && of.G_diagonal) value += of.F[at] * of.G_diagonal[j];
-                out[at] += factor * value;
-            }
-    };
-    for_each_block(
-        n, n, [](int) { return 0; }, blocks);
+    if (of.F && of.G) {
+        auto blocks = [&]<int I, int J>(Register<Number> in, int i0, int j0, Tile<I, J>) {
+            Word sum[I][J] = {};
+            accumulate(in, layer.gauss, of.F + i0, stride, of.G + j0, stride, 1.0, sum);
+            for (int i = 0; i < I; ++i)
+                for (int j = 0; j < J; ++j)
+                    in(out, (i0 + i) * stride + j0 + j * in.columns) += factor * sum[i][j];
+        };
+        for_each_block<Number>(
+            n, n, [](int) { return 0; }, blocks);
+    }
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const long at = i * stride + j;
+            if (of.F_diagonal && of.G) out[at] += factor * (of.F_diagonal[i] * of.G[at]);
+            if (of.F && of.G_diagonal) out[at] += factor * (of.F[at] * of.G_diagonal[j]);
+        }
 }
+
+template void add_product(const SimdLayer<Pack>&, double, const ProductFactors<Pack>&, Pack*);
+template void add_product(const SimdLayer<double>&, double, const ProductFactors<double>&, double*);
 
 }  // namespace stratus::STRATUS_ISA

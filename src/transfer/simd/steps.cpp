@@ -2,17 +2,32 @@
 
 namespace stratus::STRATUS_ISA {
 
-void phase_kernels(const PhaseSeries& phase, SimdLayer& layer);
-void thin_layer(SimdLayer& layer);
-void use_gap(SimdLayer& layer);
-void double_depth(SimdLayer& layer);
-void extract(SimdLayer& layer);
-bool decouple(const SimdLayer& whole, SimdGroups& groups);
-void couple(const SimdGroups& groups, SimdLayer& whole);
-void add_product(const SimdLayer& layer, double factor, const ProductFactors& of, Pack* out);
+template <class Number>
+void phase_kernels(const PhaseSeries<Number>& phase, SimdLayer<Number>& layer);
+template <class Number>
+void thin_layer(SimdLayer<Number>& layer);
+template <class Number>
+void use_gap(SimdLayer<Number>& layer);
+template <class Number>
+void double_depth(SimdLayer<Number>& layer);
+template <class Number>
+void extract(SimdLayer<Number>& layer);
+template <class Number>
+bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups);
+template <class Number>
+void couple(const SimdGroups<Number>& groups, SimdLayer<Number>& whole);
+template <class Number>
+void add_product(const SimdLayer<Number>& layer, double factor, const ProductFactors<Number>& of,
+                 Number* out);
 
-extern const DoublingSteps steps;
-const DoublingSteps steps{phase_kernels, thin_layer, use_gap, double_depth,
-                          extract,       decouple,   couple,  add_product};
+template <class Number>
+constexpr DoublingSteps<Number> all_steps{
+    phase_kernels<Number>, thin_layer<Number>, use_gap<Number>, double_depth<Number>,
+    extract<Number>,       decouple<Number>,   couple<Number>,  add_product<Number>};
+
+extern const DoublingSteps<Pack> steps_of_packs;
+extern const DoublingSteps<double> steps_of_one;
+const DoublingSteps<Pack> steps_of_packs = all_steps<Pack>;
+const DoublingSteps<double> steps_of_one = all_steps<double>;
 
 }  // namespace stratus::STRATUS_ISA

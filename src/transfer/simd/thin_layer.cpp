@@ -21,8 +21,9 @@ namespace stratus::STRATUS_ISA {
 namespace {
 
 /// out = x b + y W (+ T).
-void combine(const SimdLayer& layer, double x, SimdMatrix b, double y, SimdMatrix W,
-             const SimdMatrix* T, SimdMatrix out) {
+template <class Number>
+void combine(const SimdLayer<Number>& layer, double x, SimdMatrix<Number> b, double y,
+             SimdMatrix<Number> W, const SimdMatrix<Number>* T, SimdMatrix<Number> out) {
     const int n = layer.directions;
     for (int i = 0; i < n; ++i) {
         out.d[i] = x * b.d[i] + y * W.d[i];
@@ -34,12 +35,14 @@ void combine(const SimdLayer& layer, double x, SimdMatrix b, double y, SimdMatri
     }
 }
 
-/// out = p b : Q, given C = p b + Q. A vector `along` becomes C^-1 along.
-void parallel_sum(const SimdLayer& layer, double p, SimdMatrix b, SimdMatrix C, SimdMatrix out,
-                  Pack* along = nullptr) {
-    eliminate_for(layer, {p, b}, C, along);
-    congruence_kernel(layer, {p, b}, C, out.K, [&](int i, int j, Pack value) {
-        return p * b.K[i * layer.stride + j] - value;
+/// out = p b : Q, given C = p b + Q. A vector `along` becomes p b C^-1 along.
+template <class Number>
+void parallel_sum(const SimdLayer<Number>& layer, double p, SimdMatrix<Number> b,
+                  SimdMatrix<Number> C, SimdMatrix<Number> out, Number* along = nullptr) {
+    const Scaled<Number> of{p, b};
+    eliminate_for(layer, of, C, along);
+    congruence_kernel(layer, of, C, out.K, [&](Register<Number> in, int i, int j, Word value) {
+        return p * in(b.K, i * layer.stride + j) - value;
     });
     for (int i = 0; i < layer.directions; ++i)
         out.d[i] = p * b.d[i] * (C.d[i] - p * b.d[i]) / C.d[i];
@@ -47,10 +50,11 @@ void parallel_sum(const SimdLayer& layer, double p, SimdMatrix b, SimdMatrix C, 
 
 }  // namespace
 
-void thin_layer(SimdLayer& layer) {
-    const int N = layer.gauss, n = layer.directions;
-    const Pack h = layer.half_depth;
-    const SimdMatrix b = layer.reflection, W = layer.transmission, C = layer.spare[0];
+template <class Number>
+void thin_layer(SimdLayer<Number>& layer) {
+    const int n = layer.directions;
+    const Number h = layer.half_depth;
+    const SimdMatrix<Number> b = layer.reflection, W = layer.transmission, C = layer.spare[0];
 
     for (int i = 0; i < n; ++i) {
         C.d[i] = b.d[i] = h / layer.mu[i];
@@ -61,7 +65,7 @@ void thin_layer(SimdLayer& layer) {
     }
     invert(layer, C, W);
 
-    combine(layer, 1.0 / 7 + 1.0 / 11, b, 9, W, nullptr, C);
+    combine<Number>(layer, 1.0 / 7 + 1.0 / 11, b, 9, W, nullptr, C);
     parallel_sum(layer, 1.0 / 7, b, C, layer.Z);
     combine(layer, 1.0 / 3, b, 5, W, &layer.Z, C);
     parallel_sum(layer, 1.0 / 3, b, C, layer.Z);
@@ -70,22 +74,23 @@ void thin_layer(SimdLayer& layer) {
         for (long at = i * layer.stride; at < i * layer.stride + n; ++at) layer.Z.K[at] += W.K[at];
     }
 
-    combine(layer, 1.0 / 9, b, 11, W, nullptr, C);
+    combine<Number>(layer, 1.0 / 9, b, 11, W, nullptr, C);
     parallel_sum(layer, 1.0 / 9, b, C, layer.Y);
     combine(layer, 1.0 / 5, b, 7, W, &layer.Y, C);
     parallel_sum(layer, 1.0 / 5, b, C, layer.Y);
     combine(layer, 1.0, b, 3, W, &layer.Y, C);
     // Light absorbed: b s is known exactly, and Y s = b s - b C^-1 b s.
-    Pack* u = layer.vector[1];
+    Number* u = layer.vector[1];
     for (int i = 0; i < n; ++i) u[i] = layer.absorbed[i] *= h;
     parallel_sum(layer, 1.0, b, C, layer.Y, u);
     for (int i = 0; i < n; ++i) {
-        Pack sum = b.d[i] * u[i];
-        for (int j = 0; j < N; ++j) sum += b.K[i * layer.stride + j] * u[j];
-        layer.absorbed[i] -= sum;
+        layer.absorbed[i] -= u[i];
         layer.gap_diagonal[i] = layer.Z.d[i] - layer.Y.d[i];
     }
     layer.has_gap = false;
 }
+
+template void thin_layer(SimdLayer<Pack>&);
+template void thin_layer(SimdLayer<double>&);
 
 }  // namespace stratus::STRATUS_ISA

@@ -8,6 +8,7 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "family_option.h"
 #include "progress.h"
 #include "query.h"
 #include "signals_held.h"
@@ -18,7 +19,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,9 +26,8 @@ namespace stratus {
 namespace {
 
 struct ExportCommand {
-    std::vector<std::string> inputs;
+    std::vector<std::string> inputs, at;
     std::vector<double> optical_depth, albedo, over;
-    std::optional<double> mixture;
     std::string format, output, title;
     MaterialOptions options;
     ReadOptions reading;
@@ -46,22 +45,15 @@ bool is_stack(const std::string& path) {
     return std::filesystem::path(path).extension() == ".toml";
 }
 
-/// What a table supplies: its phase function and what the layer lies on.
-Stack layer_of_table(const std::string& path, const ExportCommand& command) {
-    const Table table = read_noted_table(path, command.reading);
+/// What a table supplies: its phase function, of a family that of one member, and what the layer lies
+/// on.
+Stack layer_of_table(const std::string& path, const std::string& at, const ReadOptions& reading) {
+    const Table table = read_noted_table(path, reading);
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));
-    require(!table.has_family() || is_mixture(table.family), "export", name,
-            "of one phase function, or mixtures of two", "a family");
-    require(table.has_family() == command.mixture.has_value(), "export", "--mixture",
-            table.has_family() ? "given, in [0, 1], for " + path
-                               : "left out for " + path + ", which mixes nothing",
-            command.mixture ? shortest_text(*command.mixture) : "nothing");
-    const PhaseFunction phase_function =
-        table.has_family() ? table.view().at_mixture(*command.mixture).chosen_phase_function()
-                           : table.phase_function;
-    return {{{phase_function, 0, 0}}, table.lower_boundary};
+    const FamilyPoint point = point_of("export", at, table.family, path);
+    return {{{table.view().at(point).chosen_phase_function(), 0, 0}}, table.lower_boundary};
 }
 
 void require_count(const char* option, std::size_t count) {
@@ -94,11 +86,16 @@ std::vector<Stack> read_inputs(const ExportCommand& command, std::vector<std::st
                 "left out for a stack, which has its own", given->empty() ? 0 : given->front());
         require(stacks > 0 || !given->empty(), "export", option, "given for a table", "nothing");
     }
-    require(stacks == 0 || !command.mixture, "export", "--mixture", "left out for a stack",
-            command.mixture.value_or(0));
+    require(stacks == 0 || command.at.empty(), "export", "--at", "left out for a stack",
+            joined(command.at));
     std::vector<Stack> read;
-    for (const std::string& path : command.inputs)
-        read.push_back(stacks ? read_stack(path, &notes) : layer_of_table(path, command));
+    for (std::size_t c = 0; c < std::max(command.inputs.size(), command.at.size()); ++c) {
+        const std::string& path = of_colour(command.inputs, c);
+        read.push_back(stacks ? read_stack(path, &notes)
+                              : layer_of_table(path,
+                                               command.at.empty() ? "" : of_colour(command.at, c),
+                                               command.reading));
+    }
     return read;
 }
 
@@ -107,6 +104,7 @@ Material read_material(const ExportCommand& command, std::vector<std::string>& n
     require_count("--optical-depth", command.optical_depth.size());
     require_count("--albedo", command.albedo.size());
     require_count("--over", command.over.size());
+    require_count("--at", command.at.size());
     const std::vector<Stack> read = read_inputs(command, notes);
     Material material;
     material.title = command.title;
@@ -175,9 +173,8 @@ void add_layer_options(CLI::App& app, ExportCommand& command) {
                    "Its single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
         ->check(share);
-    app.add_option("--mixture", command.mixture,
-                   "Share of the first phase function, [0, 1], for a table that mixes two")
-        ->check(share);
+    app.add_option("--at", command.at, at_help(". Given three times, it is of red, green and blue"))
+        ->allow_extra_args(false);  // or it would take TABLE too
     app.add_option("--over", command.over,
                    "Put it on a Lambert ground of this albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
@@ -222,6 +219,9 @@ void add_export(CLI::App& app) {
         "    --format fourier -o rings.bsdf\n"
         "  stratus export baked/stratus_cloud.h5 --optical-depth 8 --albedo 1 --over 0.3 \\\n"
         "    --format tensor -o cloud_over_ground.bsdf\n"
+        "  stratus export stratus_clouds.h5 --at radius=8,wavelength=0.65 \\\n"
+        "    --at radius=8,wavelength=0.55 --at radius=8,wavelength=0.45 --optical-depth 8 \\\n"
+        "    --albedo 1 --format fourier -o cloud.bsdf\n"
         "  stratus export tables/stacks/haze_over_ground.toml --format netcdf -o haze.nc");
     export_app->callback([command] { run_export(*command); });
 }

@@ -69,7 +69,7 @@ std::vector<std::shared_ptr<const LayerTables>> tables_for(const RenderCommand& 
         std::vector<PackedTable> tables;
         for (const std::string& table : command.tables)
             tables.push_back(read_packed_table(table, command.reading));
-        return {scenes.size(), adopt_tables(scenes, std::move(tables))};
+        return adopt_tables(scenes, std::move(tables));
     }
     BakeOptions options;
     options.threads = command.threads;
@@ -225,8 +225,8 @@ void add_render(CLI::App& app) {
     render
         ->add_option("--table", command->tables,
                      "Table to look up instead of baking, .h5, .exr or .stratus; three times, for "
-                     "red, green "
-                     "and blue, where these have their own phase functions")
+                     "red, green and blue, where these have their own phase functions, or once, "
+                     "of a family that has all of the scene's")
         ->allow_extra_args(false)
         ->check(file_name());
     add_max_memory(*render, command->reading);

@@ -9,7 +9,7 @@
 
 #include "allowed.h"
 #include "commands.h"
-#include "mixture_option.h"
+#include "family_option.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
@@ -31,9 +31,8 @@ namespace stratus {
 namespace {
 
 struct ShaderOptions {
-    std::string input, language, folder;
+    std::string input, language, folder, at;
     std::vector<double> optical_depth, albedo;
-    std::optional<double> mixture;
     ReadOptions reading;
     bool quiet = false;
 };
@@ -141,8 +140,7 @@ void run_shader(const ShaderOptions& options) {
     const auto language = static_cast<ShaderLanguage>(
         std::find(names.begin(), names.end(), options.language) - names.begin());
     const bool osl = language == ShaderLanguage::osl;
-    const PackedTable table =
-        read_at_mixture("shader", options.input, options.reading, options.mixture);
+    const PackedTable table = read_member("shader", options.input, options.reading, options.at);
     std::vector<ShaderTexture> textures = shader_textures(table);
     const auto medium = medium_of(table.view(), options.optical_depth, options.albedo);
     if (medium) textures.push_back(shader_layer(table, *medium));
@@ -192,7 +190,7 @@ void add_shader(CLI::App& app) {
                      "The layer's single-scattering albedo, [0, 1]; one, or three with commas")
         ->delimiter(',')
         ->check(number("in [0, 1]", [](double value) { return value >= 0 && value <= 1; }));
-    add_mixture(*command, options->mixture);
+    command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "No notes, no report of the size");
     add_max_memory(*command, options->reading);
     command->footer(

@@ -5,7 +5,7 @@
 #include <stratus/runtime/number_text.h>
 
 #include "commands.h"
-#include "mixture_option.h"
+#include "family_option.h"
 #include "query.h"
 #include "signals_held.h"
 #include "table_option.h"
@@ -14,7 +14,6 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -22,8 +21,7 @@ namespace stratus {
 namespace {
 
 struct ViewOptions {
-    std::string table, output;
-    std::optional<double> mixture;
+    std::string table, output, at;
     ReadOptions reading;
     bool quiet = false;
 };
@@ -34,7 +32,7 @@ void run_view(const ViewOptions& options) {
     require_writable("view", "--output", options.output);
     require_different_files("view", options.table, options.output);
     const std::string page =
-        view_page(read_at_mixture("view", options.table, options.reading, options.mixture));
+        view_page(read_member("view", options.table, options.reading, options.at));
     {
         const SignalsHeld held;
         write_atomically(options.output, [&](const std::filesystem::path& temporary) {
@@ -55,7 +53,7 @@ void add_view(CLI::App& app) {
     CLI::App* command = app.add_subcommand("view", "Write a web page on which to look at a table");
     command->add_option("TABLE", options->table, "Table, .stratus, .h5 or .exr")->required();
     command->add_option("-o,--output", options->output, "File to write, .html")->required();
-    add_mixture(*command, options->mixture);
+    command->add_option("--at", options->at, at_help());
     command->add_flag("--quiet", options->quiet, "Do not report the size");
     add_max_memory(*command, options->reading);
     command->footer(

@@ -3,6 +3,7 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/family_member.h>
 #include <stratus/runtime/number_text.h>
 
 #include "axes.h"
@@ -10,6 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -134,11 +139,8 @@ void check_table(const Scene& scene, const PackedTable& packed) {
             needed->layers.empty() ? "absent" : "those of the scene's stack",
             table.is_stack() ? "another stack" : "none");
     const Range* const mixture = mixture_of(*needed);
-    require(table.has_family() == (mixture != nullptr) &&
-                !table.varies_parameters(),
-            caller, "table",
-            mixture ? "one with a mixture axis" : "one without a mixture axis or another family",
-            "another");
+    require(table.has_family() == (mixture != nullptr), caller, "table",
+            mixture ? "one with a mixture axis" : "one without a mixture axis", "another");
     if (mixture)
         same("table.second_phase_function", needed->second_phase_function,
              table.second_phase_function);
@@ -280,24 +282,91 @@ std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions&
         PackedTable(cache ? cache->keep(recipe, std::move(table)) : pack(table)));
 }
 
-std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
-                                                std::vector<PackedTable> tables) {
+namespace {
+
+/// The tables of a scene, from those of its channel_scenes.
+std::shared_ptr<const LayerTables> of_channels(
+    const Scene& scene, std::span<const std::shared_ptr<const LayerTables>> own) {
+    if (scene.layer.channels.empty()) return own[0];
+    const auto all = std::make_shared<LayerTables>();
+    bool needed = false;
+    for (std::size_t c = 0; c < all->channels.size(); ++c) {
+        all->channels[c] = own[c];
+        needed = needed || own[c];
+    }
+    return needed ? all : nullptr;
+}
+
+/// The point of a table's family where it has a scene's phase function.
+FamilyPoint point_of(const Table& table, const PhaseFunction& phase_function) {
+    std::vector<double> values;
+    for (const FamilyAxis& axis : table.family) {
+        const std::optional<double> value = parameter_of(phase_function, axis.parameter);
+        require(value.has_value(), caller, "table.family",
+                "one of parameters of the scene's phase function, " +
+                    phase_function.text().substr(0, 80),
+                axis.name());
+        require(holds(axis, *value), caller, axis.name() + std::string(" of the phase function"),
+                allowed_text(axis), *value);
+        values.push_back(*value);
+    }
+    return FamilyPoint(values);
+}
+
+/// A table given for scenes, prepared once; of a family once for each member that is asked for.
+class GivenTable {
+  public:
+    explicit GivenTable(PackedTable table) {
+        if (table.header().varies_parameters())
+            family_ = table.unpacked();
+        else
+            made_[""] = make_layer_tables(std::move(table));
+    }
+
+    /// For a scene of one phase function, or of two that mix; none where it needs none of a family.
+    std::shared_ptr<const LayerTables> serve(const Scene& scene) {
+        const std::optional<Recipe> needed = needed_recipe(scene);
+        if (family_ && !needed) return nullptr;
+        std::shared_ptr<const LayerTables>& made = made_[family_ ? needed->phase_text : ""];
+        if (!made) {
+            require(mixture_of(*needed) == nullptr, caller, "table",
+                    "one with a mixture axis alone where there are rings of two components",
+                    "another family");
+            made = make_layer_tables(
+                PackedTable(pack(table_at(*family_, point_of(*family_, needed->phase_function)))));
+        }
+        check_table(scene, *made->packed);
+        return made;
+    }
+
+  private:
+    std::optional<Table> family_;
+    std::map<std::string, std::shared_ptr<const LayerTables>> made_;  // by phase function, or ""
+};
+
+}  // namespace
+
+std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
+                                                             std::vector<PackedTable> tables) {
     const auto has_channels = [](const Scene& scene) { return !scene.layer.channels.empty(); };
     const bool coloured = std::ranges::any_of(scenes, has_channels);
-    require(!coloured || std::ranges::all_of(scenes, has_channels), caller, "panels",
+    const bool one_family = tables.size() == 1 && tables[0].header().varies_parameters();
+    require(one_family || !coloured || std::ranges::all_of(scenes, has_channels), caller, "panels",
             "alike in the number of their phase functions where tables are given", "one and three");
-    require(tables.size() == (coloured ? 3 : 1), caller, "--table",
-            coloured ? "given three times, for red, green and blue" : "given once",
+    require(one_family || tables.size() == (coloured ? 3 : 1), caller, "--table",
+            coloured ? "given three times, for red, green and blue, or once, of a family"
+                     : "given once",
             std::to_string(tables.size()));
+    std::vector<GivenTable> given;
+    for (PackedTable& table : tables) given.emplace_back(std::move(table));
+    std::vector<std::shared_ptr<const LayerTables>> adopted;
     for (const Scene& scene : scenes) {
-        const std::vector<Scene> channels = channel_scenes(scene);
-        for (std::size_t c = 0; c < channels.size(); ++c) check_table(channels[c], tables[c]);
+        std::vector<std::shared_ptr<const LayerTables>> own;
+        for (const Scene& channel : channel_scenes(scene))
+            own.push_back(given[one_family ? 0 : own.size()].serve(channel));
+        adopted.push_back(of_channels(scene, own));
     }
-    if (!coloured) return make_layer_tables(std::move(tables[0]));
-    auto all = std::make_shared<LayerTables>();
-    for (std::size_t c = 0; c < tables.size(); ++c)
-        all->channels[c] = make_layer_tables(std::move(tables[c]));
-    return all;
+    return adopted;
 }
 
 std::vector<SharedRecipe> shared_recipes(const std::vector<Scene>& scenes) {
@@ -345,19 +414,10 @@ std::vector<std::shared_ptr<const LayerTables>> bake_for(const std::vector<Scene
         for (Scene& channel : channel_scenes(scene)) channels.push_back(std::move(channel));
     const auto baked = bake_shared(channels, options, cache);
     std::vector<std::shared_ptr<const LayerTables>> tables;
-    std::size_t next = 0;
+    std::span<const std::shared_ptr<const LayerTables>> next = baked;
     for (const Scene& scene : scenes) {
-        if (scene.layer.channels.empty()) {
-            tables.push_back(baked[next++]);
-            continue;
-        }
-        const auto all = std::make_shared<LayerTables>();
-        bool needed = false;
-        for (auto& channel : all->channels) {
-            channel = baked[next++];
-            needed = needed || channel;
-        }
-        tables.push_back(needed ? all : nullptr);
+        tables.push_back(of_channels(scene, next));
+        next = next.subspan(scene.layer.channels.empty() ? 1 : 3);
     }
     return tables;
 }

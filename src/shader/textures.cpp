@@ -206,8 +206,8 @@ ShaderTexture texture(std::string name, bool halves, const void* data, std::size
 std::vector<ShaderTexture> shader_textures(const PackedTable& table) {
     constexpr const char* caller = "shader";
     const TableView view = table.view();
-    require(!view.has_family(), caller, "TABLE", "of one mixture: table_of_share(), --mixture",
-            "one with a mixture axis or another family");
+    require(!view.has_family(), caller, "TABLE", "of one phase function: table_at(), --at",
+            "one of a family");
     Texels texels;
     for (const Side side : {Side::reflection, Side::transmission})
         if (side == Side::reflection ? view.has_reflection() : view.has_transmission())

@@ -162,8 +162,7 @@ void check(const Table& table, const TableView& view) {
     const auto must = [](bool holds, const char* allowed, const char* met) {
         require(holds, "view", "TABLE", allowed, met);
     };
-    must(!view.has_family(), "of one mixture: table_of_share(), --mixture",
-         "one with a mixture axis or another family");
+    must(!view.has_family(), "of one phase function: table_at(), --at", "one of a family");
     must(view.has_reflection() && (view.has_transmission() || view.has_lower_boundary()),
          "of both sides", "one of one side");
     must(view.has_all_directions() &&

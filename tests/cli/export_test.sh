@@ -6,6 +6,7 @@ source "$(dirname "$0")/expect.sh"
 
 "$make_fixture" full full.h5 || exit 1
 "$make_fixture" mixed mixed.h5 || exit 1
+"$make_fixture" family family.h5 || exit 1
 layer="--optical-depth 1 --albedo 0.9 --nodes 16"
 
 # starts_with FILE BYTES
@@ -34,7 +35,7 @@ starts_with() { [ "$(head -c ${#2} "$1" | tr -d '\0')" = "$2" ] || fail "$1 must
     expect_says header '"format":"stratus-slice"' '"material":"A layer. ' '"transmission_multiple":'
 }
 
-# --- ground, colours, mixtures, stacks; the same twice
+# --- ground, colours, families, stacks; the same twice
 
 expect_ok export full.h5 --optical-depth 0.5,1,2 --albedo 1,0.9,0.8 --over 0.3 --nodes 16 --format fourier -o rgb.bsdf
 grep -q note: "$err" && fail "nothing passes: nothing is left out"
@@ -42,8 +43,20 @@ expect_says rgb.bsdf "albedo 0.8, optical depth 2 on a Lambert surface of albedo
 expect_ok export full.h5 --optical-depth 0.5,1,2 --albedo 1,0.9,0.8 --over 0.3 --nodes 16 --format fourier -o again.bsdf --threads 1
 expect_same rgb.bsdf again.bsdf
 expect_ok export full.h5 --optical-depth inf --albedo 1 --nodes 16 --format fourier -o endless.bsdf --quiet
-expect_ok export mixed.h5 --mixture 0.25 --optical-depth 1 --albedo 0.9 --nodes 16 --format fourier -o mixed.bsdf
+expect_ok export mixed.h5 --at mixture=0.25 --optical-depth 1 --albedo 0.9 --nodes 16 --format fourier -o mixed.bsdf
 expect_says mixed.bsdf "0.75*isotropic"
+# shellcheck disable=SC2086  # words of a command
+{
+    for g in 0.35 0.4; do
+        printf '[[layers]]\nphase_function = "henyey_greenstein:g=%s"\nalbedo = 0.9\noptical_depth = 1.0\n' $g >$g.toml
+        expect_ok export $g.toml --nodes 16 --format fourier -o $g.bsdf --quiet
+        expect_ok export family.h5 --at g=$g $layer --format fourier -o member.bsdf --quiet
+        expect_same $g.bsdf member.bsdf
+    done
+    expect_ok export 0.35.toml 0.4.toml 0.35.toml --nodes 16 --format fourier -o rgb_layers.bsdf --quiet
+    expect_ok export family.h5 --at g=0.35 --at g=0.4 --at g=0.35 $layer --format fourier -o rgb_members.bsdf --quiet
+    expect_same rgb_layers.bsdf rgb_members.bsdf
+}
 expect_ok export "$stacks/haze_over_ground.toml" --nodes 16 --format fourier -o haze.bsdf
 expect_says haze.bsdf "rayleigh, albedo 1, optical depth 0.1 on henyey_greenstein:g=0.7" "on a Lambert surface of albedo 0.3"
 sed '/^\[below\]/,$d' "$stacks/haze_over_ground.toml" >free.toml
@@ -72,8 +85,15 @@ refuse alone -- export full.h5 free.toml full.h5 --optical-depth 1 --albedo 1 --
 refuse --optical-depth "left out" 1 -- export free.toml --optical-depth 1 --format fourier -o new.bsdf
 refuse --over "on something" 0.5 -- export "$stacks/haze_over_ground.toml" --over 0.5 --format fourier -o new.bsdf
 refuse --over infinite 0.5 -- export full.h5 --optical-depth inf --albedo 1 --over 0.5 --format fourier -o new.bsdf
-refuse --mixture given nothing -- export mixed.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
-refuse --mixture "left out" 0.5 -- export full.h5 --mixture 0.5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse --at given "as in mixture=0" nothing -- export mixed.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse --at "left out" g=0.5 -- export full.h5 --at g=0.5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse --at "left out for a stack" g=0.5 -- export free.toml --at g=0.5 --format fourier -o new.bsdf
+refuse --at three 2 -- export family.h5 --at g=0.5 --at g=0.4 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse "--at g" "[0.3, 0.6] of the table" 0.7 -- export family.h5 --at g=0.7 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+refuse "--at g" "[0.3, 0.6] of the table" 0.5um -- export family.h5 --at g=0.5um --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+for at in g mixture=0.5 0.5 g=0.4,g=0.5 ,; do
+    refuse --at NAME=VALUE "as in g=0.3" "got $at" -- export family.h5 --at $at --optical-depth 1 --albedo 1 --format fourier -o new.bsdf
+done
 refuse "colours of netcdf" 3 -- export full.h5 --optical-depth 1 --albedo 1,1,1 --format netcdf -o new.nc
 refuse --nodes "[1, 512]" 0 -- export full.h5 --optical-depth 1 --albedo 1 --nodes 0 --format fourier -o new.bsdf
 expect_refused 1 absent.h5 -- export absent.h5 --optical-depth 1 --albedo 1 --format fourier -o new.bsdf

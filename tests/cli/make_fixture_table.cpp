@@ -1,9 +1,10 @@
 // Writes the table that the tests of the command line work on: made-up samples, no solver needed.
 //
-//     make_fixture_table full|endless|mixed TABLE.h5
+//     make_fixture_table full|endless|mixed|family TABLE.h5
 //
 // `full` has both sides and every axis; `endless` reflection only, at one albedo and infinite
-// depth; `mixed` is `full` at mixture 1 and the same samples with isotropic scattering at 0.
+// depth; `mixed` is `full` at mixture 1 and the same samples with isotropic scattering at 0; `family`
+// has these samples at g from 0.3 to 0.6.
 #include <stratus/io/table_file.h>
 
 #include "small_table.h"
@@ -20,7 +21,7 @@ using stratus::test::make_synthetic_table;
 
 stratus::test::SyntheticOptions options_of(const std::string& kind) {
     stratus::test::SyntheticOptions options;
-    if (kind == "full" || kind == "mixed") {
+    if (kind == "full" || kind == "mixed" || kind == "family") {
         options.and_infinity = true;
     } else if (kind == "endless") {
         options.phase_function = "isotropic";
@@ -30,7 +31,7 @@ stratus::test::SyntheticOptions options_of(const std::string& kind) {
         options.and_infinity = true;
         options.transmission = false;
     } else {
-        throw std::invalid_argument("kind must be full, endless or mixed, got " + kind);
+        throw std::invalid_argument("kind must be full, endless, mixed or family, got " + kind);
     }
     return options;
 }
@@ -38,9 +39,16 @@ stratus::test::SyntheticOptions options_of(const std::string& kind) {
 stratus::Table table_of(const std::string& kind) {
     stratus::test::SyntheticOptions options = options_of(kind);
     const stratus::Table table = make_synthetic_table(options);
-    if (kind != "mixed") return table;
+    if (kind != "mixed" && kind != "family") return table;
     options.phase_function = "isotropic";
-    return stratus::mixed(table, make_synthetic_table(options));
+    stratus::Table mixed = stratus::mixed(table, make_synthetic_table(options));
+    if (kind == "mixed") return mixed;
+    mixed.phase_function = stratus::PhaseFunction::henyey_greenstein(0.5);
+    mixed.second_phase_function = {};
+    const stratus::PhaseParameter g = stratus::PhaseParameter::g;
+    mixed.family = {{g, stratus::make_axis(stratus::parameter_scale(g), 0.3, 0.6, 2), false}};
+    prepare(mixed);
+    return mixed;
 }
 
 }  // namespace

@@ -31,9 +31,12 @@ reserved+='|normal|output|point|public|illuminate|illuminance'
 sed -n '/elementary functions/,$p' osl/stratus.osl.h | sed 's,//.*,,; s/\bbool\b//' | grep -wE "$reserved" && fail "a word of OSL's own"
 
 expect_refused 2 --language glsl hlsl osl -- shader full.stratus --language wgsl -o new
-expect_refused 2 --mixture "given, in [0, 1]" "got nothing" -- shader mixed.h5 --language glsl -o new
-expect_refused 2 --mixture "left out" "got 0.4" -- shader full.stratus --mixture 0.4 --language glsl -o new
-expect_ok shader mixed.h5 --mixture 0.4 --language glsl -o mixed --quiet
+expect_refused 2 --at "given for mixed.h5, as in mixture=0" "got nothing" -- shader mixed.h5 --language glsl -o new
+expect_refused 2 --at "left out" "got mixture=0.4" -- shader full.stratus --at mixture=0.4 --language glsl -o new
+expect_ok shader mixed.h5 --at mixture=0.4 --language glsl -o mixed --quiet
+"$make_fixture" family family.h5
+expect_refused 2 "--at g" "[0.3, 0.6]" "got 0.9" -- shader family.h5 --at g=0.9 --language glsl -o new
+expect_ok shader family.h5 --at g=0.4 --language glsl -o family --quiet
 expect_refused 1 absent.stratus -- shader absent.stratus --language glsl -o new
 
 # compiled: expect_compiled ARGS..., of glslangValidator

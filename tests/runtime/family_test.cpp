@@ -1,4 +1,5 @@
 // Families of phase functions: axes over their parameters, and tables seen at one point of them.
+#include <stratus/runtime/family_member.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/phase_family.h>
@@ -121,6 +122,57 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             table.view().at({0.5, 0.4});
         },
         {"at", "g", "one of 0.3, 0.5, 0.8"});
+}
+
+/// Lookups at a point against those of the table of its own there, at samples of layers.
+void expect_same_at(const Table& table, const FamilyPoint& point) {
+    const TableView view = table.view().at(point);
+    const Table one = table_at(table, point);
+    EXPECT_FALSE(one.has_family());
+    EXPECT_EQ(one.phase_function.text(), view.chosen_phase_function().text());
+    for (const double w : table.albedo.values)
+        for (const double depth : table.optical_depth.values)
+            for (const Geometry& at : geometries)
+                for (const auto look_up : {reflection, transmission}) {
+                    const Scattered expected = look_up(view, w, depth, at),
+                                    found = look_up(one.view(), w, depth, at);
+                    EXPECT_NEAR(found.multiple, expected.multiple, rounding * expected.multiple);
+                    EXPECT_NEAR(found.single, expected.single, rounding * expected.single);
+                }
+}
+
+TEST(Family, HasATableOfItsOwnAtEveryPoint) {
+    Table table = lobes();
+    const std::size_t albedos = table.albedo.values.size();
+    for (std::size_t n = 0; n < table.diffusion_exponent.size(); ++n)  // T falls unlike in members
+        table.diffusion_exponent[n] *= 1 - 0.1 * static_cast<double>(n / albedos);
+    prepare(table);
+    for (const double g : {0.2, 0.37, 0.9}) expect_same_at(table, {g});
+    for (const double g : {0.1, 0.91})
+        expect_refusal<Error>([&] { table_at(table, {g}); }, {"table_at", "g", "[0.2, 0.9]"});
+    expect_refusal<Error>([&] { table_at(table, {}); }, {"at", "1, one for each axis", "got 0"});
+    const Table two =
+        family_table({range_of(PhaseParameter::mixture, 0, 1, 2),
+                      {PhaseParameter::g, {AxisScale::linear, {0.3, 0.5, 0.8}}, true}},
+                     PhaseFunction::henyey_greenstein(0.5), {});
+    expect_same_at(two, {0.25, 0.5});
+    const Table one = table_at(table, {0.5});
+    EXPECT_EQ(table_at(one, {}).reflection_multiple, one.reflection_multiple);
+}
+
+TEST(Family, TellsTheValuesOfItsParameters) {
+    const auto of = [](const char* text, PhaseParameter parameter) {
+        return parameter_of(parse_phase_function(text), parameter);
+    };
+    EXPECT_EQ(of("0.5*isotropic + 0.5*henyey_greenstein:g=0.4", PhaseParameter::g), 0.4);
+    const char* const droplets = "mie:radius=3um,variance=0.2,wavelength=650nm";
+    EXPECT_EQ(of(droplets, PhaseParameter::radius), 3);
+    EXPECT_EQ(of(droplets, PhaseParameter::variance), 0.2);
+    EXPECT_EQ(of(droplets, PhaseParameter::wavelength), 0.65);
+    EXPECT_FALSE(of(droplets, PhaseParameter::g));
+    EXPECT_FALSE(of("isotropic", PhaseParameter::radius));
+    EXPECT_FALSE(
+        of("0.5*henyey_greenstein:g=0.1 + 0.5*henyey_greenstein:g=0.4", PhaseParameter::g));
 }
 
 TEST(Family, PackedIsThatOfItsTable) {

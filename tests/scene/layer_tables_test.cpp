@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <array>
 #include <cstddef>
 #include <stdexcept>
+#include <vector>
 
 namespace stratus {
 namespace {
@@ -243,7 +245,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
         for (const Table* const each : tables) packed.emplace_back(pack(*each));
         return adopt_tables(scenes, std::move(packed));
     };
-    EXPECT_TRUE(adopt({scene}, {&table})->packed);
+    EXPECT_TRUE(adopt({scene}, {&table})[0]->packed);
     auto refuse = [&](const Scene& other, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>([&] { adopt({scene, other}, {&table}); }, fragments);
     };
@@ -265,7 +267,7 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
             adopt({scene}, {&table, &table});
         },
         {"--table", "once", "got 2"});
-    EXPECT_TRUE(adopt({other}, {&table, &table, &table})->channels[2]);
+    EXPECT_TRUE(adopt({other}, {&table, &table, &table})[0]->channels[2]);
     const auto refuse_table = [&](const Table& changed, const std::vector<const char*>& fragments) {
         expect_refusal<std::invalid_argument>([&] { adopt({scene}, {&changed}); }, fragments);
     };
@@ -281,6 +283,50 @@ TEST(AdoptTables, RefusesATableThatDoesNotCoverTheScene) {
     refuse_table(narrowed(&Recipe::mu_out, {0.1, 0.45}),
                  {"table.mu_out.max", "at least the scene's, 0.49", "got 0.45"});
     refuse_table(narrowed(&Recipe::azimuth, {60, 170}), {"table.azimuth.min", "got 1.04"});
+}
+
+/// A slab in three lobes.
+Scene lobes(const std::array<double, 3>& g) {
+    Scene scene = small_slab(1, 0.8);
+    for (const double each : g)
+        scene.layer.channels.push_back(PhaseFunction::henyey_greenstein(each));
+    scene.layer.components = {scene.layer.channels[1]};
+    scene.tolerance = 0.01;
+    return scene;
+}
+
+TEST(AdoptTables, FindsMembersOfAFamily) {
+    const Scene scene = lobes({0.2, 0.3, 0.4}), other = lobes({0.3, 0.35, 0.2});
+    Scene grey = lobes({0.3, 0.3, 0.3});
+    grey.layer.channels.clear();
+    Recipe recipe = *needed_recipe(channel_scenes(scene)[0]);
+    recipe.albedo = {0.5, 0.9};
+    recipe.family = {{PhaseParameter::g, {0.1, 0.5}, {}}};
+    const Table family = bake(recipe);
+    const auto adopt = [&](const std::vector<Scene>& scenes) {
+        std::vector<PackedTable> tables;
+        tables.emplace_back(pack(family));
+        return adopt_tables(scenes, std::move(tables));
+    };
+    const auto given = adopt({scene, other, once(other), grey});
+    EXPECT_EQ(given[0]->channels[0]->headers[0].phase_function.text(), "henyey_greenstein:g=0.2");
+    EXPECT_EQ(given[0]->channels[1], given[1]->channels[0]) << "one member";
+    EXPECT_FALSE(given[2]) << "scattered once";
+    EXPECT_EQ(given[3], given[1]->channels[0]);
+    const auto baked = bake_for({scene});  // of each phase function alone
+    const Image found = render(scene, LayerLight(scene, given[0].get())),
+                expected = render(scene, LayerLight(scene, baked[0].get()));
+    for (std::size_t n = 0; n < found.rgb.size(); ++n)
+        EXPECT_NEAR(found.rgb[n], expected.rgb[n], 0.02f * expected.rgb[n]) << n;
+    EXPECT_NE(expected.rgb[0], expected.rgb[1]);
+    const auto refuse = [&](const Scene& refused, const std::vector<const char*>& fragments) {
+        expect_refusal<std::invalid_argument>([&] { adopt({refused}); }, fragments);
+    };
+    refuse(lobes({0.2, 0.3, 0.6}), {"scene", "g of the phase function", "[0.1, 0.5]", "got 0.6"});
+    refuse(small_slab(1, 0.8), {"table.family", "rayleigh", "got g"});
+    refuse(small_rings(1), {"table", "one with a mixture axis alone", "another family"});
+    grey.layer.optical_depth.max = 4;
+    refuse(grey, {"table.optical_depth.max", "at least the scene's, 4"});
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <stratus/shader/shader.h>
 
 #include <stratus/runtime/bsdf.h>
+#include <stratus/runtime/family_member.h>
 #include <stratus/runtime/path_law.h>
 
 #include "as_cxx.h"
@@ -166,7 +167,7 @@ TEST(Shader, TakesOneMixtureOfATable) {
     Table second = table_of(other);
     for (float& sample : second.reflection_multiple) sample *= 1.2f;
     const Table mixture = mixed(table_of(kinds()[0]), second);
-    const PackedTable packed(pack(mixture)), one(pack(table_of_share(mixture, 0.4)));
+    const PackedTable packed(pack(mixture)), one(pack(table_at(mixture, {0.4})));
     const std::vector<Lookup> lookups = test::random_lookups(one, 1000);
     std::vector<Light> expected;
     for (const auto& [w, tau, mu_in, mu_out, azimuth] : lookups) {
@@ -179,10 +180,9 @@ TEST(Shader, TakesOneMixtureOfATable) {
     const Differences off = differences(as_cxx(one, lookups), expected);
     EXPECT_LE(off.median, 1e-4);
     EXPECT_LE(off.worst, 1e-3);  // the table's tolerance
-    expect_refusal<std::invalid_argument>([&] { table_of_share(mixture, 1.5); },
-                                          {"mixture", "[0, 1]", "1.5"});
-    expect_refusal<std::invalid_argument>([&] { table_of_share(second, 0.5); },
-                                          {"table", "mixture axis"});
+    expect_refusal<std::invalid_argument>(
+        [&] { shader_textures(packed); },
+        {"TABLE", "of one phase function", "got one of a family"});
 }
 
 constexpr Medium<3> three_layers{{0.4, 1, 6}, {0.9, 0.7, 0.99}};
@@ -269,7 +269,7 @@ TEST(Shader, RefusesWhatItDoesNotRead) {
     const Table table = table_of(kinds()[0]);
     const PackedTable mixture(pack(mixed(table, table)));
     expect_refusal<std::invalid_argument>([&] { shader_textures(mixture); },
-                                          {"shader", "TABLE", "mixture"});
+                                          {"shader", "TABLE", "of one phase function", "family"});
     const PackedTable narrowed(pack(table_of(kinds()[7])));
     expect_refusal<std::invalid_argument>([&] { shader_layer(narrowed, three_layers); },
                                           {"shader", "TABLE", "narrowed"});

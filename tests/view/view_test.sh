@@ -188,11 +188,13 @@ expect_says "$out" '<p id="notice" role="alert">This browser offers no WebGL2'
 expect_refused 2 --output .html haze.htm -- view haze.stratus -o haze.htm
 expect_refused 1 absent.stratus -- view absent.stratus -o new.html
 "$make_fixture" mixed mixed.h5
-expect_refused 2 --mixture "given, in [0, 1]" "got nothing" -- view mixed.h5 -o new.html
-expect_refused 2 --mixture "left out" "got 0.5" -- view haze.h5 --mixture 0.5 -o new.html
-expect_ok view mixed.h5 --mixture 0.4 -o mixed.html --quiet
+expect_refused 2 --at "given for mixed.h5, as in mixture=0" "got nothing" -- view mixed.h5 -o new.html
+expect_refused 2 --at "left out" "got mixture=0.5" -- view haze.h5 --at mixture=0.5 -o new.html
+expect_ok view mixed.h5 --at mixture=0.4 -o mixed.html --quiet
 grep -qF '0.6*isotropic' mixed.html || fail "the page does not tell the mixture"
-expect_refused 2 --mixture "given, in [0, 1]" -- shader mixed.h5 --language glsl -o mixed
+"$make_fixture" family family.h5
+expect_ok view family.h5 --at g=0.45 -o family.html --quiet
+grep -qF 'henyey_greenstein:g=0.45' family.html || fail "the page does not tell the member"
 "$make_fixture" endless endless.h5
 expect_refused 2 TABLE "of both sides" -- view endless.h5 -o new.html
 finish

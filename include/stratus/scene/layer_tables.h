@@ -41,13 +41,14 @@ std::unique_ptr<LayerTables> make_layer_tables(PackedTable table);
 std::unique_ptr<LayerTables> bake_layer_tables(Recipe recipe, const BakeOptions& options = {},
                                                TableCache* cache = nullptr);
 
-/// Prepares existing tables for several scenes: one, or three for scenes whose channels have their
-/// own phase functions.
+/// Tables for each of several scenes out of those that are given: one, or three for scenes whose
+/// channels have their own phase functions, or one of a family that has the phase functions of all
+/// scenes and channels among its members, each of which becomes a table of its own (table_at).
 ///
 /// Errors   std::invalid_argument for a table of another phase function, or that does not cover
 ///          what a scene needs; for another number of tables.
-std::shared_ptr<const LayerTables> adopt_tables(const std::vector<Scene>& scenes,
-                                                std::vector<PackedTable> tables);
+std::vector<std::shared_ptr<const LayerTables>> adopt_tables(const std::vector<Scene>& scenes,
+                                                             std::vector<PackedTable> tables);
 
 /// The layer's matter, if it is uniform.
 std::optional<Matter> uniform_matter(const Scene& scene);

@@ -33,15 +33,10 @@ struct ShaderTexture {
 /// The text to include. GLSL: ES 3.00 or 4.50, without a #version. It is the same for all tables.
 std::string shader_text(ShaderLanguage language);
 
-/// A table that mixes two phase functions, at one share of the first: shaders read no mixture axis.
-/// Between samples its numbers are cubic in the share, as lookups are.
-///
-/// Errors   std::invalid_argument for a table without a mixture axis, or a share beyond it.
-Table table_of_share(const Table& table, double share);
-
 /// The textures of a table: `stratus_numbers`, floats, and `stratus_functions`, halves or floats.
 ///
-/// Errors   std::invalid_argument for a table with a mixture axis, or of more than 2^24 texels.
+/// Errors   std::invalid_argument for a table of a family, of which table_at() (family_member.h) makes
+///          one of a member, or of more than 2^24 texels.
 std::vector<ShaderTexture> shader_textures(const PackedTable& table);
 
 /// `stratus_layer`, a third texture: one layer, bound, and the density that directions are drawn

@@ -13,7 +13,7 @@ namespace stratus {
 
 /// The page's text.
 ///
-/// Errors   std::invalid_argument for a table that mixes phase functions (table_of_share in stratus/shader/shader.h), of
+/// Errors   std::invalid_argument for a table of a family (table_at in stratus/runtime/family_member.h makes one of a member), of
 ///          some directions or, over nothing, one side alone, or without finite optical depths.
 std::string view_page(const PackedTable& table);
 

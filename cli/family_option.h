@@ -1,0 +1,30 @@
+// The option --at of commands that take one member of a table's family: "radius=8,wavelength=0.55",
+// by the names, and in the units, of a query's columns.
+#pragma once
+
+#include <stratus/runtime/packed_table.h>
+#include <stratus/runtime/phase_family.h>
+
+#include "allowed.h"
+#include "table_option.h"
+
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+/// Its help. Where there are several, `more` says what they are for.
+std::string at_help(const std::string& more = "");
+
+/// The point that the option names, within the family; of a table without a family, none.
+///
+/// Errors   std::invalid_argument for what names no member of the family, for an option that is
+///          missing, "", or given to a table without a family; `path`: the table's.
+FamilyPoint point_of(const char* caller, const std::string& at,
+                     const std::vector<FamilyAxis>& family, const std::string& path);
+
+/// A table ready for lookups, of one member where it has several.
+PackedTable read_member(const char* caller, const std::string& path, const ReadOptions& options,
+                        const std::string& at);
+
+}  // namespace stratus

@@ -287,7 +287,7 @@ void plain_read_of_bsdf(benchmark::State& state) {
     for (auto _ : state) {
         const float* const at = memory.data() + places[next];
         float sum = 0;
-        for (const std::size_t row : {0, 12, 576, 588}) sum += at[row] + at[row + 1];
+        for (const std::size_t row : {0u, 12u, 576u, 588u}) sum += at[row] + at[row + 1];
         benchmark::DoNotOptimize(sum);
         next = (next + 1) & (places.size() - 1);
     }

@@ -68,19 +68,6 @@ std::vector<char> joined(const Head& head, std::span<const char> bytes) {
     return all;
 }
 
-/// Where a rank runs.
-struct Place {
-    char machine[256];
-    pid_t process;
-};
-
-Place this_place() {
-    Place place{};
-    ::gethostname(place.machine, sizeof place.machine - 1);
-    place.process = ::getpid();
-    return place;
-}
-
 bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
 
 /// Sleeps longer and longer while nothing happens.
@@ -99,6 +86,19 @@ class Nap {
 }  // namespace
 
 struct Ranks::State {
+    /// Where a rank runs.
+    struct Place {
+        char machine[256];
+        pid_t process;
+    };
+
+    static Place this_place() {
+        Place place{};
+        ::gethostname(place.machine, sizeof place.machine - 1);
+        place.process = ::getpid();
+        return place;
+    }
+
     State(std::unique_ptr<RankTransport> transport_, RanksOptions options_)
         : transport(std::move(transport_)), options(std::move(options_)), rank(transport->rank()) {}
 
@@ -424,9 +424,9 @@ struct Ranks::State {
 Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     : state_(std::make_unique<State>(std::move(transport), std::move(options))) {
     State& state = *state_;
-    const Place here = this_place();
+    const State::Place here = State::this_place();
     for (const std::vector<char>& bytes : state.gather(bytes_of(here))) {
-        const auto place = content_of<Place>(bytes);
+        const auto place = content_of<State::Place>(bytes);
         state.places.push_back(place);
         state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&
                                    is_alive(place.process));

@@ -47,7 +47,7 @@ struct Head {
 };
 
 template <class Content>
-std::span<const char> bytes_of(const Content& content) {
+std::span<const char> raw_bytes(const Content& content) {
     return {reinterpret_cast<const char*>(&content), sizeof content};
 }
 
@@ -60,7 +60,7 @@ Content content_of(std::span<const char> bytes) {
 }
 
 std::vector<char> joined(const Head& head, std::span<const char> bytes) {
-    const std::span<const char> first = bytes_of(head);
+    const std::span<const char> first = raw_bytes(head);
     std::vector<char> all;
     all.reserve(first.size() + bytes.size());
     all.insert(all.end(), first.begin(), first.end());
@@ -206,7 +206,7 @@ struct Ranks::State {
         }
         std::vector<char> answer;
         if (piece != no_piece) answer = given(piece);
-        const std::span<const char> first = bytes_of(piece);
+        const std::span<const char> first = raw_bytes(piece);
         answer.insert(answer.begin(), first.begin(), first.end());
         transport->send(claim.from, first_slot + claim.slot, answer);
     }
@@ -231,13 +231,13 @@ struct Ranks::State {
         note_life(from, head.kind == Kind::leaving);
         const std::span<const char> bytes = std::span(message.bytes).subspan(sizeof head);
         switch (head.kind) {
-            case Kind::alive: transport->send(message.from, sign, bytes_of(head.kind)); return;
+            case Kind::alive: transport->send(message.from, sign, raw_bytes(head.kind)); return;
             case Kind::failed:
                 end_losing(1,
                            name_of(message.from) + ": " + std::string(bytes.begin(), bytes.end()));
             case Kind::leaving:
                 tallies[from] = {head.pieces, head.seconds};
-                transport->send(message.from, sign, bytes_of(head.kind));
+                transport->send(message.from, sign, raw_bytes(head.kind));
                 return;
             case Kind::claim:
                 if (head.piece != no_piece) finish_piece(head.piece, bytes);
@@ -425,7 +425,7 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     : state_(std::make_unique<State>(std::move(transport), std::move(options))) {
     State& state = *state_;
     const State::Place here = State::this_place();
-    for (const std::vector<char>& bytes : state.gather(bytes_of(here))) {
+    for (const std::vector<char>& bytes : state.gather(raw_bytes(here))) {
         const auto place = content_of<State::Place>(bytes);
         state.places.push_back(place);
         state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&

@@ -9,6 +9,7 @@
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 #include <stratus/runtime/argument.h>
 
 #include "allowed.h"

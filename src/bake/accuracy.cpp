@@ -109,7 +109,7 @@ bool Verification::meets(double tolerance) const {
         });
         return static_cast<double>(count) >= share * static_cast<double>(some.size());
     };
-    return within(samples, 0.999) && (samples.empty() || samples.back().error <= 5 * tolerance) &&
+    return within(samples, 0.999) && (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance) &&
            within(forward, 0.99) && (!judges_grazing || within(grazing, 0.99));
 }
 

@@ -40,7 +40,7 @@ void scale(Discretisation& d, const SweptAxis& axis, double factor) {
 }  // namespace
 
 bool keeps_tolerance(double tolerance, const CostPoint& table) {
-    return table.error_99_9 <= tolerance && table.error_largest <= 5 * tolerance;
+    return table.error_99_9 <= tolerance && table.error_largest <= largest_over_tolerance * tolerance;
 }
 
 TableSweep::TableSweep(const Recipe& recipe, const CostBudget& budget, int nodes_of_points)

@@ -1,6 +1,7 @@
 // How long a bake takes on many ranks, by a model of what they share.
 #include <stratus/bake/forecast.h>
 #include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include <stratus/bake/shared_writing.h>
 
 #include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 
 namespace stratus {
 namespace {

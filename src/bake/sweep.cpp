@@ -1,5 +1,6 @@
 #include <stratus/bake/sweep.h>
 
+#include <stratus/bake/accuracy.h>
 #include <stratus/bake/keys.h>
 #include <stratus/io/csv.h>
 #include <stratus/runtime/argument.h>
@@ -255,7 +256,7 @@ bool states_tolerance_met(const Table& table) {
     };
     const double tolerance = table.tolerance;
     return within("measured_error_99.9_percent", tolerance) &&
-           table.measured_error <= 5 * tolerance &&
+           table.measured_error <= largest_over_tolerance * tolerance &&
            within("measured_error_forward_99_percent", tolerance) &&
            (table.path_law || within("measured_error_grazing_99_percent", tolerance));
 }

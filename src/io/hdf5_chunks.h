@@ -4,7 +4,7 @@
 
 #include "hdf5_library.h"
 
-#include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 
 #include <span>
 #include <string>

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 #include <stratus/runtime/table.h>
 
 #include "file_bytes.h"

@@ -74,6 +74,9 @@ struct VerifyOptions {
     const SampleFiles* files = nullptr;  // with the samples of both sides; null: the table has them
 };
 
+/// How many times its tolerance the largest error of a table may be.
+constexpr double largest_over_tolerance = 5;
+
 struct Verification {
     std::vector<ErrorSample> samples;           // evenly drawn, sorted by error
     std::vector<ErrorSample> forward, grazing;  // sorted; none where nothing is peaked
@@ -89,8 +92,8 @@ struct Verification {
     /// directions, or where fluxes are not asked for.
     double furnace_defect = -1;
 
-    /// 99.9 % within tolerance and all within five times it; 99 % of `forward` within it, and 99 %
-    /// of `grazing` where that is judged.
+    /// 99.9 % within tolerance and all within largest_over_tolerance times it; 99 % of `forward`
+    /// within it, and 99 % of `grazing` where that is judged.
     bool meets(double tolerance) const;
 };
 

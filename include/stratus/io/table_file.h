@@ -7,14 +7,10 @@
 // minor versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
 #pragma once
 
-#include <stratus/io/sample_files.h>
 #include <stratus/runtime/table.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -59,38 +55,5 @@ Table read_table(const std::filesystem::path& path, const ReadOptions& options =
 /// Errors   std::invalid_argument for another ending, or a table that no reader would accept;
 ///          std::runtime_error "PATH: reason" for errors of the system.
 void write_table(const Table& table, const std::filesystem::path& path, int threads = 0);
-
-/// The samples of a side while they are written: parts 0 .. count - 1, each to be deflated by
-/// itself, with `deflate_part`, in this process or in another.
-///
-/// Threads  both functions are called by several at once.
-struct PartsToDeflate {
-    int count;
-    std::function<std::vector<char>(int part)> give;
-    /// Puts what `deflate_part` made of a part into the file, in their order: a part that comes
-    /// before its time waits in memory.
-    std::function<void(int part, std::span<const char> deflated)> take;
-};
-
-/// Bytes of samples of a part, at most.
-constexpr std::size_t most_bytes_of_part = std::size_t{1} << 22;
-
-/// What a part is in the file.
-///
-/// Errors   std::runtime_error for bytes that `give` did not give.
-std::vector<char> deflate_part(std::span<const char> given);
-
-struct WriteOptions {
-    int threads = 0;  // that compress; 0: as many as the machine has
-    /// Of .h5: has all parts deflated and taken, each once, and returns then; empty: threads do it.
-    std::function<void(const PartsToDeflate& parts)> share;
-    /// Of .h5: where both sides' samples are; null: in the table. Those of a bake, they are not
-    /// checked again.
-    const SampleFiles* samples = nullptr;
-};
-
-/// The same, bytes and all, with the compressing shared.
-void write_table(const Table& table, const std::filesystem::path& path,
-                 const WriteOptions& options);
 
 }  // namespace stratus

@@ -1,0 +1,48 @@
+// How a table is written where its samples are on the disk, or others share the compressing.
+#pragma once
+
+#include <stratus/io/sample_files.h>
+#include <stratus/runtime/table.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace stratus {
+
+/// The samples of a side while they are written: parts 0 .. count - 1, each to be deflated by
+/// itself, with `deflate_part`, in this process or in another.
+///
+/// Threads  both functions are called by several at once.
+struct PartsToDeflate {
+    int count;
+    std::function<std::vector<char>(int part)> give;
+    /// Puts what `deflate_part` made of a part into the file, in their order: a part that comes
+    /// before its time waits in memory.
+    std::function<void(int part, std::span<const char> deflated)> take;
+};
+
+/// Bytes of samples of a part, at most.
+constexpr std::size_t most_bytes_of_part = std::size_t{1} << 22;
+
+/// What a part is in the file.
+///
+/// Errors   std::runtime_error for bytes that `give` did not give.
+std::vector<char> deflate_part(std::span<const char> given);
+
+struct WriteOptions {
+    int threads = 0;  // that compress; 0: as many as the machine has
+    /// Of .h5: has all parts deflated and taken, each once, and returns then; empty: threads do it.
+    std::function<void(const PartsToDeflate& parts)> share;
+    /// Of .h5: where both sides' samples are; null: in the table. Those of a bake, they are not
+    /// checked again.
+    const SampleFiles* samples = nullptr;
+};
+
+/// As write_table of table_file.h, to the same bytes.
+void write_table(const Table& table, const std::filesystem::path& path,
+                 const WriteOptions& options);
+
+}  // namespace stratus

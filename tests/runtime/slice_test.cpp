@@ -346,7 +346,7 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
     expect_equal([&](std::size_t i) { return slice.transmission(in[i], out[i], azimuth[i]); });
     const float* const wi[3] = {xyz[0].data(), xyz[1].data(), xyz[2].data()};
     const float* const wo[3] = {xyz[3].data(), xyz[4].data(), xyz[5].data()};
-    for (const std::size_t some : {1, 15, 16, 17, 255, 257, 1003}) {
+    for (const std::size_t some : {1u, 15u, 16u, 17u, 255u, 257u, 1003u}) {
         slice.eval(some, wi, wo, found.data());
         expect_equal_first(some,
                            [&](std::size_t i) { return slice.eval(vectors[i].wi, vectors[i].wo); });

@@ -1,10 +1,10 @@
 #include "doubling_ladder.h"
 
 #include "depth_regime.h"
+#include "options.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <new>
 #include <stdexcept>
 
@@ -27,7 +27,8 @@ int stride_of(int columns) {
     return ((columns + width - 1) / width | 1) * width;
 }
 
-/// Numbers handed out one after another, zeroed.
+/// Numbers handed out one after another. Vectors are zeroed, and rows of doubles, whose last register
+/// reaches beyond their columns; rows of Packs end with one, and are written before they are read.
 template <class Number>
 class Handout {
   public:
@@ -36,9 +37,14 @@ class Handout {
     Number* rows(long count, long stride) {
         Number* start = next_;
         next_ += count * stride;
+        if constexpr (!in_lanes<Number>) std::fill(start, next_, Number{});
         return start;
     }
-    Number* vector(int size) { return rows(1, stride_of<Number>(size)); }
+    Number* vector(int size) {
+        Number* start = rows(1, stride_of<Number>(size));
+        if constexpr (in_lanes<Number>) std::fill(start, next_, Number{});
+        return start;
+    }
     SimdMatrix<Number> matrix(const SimdLayer<Number>& layer) {
         return {vector(layer.directions), rows(layer.directions, layer.stride)};
     }
@@ -48,12 +54,12 @@ class Handout {
 };
 
 template <class Number>
-double* zeroed(long count) {
+double* allocated(long count) {
     const long packs = (count * static_cast<long>(sizeof(Number)) + 63) / 64;
-    const std::size_t bytes = static_cast<std::size_t>(packs) * sizeof(Pack);
-    void* memory = std::aligned_alloc(pack_alignment, bytes);
+    void* memory =
+        std::aligned_alloc(pack_alignment, static_cast<std::size_t>(packs) * sizeof(Pack));
     if (!memory) throw std::bad_alloc();
-    return static_cast<double*>(std::memset(memory, 0, bytes));
+    return static_cast<double*>(memory);
 }
 
 template <class Number>
@@ -135,8 +141,8 @@ void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
                                       PhaseSeries<Number>& phase) {
     set_size(layer_, directions_.nodes, directions_.size());
     const int n = layer_.directions;
-    const auto moment_count = static_cast<long>(moments.size());
-    memory_.reset(zeroed<Number>(
+    const long moment_count = count_modes(moments);  // the rest is zero
+    memory_.reset(allocated<Number>(
         8 * size_of_matrix(layer_) + static_cast<long>(layer_.gauss) * layer_.elimination_stride +
         (3 + 3) * stride_of<Number>(n) + 2 * moment_count * layer_.stride));
     Handout<Number> memory(memory_.get());
@@ -182,9 +188,9 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     const long rows = static_cast<long>(grazing.directions) * groups_.row_stride;
     const long columns = static_cast<long>(steep.directions) * groups_.column_stride;
     const long square = static_cast<long>(grazing.directions) * grazing.stride;
-    memory_of_groups_.reset(zeroed<Number>(2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
-                                           3L * (groups_.row_stride + groups_.column_stride) +
-                                           8 * columns + 5 * rows + 3 * square));
+    memory_of_groups_.reset(allocated<Number>(
+        2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
+        3L * (groups_.row_stride + groups_.column_stride) + 8 * columns + 5 * rows + 3 * square));
     Handout<Number> memory(memory_of_groups_.get());
     for (SimdMatrix<Number>* m : {&steep.Y, &steep.Z}) *m = memory.matrix(steep);
     for (SimdMatrix<Number>* m :

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace stratus {
 
@@ -300,36 +301,65 @@ void DoublingLadder<Number>::extract() {
     steps_.extract(layer_);
 }
 
+namespace {
+
+/// A matrix for each lane, of the elements value(i, j, lane): rows in turn, so that the cache holds
+/// one for all its lanes.
+template <class Value>
+std::vector<Eigen::MatrixXd> lane_matrices(int directions, int lanes, Value value) {
+    std::vector<Eigen::MatrixXd> matrices(static_cast<std::size_t>(lanes));
+    for (Eigen::MatrixXd& matrix : matrices) matrix.resize(directions, directions);
+    for (int i = 0; i < directions; ++i)
+        for (int lane = 0; lane < lanes; ++lane) {
+            double* row = matrices[static_cast<std::size_t>(lane)].col(i).data();
+            for (int j = 0; j < directions; ++j) row[j] = value(i, j, lane);
+        }
+    return matrices;
+}
+
+}  // namespace
+
 template <class Number>
-Eigen::MatrixXd lane_matrix(const SimdLayer<Number>& layer, const Number* K, int lane) {
-    Eigen::MatrixXd matrix(layer.directions, layer.directions);
-    for (int i = 0; i < layer.directions; ++i)
-        for (int j = 0; j < layer.directions; ++j)
-            matrix(j, i) = lane_of(K[i * layer.stride + j], lane);
-    return matrix;
+std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
+    const auto of = [this](const Number* K) {
+        return lane_matrices(layer_.directions, tasks_, [=, this](int i, int j, int lane) {
+            return lane_of(K[i * layer_.stride + j], lane);
+        });
+    };
+    auto reflection = of(layer_.reflection.K), transmission = of(layer_.transmission.K);
+    std::vector<ModeMatrices> all;
+    for (std::size_t lane = 0; lane < reflection.size(); ++lane)
+        all.push_back({std::move(reflection[lane]), std::move(transmission[lane])});
+    return all;
 }
 
 template <class Number>
-ModeMatrices DoublingLadder<Number>::matrices(int lane) const {
-    return {lane_matrix(layer_, layer_.reflection.K, lane),
-            lane_matrix(layer_, layer_.transmission.K, lane)};
-}
-
-template <class Number>
-PhaseKernels DoublingLadder<Number>::kernels(int lane) const {
+std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
-    const Eigen::MatrixXd even = unscale.asDiagonal() *
-                                 lane_matrix(layer_, layer_.scatter_even.K, lane) *
-                                 unscale.asDiagonal();
-    const Eigen::MatrixXd odd = unscale.asDiagonal() *
-                                lane_matrix(layer_, layer_.scatter_odd.K, lane) *
-                                unscale.asDiagonal();
-    return {even + odd, even - odd};
+    const auto of = [&](double sign) {
+        return lane_matrices(layer_.directions, tasks_, [&](int i, int j, int lane) {
+            const long at = i * layer_.stride + j;
+            const double even = lane_of(layer_.scatter_even.K[at], lane);
+            const double odd = lane_of(layer_.scatter_odd.K[at], lane);
+            return unscale(j) * even * unscale(i) + sign * (unscale(j) * odd * unscale(i));
+        });
+    };
+    auto same = of(1), other = of(-1);
+    std::vector<PhaseKernels> all;
+    for (std::size_t lane = 0; lane < same.size(); ++lane)
+        all.push_back({std::move(same[lane]), std::move(other[lane])});
+    return all;
+}
+
+Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane) {
+    Eigen::MatrixXd matrix(layer.directions, layer.directions);
+    for (int i = 0; i < layer.directions; ++i)
+        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
+    return matrix;
 }
 
 template class DoublingLadder<Pack>;
 template class DoublingLadder<double>;
-template Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>&, const Pack*, int);
 
 }  // namespace stratus

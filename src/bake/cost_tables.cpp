@@ -103,6 +103,7 @@ void TableSweep::solve_points(const Discretisation& chosen) {
     range.azimuth = directions.azimuth.view();
     range.family = family_axes(resolved);
     range.second_phase_function = recipe_.second_phase_function;
+    range.has_path_law = leaves_path_law(recipe_);
     SolverOptions solver = solver_of(recipe_);
     solver.nodes = std::max(nodes_of_points_, chosen.nodes + 8);
     solver.mode_tolerance = 1e-4 * recipe_.tolerance;
@@ -130,7 +131,7 @@ void TableSweep::find_members(const std::vector<FamilyAxis>& family) {
         member_of_.push_back(static_cast<std::size_t>(found - members_.begin()));
         if (found != members_.end()) continue;
         members_.push_back(at.member);
-        living_.push_back(with_parameters(recipe_.phase_function, family, at.member));
+        phase_functions_.push_back(with_parameters(recipe_.phase_function, family, at.member));
     }
 }
 

@@ -62,12 +62,12 @@ class TableSweep {
     const CostBudget& budget_;
     const std::vector<SweptAxis> axes_;
     std::vector<CostPoint> points_, packed_;
-    std::vector<ErrorSample> expected_;   // random points; found and error unused
-    std::vector<FamilyPoint> members_;    // that they are of
-    std::vector<std::size_t> member_of_;  // place of each point's
-    std::vector<PhaseFunction> living_;   // of the members: droplets are computed once
-    CostPoint own_;                       // the table that the recipe's tolerance chose
-    int nodes_of_points_;                 // that solve the random points
+    std::vector<ErrorSample> expected_;           // random points; found and error unused
+    std::vector<FamilyPoint> members_;            // that they are of
+    std::vector<std::size_t> member_of_;          // place of each point's
+    std::vector<PhaseFunction> phase_functions_;  // of the members; held: droplets take long
+    CostPoint own_;                               // the table that the recipe's tolerance chose
+    int nodes_of_points_;                         // that solve the random points
     int finest_nodes_ = 0, finest_modes_ = 0;
     double seconds_per_byte_ = 0;
 };

@@ -43,12 +43,12 @@ fi
 grep -q '<svg ' cost.svg || fail "the figure must be an SVG"
 
 # a family: rows of members along its axis
-{ sed 's/isotropic/henyey_greenstein:g=0.5/' tiny.toml; printf '[family]\ng = [0.0, 0.7]\n'; } >family.toml
+{ cat tiny.toml; echo 'second_phase_function = "rayleigh"'; } >family.toml
 expect_ok cost family.toml -o family.csv --svg family.svg --seconds 1000
 expect_says "$err" "converged solution: " "tolerance 0.1: table error "
 for count in 2 3 13; do
     awk -F, -v n=$count 'NR == 1 { for (i = 1; i <= NF; ++i) c[$i] = i }
-        $c["kind"] == "table" && $c["g_samples"] == n && $c["bytes"] > 0 && $c["bake_seconds"] > 0 { found = 1 }
+        $c["kind"] == "table" && $c["mixture_samples"] == n && $c["bytes"] > 0 && $c["bake_seconds"] > 0 { found = 1 }
         END { exit !found }' family.csv || fail "the answer needs a row of $count members"
 done
 grep -q '<svg ' family.svg || fail "the figure must be an SVG"

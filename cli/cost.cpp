@@ -4,6 +4,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/cost_plot.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/phase_family.h>
 
 #include "allowed.h"
 #include "commands.h"
@@ -181,6 +182,27 @@ PlotPanel panel_of_droplets(const CostStudy& study) {
     return panel;
 }
 
+/// Error over the members along an axis of a family, with the bytes that they take.
+PlotPanel panel_along(const CostStudy& study, PhaseParameter parameter) {
+    PlotPanel panel;
+    const std::string name = parameter_name(parameter);
+    PlotSeries series{"all else as tolerance chose (bytes)", PlotSeries::Role::measured, {}};
+    PlotSeries chosen{"chosen by tolerance", PlotSeries::Role::chosen, {}};
+    for (const CostPoint& point : points_along(study.points, parameter)) {
+        const PlotPoint mark{double(point.members[static_cast<std::size_t>(parameter)]),
+                             std::max(point.error_99_9, 1e-16), short_number(point.bytes)};
+        series.points.push_back(mark);
+        if (point.tolerance > 0)
+            chosen.points.push_back({mark.x, mark.y, tolerance_text(point.tolerance)});
+    }
+    if (series.points.empty()) return panel;
+    panel.series = {series, chosen};
+    panel.title = "Family: members along " + name;
+    panel.x_title = "members along " + name;
+    panel.y_title = "relative error of lookups, 99.9 % within";
+    return panel;
+}
+
 void run_cost(const CostCommand& command) {
     if (!command.output.empty() && command.output != "-")
         require_writable("cost", "--output", command.output);
@@ -206,6 +228,9 @@ void run_cost(const CostCommand& command) {
         std::vector<PlotPanel> panels{panel_of_solvers(study), panel_of_tables(study)};
         if (PlotPanel droplets = panel_of_droplets(study); !droplets.series.empty())
             panels.push_back(std::move(droplets));
+        for (const PhaseParameter parameter : all_parameters)
+            if (PlotPanel along = panel_along(study, parameter); !along.series.empty())
+                panels.push_back(std::move(along));
         draw_cost_plot(panels, temporary);
     });
 }
@@ -239,7 +264,10 @@ void add_cost(CLI::App& app) {
                  "Notes tell what grows as which power of what, fitted by least squares in "
                  "logarithms: time of a solve over nodes and depth, of a bake over ranks (by "
                  "the model of `stratus bake --dry-run --ranks`), times and sizes over "
-                 "tolerance, errors of reference methods over time.\n"
+                 "tolerance, errors of reference methods over time, and of tables over the members "
+                 "along an axis of a family.\n"
+                 "Of a family, solvers, orders and references are those of its most peaked member; "
+                 "tables are of all members.\n"
                  "Errors are relative to the total R or T, as `stratus verify` has them.\n"
                  "Example:\n  stratus cost tables/saturn_rings.toml -o cost.csv --svg cost.svg");
     cost->callback([command] { run_cost(*command); });

@@ -20,8 +20,9 @@ std::string example_of(const std::vector<FamilyAxis>& family) {
     return joined(parts, ",");
 }
 
-/// A number; of lengths um or nm may follow, um without it. Not-a-number where it is none.
-double value_of(const std::string& text, PhaseParameter parameter) {
+}  // namespace
+
+double parameter_value(const std::string& text, PhaseParameter parameter) {
     double value = 0;
     const std::size_t end = read_number(text, value);
     const std::string unit = end > 0 ? text.substr(end) : "?";
@@ -29,8 +30,6 @@ double value_of(const std::string& text, PhaseParameter parameter) {
     if (unit.empty() || (is_length && unit == "um")) return value;
     return is_length && unit == "nm" ? value / 1000 : std::numeric_limits<double>::quiet_NaN();
 }
-
-}  // namespace
 
 std::string at_help(const std::string& more) {
     return "Member of a table's family, such as radius=8,wavelength=0.55: all parameters that the "
@@ -56,7 +55,7 @@ FamilyPoint point_of(const char* caller, const std::string& at,
         while (axis < family.size() && family[axis].name() != name) ++axis;
         require(equals != std::string::npos && axis < family.size() && std::isnan(values[axis]),
                 caller, "--at", "NAME=VALUE of each parameter of " + path + ", " + example, at);
-        values[axis] = value_of(part.substr(equals + 1), family[axis].parameter);
+        values[axis] = parameter_value(part.substr(equals + 1), family[axis].parameter);
         require(holds(family[axis], values[axis]), caller, "--at " + name,
                 allowed_text(family[axis]), part.substr(equals + 1));
     }

@@ -23,6 +23,9 @@ std::string at_help(const std::string& more = "");
 FamilyPoint point_of(const char* caller, const std::string& at,
                      const std::vector<FamilyAxis>& family, const std::string& path);
 
+/// A number; of lengths um or nm may follow, um without it. Not-a-number where it is none.
+double parameter_value(const std::string& text, PhaseParameter parameter);
+
 /// A table ready for lookups, of one member where it has several.
 PackedTable read_member(const char* caller, const std::string& path, const ReadOptions& options,
                         const std::string& at);

@@ -1,4 +1,5 @@
-// `stratus fit`: albedos, optical depths and asymmetries of rings from their observed brightness.
+// `stratus fit`: albedos, optical depths and what scatters, of rings and clouds, from their observed
+// brightness.
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
@@ -9,13 +10,16 @@
 
 #include "allowed.h"
 #include "commands.h"
+#include "family_option.h"
 #include "opposition_option.h"
 #include "query.h"
 #include "table_option.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -38,9 +42,9 @@ struct FitCommand {
     ReadOptions reading;
 };
 
-/// The observations of one radius.
+/// The observations of one radius of rings, or of one pixel.
 struct Bin {
-    double radius = 0;
+    double place = 0;
     std::vector<Observation> observations;
 };
 
@@ -60,8 +64,52 @@ bool all_are_beams(const CsvTable& rows) {
     });
 }
 
-/// Bins in the order in which their radii appear; a single one without a column of radii.
+/// The column each of whose values has a fit of its own; "" where there is none. Where a table varies
+/// the radius of droplets, the column radius is of these.
+std::string column_of_bins(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
+    const bool has_rings =
+        rows.has_column("radius") && std::ranges::none_of(family, [](const FamilyAxis& axis) {
+            return axis.parameter == PhaseParameter::radius;
+        });
+    if (!rows.has_column("pixel")) return has_rings ? "radius" : "";
+    if (has_rings)
+        throw std::invalid_argument(rows.name +
+                                    ": column pixel must come without radius, got both");
+    return "pixel";
+}
+
+/// Columns of what the table's family varies, in the order of its axes; -1: not there.
+std::vector<int> family_columns(const CsvTable& rows, const std::vector<FamilyAxis>& family) {
+    std::vector<int> columns;
+    for (const FamilyAxis& axis : family)
+        columns.push_back(rows.has_column(axis.name()) ? rows.column(axis.name()) : -1);
+    for (const char* const name : {"g", "wavelength", "variance"})
+        if (rows.has_column(name) && std::ranges::find(columns, rows.column(name)) == columns.end())
+            throw std::invalid_argument(rows.name + ": column " + name +
+                                        " must be left out unless the table's family varies it");
+    return columns;
+}
+
+/// What a row says of the family's parameters; not-a-number where it says nothing.
+FamilyPoint known_of(const CsvTable& rows, std::size_t r, const std::vector<FamilyAxis>& family,
+                     const std::vector<int>& columns) {
+    std::vector<double> known(family.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t k = 0; k < family.size(); ++k) {
+        if (columns[k] < 0) continue;
+        known[k] = rows.rows[r][static_cast<std::size_t>(columns[k])];
+        if (!holds(family[k], known[k]))
+            throw std::invalid_argument(
+                rows.name + ", line " + std::to_string(rows.lines[r]) + ": " + family[k].name() +
+                " must be " + allowed_text(family[k]) + ", got " + shortest_text(known[k]));
+    }
+    return FamilyPoint(known);
+}
+
+/// Bins in the order in which their places appear; a single one without a column of them.
 std::vector<Bin> bins_of(const CsvTable& rows, const LayerModel& model) {
+    const std::vector<FamilyAxis> family = model.family();
+    const std::vector<int> of_family = family_columns(rows, family);
+    const std::string place_column = column_of_bins(rows, family);
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(rows.column(name));
     };
@@ -78,25 +126,28 @@ std::vector<Bin> bins_of(const CsvTable& rows, const LayerModel& model) {
             throw std::invalid_argument(rows.name + ", line " + std::to_string(rows.lines[r]) +
                                         ": side must be one that the table holds, got " +
                                         side_names[static_cast<std::size_t>(light)]);
-        const double radius = rows.has_column("radius") ? row[column("radius")] : 0;
-        auto bin = std::ranges::find(bins, radius, &Bin::radius);
-        if (bin == bins.end()) bin = bins.insert(bin, {radius, {}});
+        const double place = place_column.empty() ? 0 : row[column(place_column.c_str())];
+        auto bin = std::ranges::find(bins, place, &Bin::place);
+        if (bin == bins.end()) bin = bins.insert(bin, {place, {}});
         bin->observations.push_back({{row[mu_in], std::abs(row[mu_out]), radians(row[azimuth])},
                                      light,
                                      row[brightness],
-                                     row[sigma]});
+                                     row[sigma],
+                                     known_of(rows, r, family, of_family)});
     }
     if (bins.empty()) throw std::invalid_argument(rows.name + ": no observations");
     return bins;
 }
 
-void check_counts(const std::vector<Bin>& bins, const CsvTable& rows, std::size_t free) {
+void check_counts(const std::vector<Bin>& bins, const CsvTable& rows, const std::string& column,
+                  std::size_t free) {
     for (const Bin& bin : bins)
         if (bin.observations.size() < free)
             throw std::invalid_argument(
-                rows.name + ": rows of a radius must be at least " + std::to_string(free) +
+                rows.name + ": rows" + (column.empty() ? "" : " of a " + column) +
+                " must be at least " + std::to_string(free) +
                 ", one for each free parameter, got " + std::to_string(bin.observations.size()) +
-                (rows.has_column("radius") ? " of " + shortest_text(bin.radius) : ""));
+                (column.empty() ? "" : " of " + shortest_text(bin.place)));
 }
 
 /// What `--fix` and `--free` call a parameter.
@@ -108,13 +159,25 @@ std::string option_name(const LayerModel& model, int parameter) {
 /// Parameters that a model has, in the order of the answer.
 std::vector<int> parameters_of(const LayerModel& model) {
     if (model.kinds() == 0) return {fit_optical_depth};
-    if (model.kinds() == 1) return {fit_w1, fit_optical_depth, fit_g1};
-    return {fit_w1, fit_w2, fit_optical_depth, fit_g1, fit_g2};
+    std::vector<int> parameters{fit_w1, fit_optical_depth, fit_g1};
+    if (model.kinds() == 2) parameters = {fit_w1, fit_w2, fit_optical_depth, fit_g1, fit_g2};
+    for (const FamilyAxis& axis : model.family())
+        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
+            parameters.push_back(*of);
+    return parameters;
+}
+
+/// A parameter's value; of lengths um or nm may follow. Not-a-number where it is none.
+double value_of(const std::string& text, const std::string& name) {
+    if (const auto parameter = parameter_named(name)) return parameter_value(text, *parameter);
+    double value = 0;
+    const std::size_t end = read_number(text, value);
+    return end > 0 && end == text.size() ? value : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// The parameter of that name.
-int parameter_named(const std::string& option, const std::string& form, const LayerModel& model,
-                    const std::string& name, const std::string& met) {
+int parameter_of(const std::string& option, const std::string& form, const LayerModel& model,
+                 const std::string& name, const std::string& met) {
     std::vector<std::string> names;
     for (const int p : parameters_of(model)) {
         names.push_back(option_name(model, p));
@@ -128,24 +191,23 @@ FitOptions options_of(const FitCommand& command, const LayerModel& model) {
     FitOptions options;
     options.density = parse_density("fit", command.density);
     options.opposition = parse_opposition("fit", command.opposition, options.density);
-    std::optional<double>* const held[] = {&options.optical_depth, &options.w1, &options.w2,
-                                           &options.g1, &options.g2};
     for (const std::string& text : command.fixed) {
         const std::size_t equals = text.find('=');
-        double value = 0;
-        const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
-        const int p =
-            parameter_named("--fix", "NAME=VALUE with a name", model, text.substr(0, equals), text);
-        if (number.empty() || read_number(number, value) != number.size())
+        const std::string name = text.substr(0, equals);
+        const int p = parameter_of("--fix", "NAME=VALUE with a name", model, name, text);
+        const double value =
+            value_of(equals == std::string::npos ? "" : text.substr(equals + 1), name);
+        if (std::isnan(value))
             throw std::invalid_argument("fit: --fix must be NAME=VALUE, got " + text);
-        if (held[p]->has_value())
+        std::optional<double>& held = options.*held_fields[static_cast<std::size_t>(p)];
+        if (held)
             throw std::invalid_argument("fit: --fix must name " + option_name(model, p) +
                                         " once, got " + text);
-        *held[p] = value;
+        held = value;
     }
     for (const std::string& name : command.free) {
-        const int p = parameter_named("--free", "a name", model, name, name);
-        if (held[p]->has_value())
+        const int p = parameter_of("--free", "a name", model, name, name);
+        if (options.*held_fields[static_cast<std::size_t>(p)])
             throw std::invalid_argument("fit: --free must not name what --fix holds, got " + name);
         if (p == fit_g1) options.free_g1 = true;
         if (p == fit_g2) options.free_g2 = true;
@@ -196,14 +258,16 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
 struct Columns {
     std::vector<int> parameters;
     std::vector<std::string> names;  // of them
-    bool radii = false;
+    std::string place;               // of the bins; "": none
 };
 
-Columns columns_of(const LayerModel& model, const FitOptions& options, bool radii) {
+/// Albedos and the depth, and what else is free.
+Columns columns_of(const LayerModel& model, const std::array<bool, fit_parameters>& free,
+                   const std::string& place) {
     Columns columns;
-    columns.radii = radii;
+    columns.place = place;
     for (const int p : parameters_of(model)) {
-        if ((p == fit_g1 && !options.free_g1) || (p == fit_g2 && !options.free_g2)) continue;
+        if (p >= fit_g1 && !free[static_cast<std::size_t>(p)]) continue;
         columns.parameters.push_back(p);
         columns.names.push_back(fit_parameter_names(model)[static_cast<std::size_t>(p)]);
     }
@@ -211,7 +275,7 @@ Columns columns_of(const LayerModel& model, const FitOptions& options, bool radi
 }
 
 void write_header(std::ostream& out, const Columns& columns) {
-    if (columns.radii) out << "radius,";
+    if (!columns.place.empty()) out << columns.place << ',';
     for (const std::string& name : columns.names) out << name << ',' << name << "_sigma,";
     for (std::size_t a = 0; a < columns.names.size(); ++a)
         for (std::size_t b = a + 1; b < columns.names.size(); ++b)
@@ -220,7 +284,7 @@ void write_header(std::ostream& out, const Columns& columns) {
 }
 
 void write_fit(std::ostream& out, const Columns& columns, const Bin& bin, const Fit& fit) {
-    if (columns.radii) out << shortest_text(bin.radius) << ',';
+    if (!columns.place.empty()) out << shortest_text(bin.place) << ',';
     std::vector<std::size_t> places(columns.parameters.begin(), columns.parameters.end());
     for (const std::size_t p : places)
         out << full_text(fit.estimate[p].value) << ',' << full_text(fit.estimate[p].sigma) << ',';
@@ -236,19 +300,22 @@ void run_fit(const FitCommand& command) {
         if (!command.table.empty()) require_different_files("fit", command.table, command.output);
         require_different_files("fit", command.observations, command.output);
     }
-    const CsvTable rows = read_observations(command.observations, {"mu_out", "brightness", "sigma"},
-                                            {"mu_in", "azimuth_deg", "radius", "side"});
+    const CsvTable rows = read_observations(
+        command.observations, {"mu_out", "brightness", "sigma"},
+        {"mu_in", "azimuth_deg", "radius", "pixel", "side", "g", "wavelength", "variance"});
     const Prediction prediction = prediction_of(command, !rows.rows.empty() && all_are_beams(rows));
     const LayerModel& model = *prediction.model;
     const FitOptions options = options_of(command, model);
     const std::vector<Bin> bins = bins_of(rows, model);
-    check_counts(bins, rows, free_parameter_count(model, options));
+    const std::vector<Observation>& first = bins.front().observations;
+    const std::string place_column = column_of_bins(rows, model.family());
+    check_counts(bins, rows, place_column, free_parameter_count(model, first, options));
     std::vector<Fit> fits(bins.size());
     parallel_for(static_cast<int>(bins.size()), command.threads, [&](int b) {
         const auto at = static_cast<std::size_t>(b);
         fits[at] = fit_layer(model, bins[at].observations, options);
     });
-    const Columns columns = columns_of(model, options, rows.has_column("radius"));
+    const Columns columns = columns_of(model, free_parameters(model, first, options), place_column);
     write_answer(command.output, [&](std::ostream& out) {
         write_header(out, columns);
         for (std::size_t b = 0; b < fits.size(); ++b) write_fit(out, columns, bins[b], fits[b]);
@@ -270,12 +337,14 @@ void add_model_options(CLI::App& fit, FitCommand& command) {
                  "Light scattered once alone, in closed form: the paper's own inversion");
     fit.add_option("--fix", command.fixed,
                    "Hold parameters, NAME=VALUE, comma between: w1, w2 (w of one kind of "
-                   "particles), tau, the optical depth, and g1, g2 (g)")
+                   "particles), tau, the optical depth, g1, g2 (g), and radius, wavelength and "
+                   "variance of a table's family")
         ->delimiter(',')
         ->allow_extra_args(false);
     fit.add_option("--free", command.free,
                    "Fit g1 or g2 (g), too, asymmetries of --phase and --second-phase where they "
-                   "are Henyey-Greenstein. Albedos and tau are free unless fixed")
+                   "are Henyey-Greenstein. Albedos, tau and what a table's family varies are free "
+                   "unless fixed")
         ->delimiter(',')
         ->allow_extra_args(false);
     add_density_and_opposition(fit, command.density, command.opposition);
@@ -286,11 +355,13 @@ void add_model_options(CLI::App& fit, FitCommand& command) {
 void add_fit(CLI::App& app) {
     auto command = std::make_shared<FitCommand>();
     CLI::App* fit = app.add_subcommand(
-        "fit", "Fit albedos, the optical depth and asymmetries to observed brightnesses");
+        "fit",
+        "Fit albedos, the optical depth, and asymmetries or droplets to observed brightnesses");
     fit->add_option("OBSERVATIONS", command->observations,
                     "CSV with columns mu_in, mu_out, azimuth_deg, brightness, sigma in any order; "
-                    "side (lit, unlit or beam); and, for a fit of each radius, radius; "
-                    "-: standard input")
+                    "side (lit, unlit or beam); for a fit of each, radius (of rings) or pixel; "
+                    "and wavelength or others that a table's family varies, where they are known "
+                    "row by row; -: standard input")
         ->required()
         ->check(file_name());
     add_model_options(*fit, *command);
@@ -310,10 +381,16 @@ void add_fit(CLI::App& app) {
         "the geometries do not determine, those at the edge of their range, and other layers that "
         "fit as well. Without a table tau is sought from 1e-4 to 64, g from -0.9 to 0.9 (-0.95 to "
         "0.95 with --single).\n"
+        "Of a table of a family the parameters that it varies are sought within its range: g, or "
+        "radius, wavelength and variance of droplets, lengths in um. One of just some values must "
+        "be fixed, or be a column: rows of several wavelengths then share one radius, one tau and "
+        "one w. With a table that varies the radius of droplets a column radius is of these, and "
+        "pixel tells fits apart.\n"
         "Examples:\n"
         "  stratus fit voyager.csv --table saturn_rings_mixture.h5 --fix w2=0.1 -o rings.csv\n"
         "  stratus fit voyager.csv --single --phase lambert_sphere \\\n"
         "    --second-phase henyey_greenstein:g=0.5 --free g2\n"
+        "  stratus fit cloud.csv --table stratus_clouds.h5 --fix w=1\n"
         "  printf 'side,mu_out,brightness,sigma\\nbeam,0.5,0.3,0.01\\n' | stratus fit -");
     fit->callback([command] { run_fit(*command); });
 }

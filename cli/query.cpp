@@ -38,6 +38,7 @@ constexpr ColumnRange column_ranges[] = {
     {"wavelength", "above 0 (um)", [](double length) { return length > 0; }},
     {"variance", "in [0, 0.5]", [](double v) { return v >= 0 && v <= 0.5; }},
     {"radius", "finite", [](double radius) { return std::isfinite(radius); }},
+    {"pixel", "finite", [](double pixel) { return std::isfinite(pixel); }},
     {"brightness", "finite", [](double brightness) { return std::isfinite(brightness); }},
     {"sigma", "in (0, inf)", [](double sigma) { return sigma > 0 && std::isfinite(sigma); }},
 };

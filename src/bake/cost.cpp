@@ -4,6 +4,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
 
+#include "axes.h"
 #include "cost_growth.h"
 #include "cost_methods.h"
 #include "cost_solvers.h"
@@ -58,6 +59,17 @@ void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solv
     }
 }
 
+/// The most peaked member at an end of a family's axes; the recipe itself without a family.
+Recipe most_peaked(const Recipe& recipe) {
+    std::vector<FamilyAxis> axes;
+    for (const FamilyRange& range : recipe.family) axes.push_back(ranging_axis(range, 2));
+    std::vector<Recipe> corners;
+    for (const FamilyPoint& corner : corners_of(axes)) corners.push_back(at_member(recipe, corner));
+    return *std::ranges::max_element(corners, {}, [](const Recipe& corner) {
+        return std::abs(corner.phase_function.asymmetry());
+    });
+}
+
 void append(std::vector<CostPoint>& points, const std::vector<CostPoint>& more) {
     points.insert(points.end(), more.begin(), more.end());
 }
@@ -67,23 +79,21 @@ void append(std::vector<CostPoint>& points, const std::vector<CostPoint>& more) 
 CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(options.seconds > 0, "measure_cost", "seconds", "above 0", options.seconds);
     require(options.rounds >= 1, "measure_cost", "rounds", ">= 1", options.rounds);
-    require(recipe.family.empty(), "measure_cost", "family",
-            "absent, as second_phase_function: costs are of one phase function",
-            recipe.family.empty() ? "" : parameter_name(recipe.family[0].parameter));
     require(recipe.layers.empty(), "measure_cost", "layers", "absent: costs are of one layer",
             recipe.layers.size());
     const CostBudget budget(options);
-    SolverSweep solvers(recipe, budget);
+    const Recipe alone = most_peaked(recipe);
+    SolverSweep solvers(alone, budget);
     solvers.find_reference();
     solvers.sweep();
     TableSweep tables(recipe, budget, solvers.nodes_of_points());
     tables.bake_tolerances();
     solvers.measure_chosen(tables.points());
     CostStudy study;
-    study.growth = time_growth(recipe, budget);
+    study.growth = time_growth(alone, recipe, budget);
     std::vector<CostPoint> others = solvers.measure_orders(tables.nodes());
-    append(others, measure_references(recipe, budget, solvers.reference_nodes()));
-    append(others, measure_droplets(recipe, budget));
+    append(others, measure_references(alone, budget, solvers.reference_nodes()));
+    append(others, measure_droplets(alone, budget));
     tables.sweep_axes();
     tables.coarsen_chosen();
 

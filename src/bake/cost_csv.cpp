@@ -37,6 +37,11 @@ const char* name_of(Kind kind) {
 /// A number of things, empty where there are none.
 std::string count_text(double count) { return count > 0 ? short_number(count, 15) : ""; }
 
+template <PhaseParameter parameter>
+std::string members_text(const CostPoint& p) {
+    return count_text(p.members[static_cast<std::size_t>(parameter)]);
+}
+
 std::string scheme_text(const CostPoint& p) {
     if (p.kind == Kind::reference) return p.photons > 0 ? "photons" : "markov";
     return p.solver.scheme == Scheme::classic ? "classic" : "harmonic";
@@ -83,6 +88,12 @@ constexpr CostColumn columns[] = {
      }},
     {"albedo_samples", "over the recipe's range", to_tables,
      [](const CostPoint& p) { return std::to_string(p.discretisation.albedo_samples); }},
+    {"mixture_samples", "members along that axis of a family", to_tables,
+     members_text<PhaseParameter::mixture>},
+    {"g_samples", "the same", to_tables, members_text<PhaseParameter::g>},
+    {"radius_samples", "the same", to_tables, members_text<PhaseParameter::radius>},
+    {"wavelength_samples", "the same", to_tables, members_text<PhaseParameter::wavelength>},
+    {"variance_samples", "the same", to_tables, members_text<PhaseParameter::variance>},
     {"error_median", "relative error of half of the values", to_all,
      [](const CostPoint& p) { return short_number(p.error_median, digits); }},
     {"error_99_9", "relative error of 99.9 % of the values; the frontier's", to_all,

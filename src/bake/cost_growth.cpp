@@ -5,9 +5,12 @@
 #include <stratus/runtime/number_text.h>
 
 #include "cost_layers.h"
+#include "family_section.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <tuple>
 
 namespace stratus {
 
@@ -17,7 +20,7 @@ using Kind = CostPoint::Kind;
 using Measured = std::vector<std::pair<double, double>>;
 
 /// Adds a law where there are points enough for one.
-void add_law(std::vector<GrowthLaw>& laws, const char* what, const char* of,
+void add_law(std::vector<GrowthLaw>& laws, const std::string& what, const std::string& of,
              const Measured& measured) {
     Measured usable;
     for (const auto& [x, y] : measured)
@@ -84,7 +87,40 @@ Measured pairs_of(const std::vector<CostPoint>& points, Kind kind, const X& x, c
     return measured;
 }
 
+/// Errors over the members along an axis, as far as they are that axis' own: at least twice what is
+/// left with the most members, which other axes leave.
+Measured errors_along(const std::vector<CostPoint>& points, PhaseParameter parameter) {
+    const std::vector<CostPoint> along = points_along(points, parameter);
+    Measured own;
+    for (const CostPoint& point : along)
+        if (point.error_99_9 >= 2 * along.back().error_99_9)
+            own.push_back({point.members[static_cast<std::size_t>(parameter)], point.error_99_9});
+    return own;
+}
+
 }  // namespace
+
+std::vector<CostPoint> points_along(const std::vector<CostPoint>& points,
+                                    PhaseParameter parameter) {
+    const auto members = [&](const CostPoint& p) {
+        return p.members[static_cast<std::size_t>(parameter)];
+    };
+    // The first that was swept; coarser tables follow, which differ along several axes.
+    const auto first = std::ranges::find(points, samples_key(parameter), &CostPoint::varied);
+    if (first == points.end()) return {};
+    const auto all_else = [&](const CostPoint& p) {
+        std::array others = p.members;
+        others[static_cast<std::size_t>(parameter)] = 0;
+        const Discretisation& d = p.discretisation;
+        return std::tuple(p.kind, others, d.mu_samples, d.azimuth_samples,
+                          d.optical_depth_samples_per_octave, d.albedo_samples);
+    };
+    std::vector<CostPoint> along;
+    for (const CostPoint& point : points)
+        if (all_else(point) == all_else(*first)) along.push_back(point);
+    std::ranges::sort(along, {}, members);
+    return along;
+}
 
 PowerLaw fit_power_law(const std::vector<std::pair<double, double>>& points) {
     constexpr const char* caller = "fit_power_law";
@@ -121,11 +157,12 @@ std::string sentence_of(const GrowthLaw& growth) {
            short_number(law.from) + " to " + short_number(law.to) + ")";
 }
 
-std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget) {
+std::vector<GrowthLaw> time_growth(const Recipe& alone, const Recipe& recipe,
+                                   const CostBudget& budget) {
     std::vector<GrowthLaw> laws;
     budget.show("growth");
-    add_law(laws, "time of a solve with eight modes", "nodes", time_nodes(recipe, budget));
-    add_law(laws, "time of a solve with 32 nodes", "optical depth", time_depths(recipe, budget));
+    add_law(laws, "time of a solve with eight modes", "nodes", time_nodes(alone, budget));
+    add_law(laws, "time of a solve with 32 nodes", "optical depth", time_depths(alone, budget));
     add_law(laws, "predicted time of a bake", "ranks", predict_ranks(recipe, budget));
     return laws;
 }
@@ -147,6 +184,9 @@ std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points) {
             pairs_of(points, Kind::table, tolerance, bytes, chosen));
     add_law(laws, "size of a packed table", "tolerance",
             pairs_of(points, Kind::packed, tolerance, bytes, chosen));
+    for (const PhaseParameter parameter : all_parameters)
+        add_law(laws, "error of a table", "members along " + std::string(parameter_name(parameter)),
+                errors_along(points, parameter));
     add_law(laws, "error of Markov chains", "time",
             pairs_of(points, Kind::reference, seconds, error,
                      [](const CostPoint& p) { return p.sublayers > 0; }));

@@ -7,8 +7,10 @@
 
 namespace stratus {
 
-/// Of the time of a solve over nodes and optical depth, and of a bake over ranks.
-std::vector<GrowthLaw> time_growth(const Recipe& recipe, const CostBudget& budget);
+/// Of the time of a solve of one phase function over nodes and optical depth, and of a bake of the
+/// recipe over ranks.
+std::vector<GrowthLaw> time_growth(const Recipe& alone, const Recipe& recipe,
+                                   const CostBudget& budget);
 
 /// Of what the points have.
 std::vector<GrowthLaw> find_growth(const std::vector<CostPoint>& points);

@@ -6,10 +6,12 @@
 #include <stratus/runtime/packed_table.h>
 
 #include "axes.h"
+#include "family_section.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <utility>
 
 namespace stratus {
@@ -21,16 +23,39 @@ constexpr unsigned point_seed = 7;  // neither the bake's check nor verify's def
 
 constexpr double max_bytes = 1 << 30;  // of a table
 
-constexpr SweptAxis swept_axes[] = {
-    {"mu_samples", &Discretisation::mu_samples, 4},
-    {"azimuth_samples", &Discretisation::azimuth_samples, 3},
-    {"optical_depth_samples_per_octave", &Discretisation::optical_depth_samples_per_octave, 1},
-    {"albedo_samples", &Discretisation::albedo_samples, 2},
-};
+/// Whether directions in azimuth differ.
+bool depends_on_azimuth(const Recipe& recipe) {
+    const LowerBoundary& below = recipe.lower_boundary;
+    return !recipe.family.empty() || !recipe.phase_function.is_isotropic() ||
+           (below.kind == LowerBoundary::Kind::layer && !below.phase_function.is_isotropic());
+}
+
+/// The axes of a recipe that have a range.
+std::vector<SweptAxis> swept_axes(const Recipe& recipe) {
+    std::vector<SweptAxis> axes{
+        {"mu_samples", [](Discretisation& d) -> int& { return d.mu_samples; }, 4}};
+    if (depends_on_azimuth(recipe))
+        axes.push_back(
+            {"azimuth_samples", [](Discretisation& d) -> int& { return d.azimuth_samples; }, 3});
+    if (recipe.optical_depth.min < recipe.optical_depth.max)
+        axes.push_back(
+            {"optical_depth_samples_per_octave",
+             [](Discretisation& d) -> int& { return d.optical_depth_samples_per_octave; }, 1});
+    if (recipe.albedo.min < recipe.albedo.max)
+        axes.push_back(
+            {"albedo_samples", [](Discretisation& d) -> int& { return d.albedo_samples; }, 2});
+    for (std::size_t k = 0; k < recipe.family.size(); ++k)
+        if (recipe.family[k].values.empty())
+            axes.push_back({samples_key(recipe.family[k].parameter),
+                            [k](Discretisation& d) -> int& { return d.family_samples[k]; },
+                            2,
+                            {2, 3, 4, 5, 7, 9, 13}});
+    return axes;
+}
 
 /// At least one sample more or fewer, but not below the axis' minimum.
 void scale(Discretisation& d, const SweptAxis& axis, double factor) {
-    int& samples = d.*axis.samples;
+    int& samples = axis.samples(d);
     const int before = samples;
     samples = static_cast<int>(std::lround(factor * before));
     if (samples == before) samples += factor > 1 ? 1 : -1;
@@ -40,11 +65,15 @@ void scale(Discretisation& d, const SweptAxis& axis, double factor) {
 }  // namespace
 
 bool keeps_tolerance(double tolerance, const CostPoint& table) {
-    return table.error_99_9 <= tolerance && table.error_largest <= largest_over_tolerance * tolerance;
+    return table.error_99_9 <= tolerance &&
+           table.error_largest <= largest_over_tolerance * tolerance;
 }
 
 TableSweep::TableSweep(const Recipe& recipe, const CostBudget& budget, int nodes_of_points)
-    : recipe_(recipe), budget_(budget), nodes_of_points_(nodes_of_points) {}
+    : recipe_(recipe),
+      budget_(budget),
+      axes_(swept_axes(recipe)),
+      nodes_of_points_(nodes_of_points) {}
 
 BakeOptions TableSweep::bake_options() const {
     BakeOptions options;
@@ -72,6 +101,9 @@ void TableSweep::solve_points(const Discretisation& chosen) {
                      recipe_.transmission,
                      recipe_.lower_boundary};
     range.azimuth = directions.azimuth.view();
+    range.family = family_axes(resolved);
+    range.second_phase_function = recipe_.second_phase_function;
+    range.has_path_law = leaves_path_law(recipe_);
     SolverOptions solver = solver_of(recipe_);
     solver.nodes = std::max(nodes_of_points_, chosen.nodes + 8);
     solver.mode_tolerance = 1e-4 * recipe_.tolerance;
@@ -83,11 +115,36 @@ void TableSweep::solve_points(const Discretisation& chosen) {
     expected_ = solve_random_points(recipe_.phase_function, range, solver, options);
     std::mt19937 random(point_seed);
     std::shuffle(expected_.begin(), expected_.end(), random);  // no two in a row share samples
+    find_members(range.family);
+}
+
+/// Which members of a family the points are of.
+void TableSweep::find_members(const std::vector<FamilyAxis>& family) {
+    const auto is_same = [&](const FamilyPoint& a, const FamilyPoint& b) {
+        for (std::size_t k = 0; k < family.size(); ++k)
+            if (a[k] != b[k]) return false;
+        return true;
+    };
+    for (const ErrorSample& at : expected_) {
+        const auto found = std::ranges::find_if(
+            members_, [&](const FamilyPoint& member) { return is_same(member, at.member); });
+        member_of_.push_back(static_cast<std::size_t>(found - members_.begin()));
+        if (found != members_.end()) continue;
+        members_.push_back(at.member);
+        phase_functions_.push_back(with_parameters(recipe_.phase_function, family, at.member));
+    }
+}
+
+/// A table at each member.
+std::vector<TableView> TableSweep::views_of(const TableView& table) const {
+    std::vector<TableView> views;
+    for (const FamilyPoint& member : members_) views.push_back(table.at(member));
+    return views;
 }
 
 /// Mean of all points; of each thousand in a row the best of several rounds, so that time given to
 /// other programs does not count.
-double TableSweep::time_lookup(const TableView& table) const {
+double TableSweep::time_lookup(const std::vector<TableView>& views) const {
     constexpr std::size_t in_a_row = 1000;
     double all = 0;
     volatile double sink = 0;
@@ -100,7 +157,7 @@ double TableSweep::time_lookup(const TableView& table) const {
             for (std::size_t n = first; n < last; ++n) {
                 const ErrorSample& at = expected_[n];
                 const auto look = at.side == Side::reflection ? reflection : transmission;
-                sum += look(table, at.albedo, at.optical_depth, at.geometry).total();
+                sum += look(views[member_of_[n]], at.albedo, at.optical_depth, at.geometry).total();
             }
             sink = sum;
             best = std::min(best, seconds_since(started));
@@ -122,18 +179,24 @@ CostPoint TableSweep::make_point(const Table& table, const Discretisation& d, do
     point.bake_seconds = seconds;
     point.bytes = static_cast<double>(
         (table.reflection_multiple.size() + table.transmission_multiple.size()) * sizeof(float));
+    for (const FamilyAxis& axis : table.family)
+        point.members[static_cast<std::size_t>(axis.parameter)] =
+            static_cast<int>(axis.axis.values.size());
     if (expected_.empty()) solve_points(d);
     judge_lookups(point, table.view());
     return point;
 }
 
 void TableSweep::judge_lookups(CostPoint& point, const TableView& table) {
+    const std::vector<TableView> views = views_of(table);
     std::vector<ErrorSample> samples = expected_;
-    look_up(table, samples);
     std::vector<double> errors;
-    for (const ErrorSample& sample : samples) errors.push_back(sample.error);
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        look_up(views[member_of_[n]], std::span(&samples[n], 1));
+        errors.push_back(samples[n].error);
+    }
     set_errors(point, std::move(errors));
-    point.lookup_ns = time_lookup(table);
+    point.lookup_ns = time_lookup(views);
 }
 
 CostPoint TableSweep::make_packed(const Table& table, const CostPoint& from) {
@@ -185,16 +248,6 @@ void TableSweep::bake_tolerances() {
     }
 }
 
-bool TableSweep::can_vary(const SweptAxis& axis) const {
-    if (axis.samples == &Discretisation::azimuth_samples)
-        return !recipe_.phase_function.is_isotropic() ||
-               (recipe_.lower_boundary.kind == LowerBoundary::Kind::layer &&
-                !recipe_.lower_boundary.phase_function.is_isotropic());
-    const Range& range =
-        axis.samples == &Discretisation::albedo_samples ? recipe_.albedo : recipe_.optical_depth;
-    return axis.samples == &Discretisation::mu_samples || range.min < range.max;
-}
-
 double TableSweep::bytes_of(const Discretisation& d) const {
     const auto depths =
         optical_depth_axis(recipe_.optical_depth, std::max(1, d.optical_depth_samples_per_octave),
@@ -205,25 +258,26 @@ double TableSweep::bytes_of(const Discretisation& d) const {
     const int sides = (recipe_.reflection ? 1 : 0) + (recipe_.transmission ? 1 : 0);
     Recipe resolved = recipe_;
     resolved.discretisation = d;
-    return static_cast<double>(sizeof(float) * depths * albedos *
-                               direction_axes(resolved).count()) *
+    return static_cast<double>(sizeof(float) * member_count(family_axes(resolved)) * depths *
+                               albedos * direction_axes(resolved).count()) *
            sides;
 }
 
 /// The table of this sampling; null when none has been measured.
-const CostPoint* TableSweep::find_table(const Discretisation& d) const {
-    const auto found = std::find_if(points_.begin(), points_.end(), [&](const CostPoint& point) {
-        return std::all_of(std::begin(swept_axes), std::end(swept_axes),
-                           [&](const SweptAxis& axis) {
-                               return point.discretisation.*axis.samples == d.*axis.samples;
-                           });
+const CostPoint* TableSweep::find_table(Discretisation d) const {
+    const auto found = std::ranges::find_if(points_, [&](const CostPoint& point) {
+        Discretisation of_point = point.discretisation;
+        return std::ranges::all_of(axes_, [&](const SweptAxis& axis) {
+            return axis.samples(of_point) == axis.samples(d);
+        });
     });
     return found == points_.end() ? nullptr : &*found;
 }
 
 /// Solved finely enough for the finest tolerance: what is left is the sampling's error. Null
 /// when there is no time for it before that share of the seconds.
-const CostPoint* TableSweep::measure_table(Discretisation d, const char* varied, double share) {
+const CostPoint* TableSweep::measure_table(Discretisation d, const std::string& varied,
+                                           double share) {
     if (const CostPoint* known = find_table(d)) return known;
     const double bytes = bytes_of(d);
     if (bytes > max_bytes || !budget_.is_time_left(share, bytes * seconds_per_byte_))
@@ -245,21 +299,25 @@ const CostPoint* TableSweep::measure_table(Discretisation d, const char* varied,
 void TableSweep::sweep_axes() {
     struct Candidate {
         Discretisation discretisation;
-        const char* varied;
+        std::string varied;
     };
     std::vector<Candidate> candidates;
     const Discretisation& chosen = own_.discretisation;
     for (const double factor : {0.5, 0.7, 0.85, 1.2, 1.4}) {
         Discretisation all = chosen;
-        for (const SweptAxis& axis : swept_axes) {
-            if (!can_vary(axis)) continue;
+        for (const SweptAxis& axis : axes_) {
             Discretisation one = chosen;
             scale(one, axis, factor);
             scale(all, axis, factor);
-            candidates.push_back({one, axis.name});
+            if (axis.counts.empty()) candidates.push_back({one, axis.name});
         }
         candidates.push_back({all, "all"});
     }
+    for (const SweptAxis& axis : axes_)
+        for (const int count : axis.counts) {
+            candidates.push_back({chosen, axis.name});
+            axis.samples(candidates.back().discretisation) = count;
+        }
     std::stable_sort(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
         return bytes_of(a.discretisation) < bytes_of(b.discretisation);
     });
@@ -286,10 +344,10 @@ void TableSweep::coarsen_chosen() {
 void TableSweep::coarsen(Discretisation now, const std::function<bool(const CostPoint&)>& will_do) {
     for (bool changed = true; changed;) {
         changed = false;
-        for (const SweptAxis& axis : swept_axes) {
+        for (const SweptAxis& axis : axes_) {
             Discretisation next = now;
-            if (can_vary(axis)) scale(next, axis, 0.9);
-            if (next.*axis.samples == now.*axis.samples) continue;
+            scale(next, axis, 0.9);
+            if (axis.samples(next) == axis.samples(now)) continue;
             const CostPoint* const coarser = measure_table(next, axis.name, 1);
             if (coarser == nullptr || !will_do(*coarser)) continue;
             now = next;

@@ -24,7 +24,7 @@ const char* name_of(Light light) {
     return "";
 }
 
-void check(const Observation& at, const LayerModel& model) {
+void check(const Observation& at, const LayerModel& model, const std::vector<FamilyAxis>& family) {
     const auto is_cosine = [](double mu) { return mu > 0 && mu <= 1; };
     require(is_cosine(at.geometry.mu_out), fit_caller, "mu_out", "in (0, 1]", at.geometry.mu_out);
     if (at.light != Light::beam) {
@@ -36,6 +36,12 @@ void check(const Observation& at, const LayerModel& model) {
     require(at.sigma > 0 && std::isfinite(at.sigma), fit_caller, "sigma", "in (0, inf)", at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
             name_of(at.light));
+    require(at.known.size() <= family.size(), fit_caller, "values known of an observation",
+            "as many as the table's family has axes, " + std::to_string(family.size()),
+            at.known.size());
+    for (std::size_t k = 0; k < at.known.size(); ++k)
+        require(std::isnan(at.known[k]) || holds(family[k], at.known[k]), fit_caller,
+                family[k].name(), allowed_text(family[k]), at.known[k]);
 }
 
 void check(const LayerModel& model, const std::vector<Observation>& observations,
@@ -46,7 +52,8 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     check_effects(known);
     require(options.opposition.law == Opposition::Law::none || !model.has_lower_boundary(),
             fit_caller, "opposition", "none over a lower boundary", "a law");
-    for (const Observation& at : observations) check(at, model);
+    const std::vector<FamilyAxis> family = model.family();
+    for (const Observation& at : observations) check(at, model, family);
 }
 
 /// Local minima, the best first.
@@ -57,7 +64,7 @@ std::vector<Minimum> minima_of(const Problem& problem) {
     return minima;
 }
 
-/// Of (ln optical depth, w1, w2, g1, g2): the inverse of the curvature in the cube, mapped. A
+/// In the terms of ParameterSpace::derivatives: the inverse of the curvature in the cube, mapped. A
 /// direction in which the residuals do not change is bounded by the cube's edge alone.
 Eigen::MatrixXd covariance_of(const Problem& problem, const Problem::Point& at) {
     constexpr double min_curvature = 1;
@@ -76,13 +83,15 @@ Eigen::MatrixXd covariance_of(const Problem& problem, const Problem::Point& at) 
 }  // namespace
 
 std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& model) {
-    if (model.kinds() < 2) return {"optical_depth", "w", "w2", "g", "g2"};
-    return {"optical_depth", "w1", "w2", "g1", "g2"};
+    if (model.kinds() < 2)
+        return {"optical_depth", "w", "w2", "g", "g2", "radius", "wavelength", "variance"};
+    return {"optical_depth", "w1", "w2", "g1", "g2", "radius", "wavelength", "variance"};
 }
 
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
+                                                 const std::vector<Observation>& observations,
                                                  const FitOptions& options) {
-    const ParameterSpace space(model, options);
+    const ParameterSpace space(model, observations, options);
     std::array<bool, fit_parameters> free{};
     const Eigen::MatrixXd derivatives = space.derivatives(space.start());
     for (std::size_t p = 0; p < fit_parameters; ++p)
@@ -90,14 +99,16 @@ std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
     return free;
 }
 
-std::size_t free_parameter_count(const LayerModel& model, const FitOptions& options) {
-    return static_cast<std::size_t>(ParameterSpace(model, options).size());
+std::size_t free_parameter_count(const LayerModel& model,
+                                 const std::vector<Observation>& observations,
+                                 const FitOptions& options) {
+    return static_cast<std::size_t>(ParameterSpace(model, observations, options).size());
 }
 
 Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observations,
               const FitOptions& options) {
     check(model, observations, options);
-    const ParameterSpace space(model, options);
+    const ParameterSpace space(model, observations, options);
     const auto needed = static_cast<std::size_t>(std::max(space.size(), 1));
     require(observations.size() >= needed, fit_caller, "observations",
             "at least " + std::to_string(needed) + ", one for each free parameter",
@@ -109,16 +120,15 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
 
     Fit fit;
     const LayerParameters layer = space.layer(best.at);
-    const double values[] = {layer.optical_depth, layer.w1, layer.w2, layer.g1, layer.g2};
-    // A depth that is held, which may be infinite, has no variance.
-    const double depth = space.place(Coordinate::log_depth) < 0 ? 0 : layer.optical_depth;
-    const double scale[] = {depth, 1, 1, 1, 1};  // from that of ln optical depth
+    const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
+        return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
+    };
     for (std::size_t p = 0; p < fit_parameters; ++p) {
         for (std::size_t q = 0; q < fit_parameters; ++q)
             fit.covariance[p][q] =
-                scale[p] * scale[q] *
+                scale(p) * scale(q) *
                 covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
-        fit.estimate[p] = {values[p], std::sqrt(fit.covariance[p][p])};
+        fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
     }
     fit.chi_square = best.chi_square;
     fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();

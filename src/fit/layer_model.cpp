@@ -1,10 +1,13 @@
 #include <stratus/fit/layer_model.h>
 
+#include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -19,21 +22,95 @@ double cos_scattering_angle(const Observation& observed) {
                : cos_scattering_angle_reflected(observed.geometry);
 }
 
-class TableModel : public LayerModel {
+/// Whether it takes long to see a table at another point of its family.
+bool is_slow(const TableView& table) {
+    if (!table.has_family()) return false;
+    return table.path_law != nullptr ||
+           std::ranges::any_of(*table.family, [](const FamilyAxis& axis) {
+               return axis.parameter != PhaseParameter::mixture &&
+                      axis.parameter != PhaseParameter::g;
+           });
+}
+
+/// Finer than phase functions vary: those of droplets by the root of their variance, some 0.3.
+FamilyAxis fine_axis(const FamilyAxis& axis) {
+    constexpr double step = 0.05;  // of the logarithm, or of g or a mixture itself
+    if (axis.is_discrete) return axis;
+    const double low = axis.axis.values.front(), high = axis.axis.values.back();
+    const bool is_logarithm = axis.axis.scale == AxisScale::logarithmic;
+    const double extent = is_logarithm ? std::log(high / low) : high - low;
+    const int count = std::max(stencil_size, 1 + static_cast<int>(std::ceil(extent / step)));
+    return {axis.parameter, make_axis(axis.axis.scale, low, high, count)};
+}
+
+struct WeightedView {
+    double weight;
+    TableView view;
+};
+
+/// A table at points of its family. Where that takes long, it is seen at a grid of points around,
+/// which are kept for the lookups that follow, and these are joined by cubics.
+class FamilyViews {
   public:
-    explicit TableModel(const TableView& table) : table_(table) {
-        require(!table.has_family() || is_mixture(*table.family), "fit", "table",
-                "of one phase function, or mixtures of two", "of a family");
+    explicit FamilyViews(const TableView& table) : table_(table) {
+        if (is_slow(table))
+            for (const FamilyAxis& axis : *table.family) grid_.push_back(fine_axis(axis));
     }
 
-    int kinds() const override { return table_.has_family() ? 2 : 1; }
+    std::vector<WeightedView> at(const FamilyPoint& point) const {
+        if (grid_.empty()) return {{1, table_.at(point)}};
+        const FamilyStencil stencil = family_stencil(grid_, point);
+        std::vector<WeightedView> views;
+        for (int n = 0; n < stencil.count; ++n)
+            if (stencil.weight[n] != 0)
+                views.push_back({stencil.weight[n], kept(stencil.member[n])});
+        return views;
+    }
+
+  private:
+    TableView kept(int member) const {
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (const auto found = kept_.find(member); found != kept_.end()) return found->second;
+        }
+        const TableView view = table_.at(member_at(grid_, static_cast<std::size_t>(member)));
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (kept_.size() >= most_kept) kept_.clear();
+        return kept_.emplace(member, view).first->second;
+    }
+
+    static constexpr std::size_t most_kept = 256;  // of the largest droplets a megabyte each
+
+    const TableView table_;
+    std::vector<FamilyAxis> grid_;
+    mutable std::mutex mutex_;
+    mutable std::map<int, TableView> kept_;
+};
+
+class TableModel : public LayerModel {
+  public:
+    explicit TableModel(const TableView& table)
+        : table_(table),
+          family_(table.has_family() ? *table.family : std::vector<FamilyAxis>{}),
+          views_(table) {
+        for (const FamilyAxis& axis : family_)
+            require(axis.parameter != PhaseParameter::mixture || !axis.is_discrete, "fit", "table",
+                    "of a range of mixtures, or none", "of some mixtures");
+    }
+
+    int kinds() const override { return mixes_two(family_) ? 2 : 1; }
+
+    std::vector<FamilyAxis> family() const override { return family_; }
 
     ParameterRanges ranges() const override {
         const auto of = [](const AxisView& axis) { return Interval{axis.lowest, axis.highest}; };
         const Interval infinite{infinity, infinity};
+        Interval mixture{1, 1};
+        for (const FamilyAxis& axis : family_)
+            if (axis.parameter == PhaseParameter::mixture) mixture = of(axis.axis.view());
         return {table_.optical_depth.count > 0 ? of(table_.optical_depth) : infinite,
                 of(table_.albedo),
-                table_.has_family() ? of((*table_.family)[0].axis.view()) : Interval{1, 1},
+                mixture,
                 {0, 0}};
     }
 
@@ -54,20 +131,52 @@ class TableModel : public LayerModel {
 
     std::vector<Scattered> scattered(const LayerParameters& layer,
                                      const std::vector<Observation>& observations) const override {
-        const TableView mixed = table_.at_mixture(layer.mixture());
         std::vector<Scattered> values;
+        std::vector<WeightedView> views;
+        FamilyPoint seen;
         for (const Observation& observed : observations) {
+            values.emplace_back();
+            if (observed.light == Light::beam) continue;
+            const FamilyPoint point = point_of(layer, observed);
+            if (views.empty() || !is_same(point, seen)) views = views_.at(seen = point);
             const auto look_up = observed.light == Light::transmitted ? transmission : reflection;
-            values.push_back(
-                observed.light == Light::beam
-                    ? Scattered{}
-                    : look_up(mixed, layer.albedo(), layer.optical_depth, observed.geometry));
+            for (const auto& [weight, view] : views) {
+                const Scattered found =
+                    look_up(view, layer.albedo(), layer.optical_depth, observed.geometry);
+                values.back().single += weight * found.single;
+                values.back().multiple += weight * found.multiple;
+            }
         }
         return values;
     }
 
+    int scanned_depths() const override {
+        return is_slow(table_) ? 10 : LayerModel::scanned_depths();
+    }
+
   private:
-    TableView table_;
+    bool is_same(const FamilyPoint& a, const FamilyPoint& b) const {
+        for (std::size_t k = 0; k < family_.size(); ++k)
+            if (a[k] != b[k]) return false;
+        return true;
+    }
+
+    /// What is known of an observation, and the layer's own values of all else.
+    FamilyPoint point_of(const LayerParameters& layer, const Observation& observed) const {
+        std::vector<double> values;
+        for (const FamilyAxis& axis : family_) {
+            const auto parameter = fit_parameter_of(axis.parameter);
+            const double known = observed.known[values.size()];
+            values.push_back(!parameter          ? layer.mixture()
+                             : std::isnan(known) ? layer.*layer_fields[*parameter]
+                                                 : known);
+        }
+        return FamilyPoint(values);
+    }
+
+    const TableView table_;
+    const std::vector<FamilyAxis> family_;
+    const FamilyViews views_;
 };
 
 /// Phase functions of one or two kinds of particles, whose asymmetries may vary.
@@ -155,7 +264,7 @@ class SolverModel : public ParticleModel {
                     : first,
             layer.albedo(), layer.optical_depth, mu, options_);
         for (std::size_t i = 0; i < observations.size(); ++i) {
-            const auto& [geometry, light, brightness, sigma] = observations[i];
+            const auto& [geometry, light, brightness, sigma, known] = observations[i];
             if (light == Light::beam) continue;
             const int in = at(geometry.mu_in), out = at(geometry.mu_out);
             const SolvedValue value = light == Light::transmitted
@@ -197,6 +306,17 @@ class BeamModel : public LayerModel {
 };
 
 }  // namespace
+
+std::optional<FitParameter> fit_parameter_of(PhaseParameter parameter) noexcept {
+    switch (parameter) {
+        case PhaseParameter::mixture: return {};
+        case PhaseParameter::g: return fit_g1;
+        case PhaseParameter::radius: return fit_radius;
+        case PhaseParameter::wavelength: return fit_wavelength;
+        case PhaseParameter::variance: return fit_variance;
+    }
+    return {};
+}
 
 std::vector<double> LayerModel::brightness(const LayerParameters& layer,
                                            const std::vector<Observation>& observations,

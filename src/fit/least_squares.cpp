@@ -29,11 +29,11 @@ Point damped_step(const Eigen::MatrixXd& curvature, const Point& slope, const Po
     return damped.ldlt().solve(right_side);
 }
 
-/// `start` with every combination of starts of the asymmetries that are free.
+/// `start` with every combination of starts of the parameters of phase functions that are free.
 std::vector<Point> starting_points(const ParameterSpace& space) {
     std::vector<Point> points{space.start()};
-    for (const Coordinate asymmetry : {Coordinate::g1, Coordinate::g2}) {
-        const int place = space.place(asymmetry);
+    for (const Coordinate parameter : of_phase_functions) {
+        const int place = space.place(parameter);
         if (place < 0) continue;
         const std::vector<Point> before = points;
         for (const double at : {0.2, 0.8})
@@ -45,13 +45,14 @@ std::vector<Point> starting_points(const ParameterSpace& space) {
     return points;
 }
 
-/// The minima of one scan, each fit starting from the one before; where an asymmetry is free, from
+/// The minima of one scan, each fit starting from the one before; where a phase function is free, from
 /// `start`: one fit in which its particles have vanished would lose it for all that follow.
 void scan(const Problem& problem, const Point& start, int depth, std::vector<Minimum>& minima) {
     constexpr double rough_tolerance = 1e-3;
     const int count = problem.model().scanned_depths();
-    const bool afresh =
-        problem.space().place(Coordinate::g1) >= 0 || problem.space().place(Coordinate::g2) >= 0;
+    const bool afresh = std::ranges::any_of(of_phase_functions, [&](Coordinate parameter) {
+        return problem.space().place(parameter) >= 0;
+    });
     std::vector<Minimum> profile;
     for (int n = 0; n < count; ++n) {
         Point at = afresh || n == 0 ? start : profile.back().at;
@@ -138,7 +139,7 @@ Minimum descend(const Problem& problem, Point at, std::optional<int> held, doubl
 
 std::vector<Minimum> scan_minima(const Problem& problem) {
     std::vector<Minimum> minima;
-    const int depth = problem.space().place(Coordinate::log_depth);
+    const int depth = problem.space().place(Coordinate::depth);
     for (const Point& start : starting_points(problem.space())) {
         if (depth < 0)
             minima.push_back(descend(problem, start));

@@ -44,7 +44,7 @@ Minimum descend(const Problem& problem, Problem::Point at, std::optional<int> he
                 double tolerance = 1e-8);
 
 /// Local minima over the optical depth, the others fitted at each: a scan of all depths.
-/// Asymmetries that are free start from three values each.
+/// Parameters of phase functions that are free start from three values each.
 std::vector<Minimum> scan_minima(const Problem& problem);
 
 }  // namespace stratus

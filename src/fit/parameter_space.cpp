@@ -33,10 +33,27 @@ Interval free_albedo(const ParameterRanges& ranges, bool first, double held) {
     return range;
 }
 
+/// Whether the observations bring an axis' value themselves.
+bool is_known(const std::vector<Observation>& observations, std::size_t axis, const char* name) {
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(
+        observations,
+        [&](const Observation& observed) { return !std::isnan(observed.known[axis]); }));
+    require(count == 0 || count == observations.size(), fit_caller, name,
+            "known of all " + std::to_string(observations.size()) + " observations, or of none",
+            count);
+    return count > 0;
+}
+
+constexpr Coordinate coordinate_of(FitParameter parameter) {
+    return static_cast<Coordinate>(parameter);
+}
+
 }  // namespace
 
-ParameterSpace::ParameterSpace(const LayerModel& model, const FitOptions& options) {
-    one_kind_ = model.kinds() < 2;
+ParameterSpace::ParameterSpace(const LayerModel& model,
+                               const std::vector<Observation>& observations,
+                               const FitOptions& options)
+    : names_(fit_parameter_names(model)), one_kind_(model.kinds() < 2) {
     const double dilution = 1 - options.density;
     const Interval depth{model.ranges().optical_depth.low * dilution,
                          model.ranges().optical_depth.high * dilution};
@@ -45,18 +62,23 @@ ParameterSpace::ParameterSpace(const LayerModel& model, const FitOptions& option
         require(model.has_depth(effective_optical_depth(held_.optical_depth, options.density)),
                 fit_caller, "optical_depth held",
                 "one that the model knows, such as in " + text_of(depth), held_.optical_depth);
-    } else if (depth.low < depth.high) {
-        add(Coordinate::log_depth, {std::log2(depth.low), std::log2(depth.high)});
     } else {
         held_.optical_depth = depth.low;
+        add(Coordinate::depth, depth);
     }
     add_albedos(model, options);
-    add_asymmetry(model, 1, options.g1, options.free_g1);
+    const std::vector<FamilyAxis> family = model.family();
+    if (std::ranges::find(family, PhaseParameter::g, &FamilyAxis::parameter) == family.end())
+        add_asymmetry(model, 1, options.g1, options.free_g1);
     add_asymmetry(model, 2, options.g2, options.free_g2);
+    add_family(model, observations, options);
 }
 
 void ParameterSpace::add(Coordinate of, Interval range) {
-    if (range.low < range.high) ranges_.push_back({of, range.low, range.high});
+    if (!(range.low < range.high)) return;
+    Range added{of, range.low, range.high};
+    if (added.is_logarithm()) added = {of, std::log2(range.low), std::log2(range.high)};
+    ranges_.push_back(added);
 }
 
 void ParameterSpace::add_albedos(const LayerModel& model, const FitOptions& options) {
@@ -104,7 +126,8 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
     value = own.value_or(0);
     if (!held && !is_free) return;
     require(own.has_value(), fit_caller, name,
-            "left out unless the phase function is Henyey-Greenstein and not a table's",
+            "left out unless it is that of a Henyey-Greenstein phase function, or a table's family "
+            "varies it",
             held ? short_number(*held, 6) : "free");
     const Interval range = model.ranges().g;
     if (is_free) {
@@ -117,28 +140,71 @@ void ParameterSpace::add_asymmetry(const LayerModel& model, int kind,
     value = *held;
 }
 
+void ParameterSpace::add_family(const LayerModel& model,
+                                const std::vector<Observation>& observations,
+                                const FitOptions& options) {
+    const std::vector<FamilyAxis> family = model.family();
+    for (const FitParameter parameter : {fit_radius, fit_wavelength, fit_variance}) {
+        const auto& held = options.*held_fields[parameter];
+        const bool is_varied = std::ranges::any_of(family, [&](const FamilyAxis& axis) {
+            return fit_parameter_of(axis.parameter) == parameter;
+        });
+        require(!held || is_varied, fit_caller, names_[parameter],
+                "left out unless a table's family varies it", held.value_or(0));
+    }
+    for (std::size_t k = 0; k < family.size(); ++k) {
+        const FamilyAxis& axis = family[k];
+        const auto parameter = fit_parameter_of(axis.parameter);
+        if (!parameter) continue;
+        const std::string name = names_[*parameter];
+        const auto& held = options.*held_fields[*parameter];
+        const Interval range{axis.axis.values.front(), axis.axis.values.back()};
+        double& value = held_.*layer_fields[*parameter];
+        value = between(range.low, range.high, 0.5);
+        if (is_known(observations, k, axis.name())) {
+            require(!held, fit_caller, name, "either held or known of the observations", "both");
+        } else if (held) {
+            require(holds(axis, *held), fit_caller, name + " held", allowed_text(axis), *held);
+            value = *held;
+        } else {
+            require(!axis.is_discrete, fit_caller, name,
+                    "held or known of the observations: " + allowed_text(axis), "neither");
+            add(coordinate_of(*parameter), range);
+        }
+    }
+}
+
 int ParameterSpace::place(Coordinate wanted) const {
     const auto found = std::ranges::find(ranges_, wanted, &Range::of);
     return found == ranges_.end() ? -1 : static_cast<int>(found - ranges_.begin());
 }
 
+double ParameterSpace::Range::extent() const {
+    return (is_logarithm() ? std::numbers::ln2 : 1) * (high - low);
+}
+
+double ParameterSpace::extent(FitParameter parameter) const {
+    const int at = place(coordinate_of(parameter));
+    return at < 0 ? 0 : ranges_[static_cast<std::size_t>(at)].extent();
+}
+
+bool ParameterSpace::is_logarithm(FitParameter parameter) const {
+    const int at = place(coordinate_of(parameter));
+    return at >= 0 && ranges_[static_cast<std::size_t>(at)].is_logarithm();
+}
+
 double ParameterSpace::value(int of, double at) const {
     const Range& range = ranges_[static_cast<std::size_t>(of)];
     const double value = between(range.low, range.high, at);
-    return range.of == Coordinate::log_depth ? std::exp2(value) : value;
+    return range.is_logarithm() ? std::exp2(value) : value;
 }
 
 std::string ParameterSpace::name(int of) const {
     switch (coordinate(of)) {
-        case Coordinate::log_depth: return "optical_depth";
         case Coordinate::albedo: return one_kind_ ? "w" : "w1 + w2";
         case Coordinate::mixture: return "w1 / (w1 + w2)";
-        case Coordinate::w1: return "w1";
-        case Coordinate::w2: return "w2";
-        case Coordinate::g1: return one_kind_ ? "g" : "g1";
-        case Coordinate::g2: return "g2";
+        default: return names_[static_cast<std::size_t>(coordinate(of))];
     }
-    return "";
 }
 
 LayerParameters ParameterSpace::layer(const Point& at) const {
@@ -147,13 +213,9 @@ LayerParameters ParameterSpace::layer(const Point& at) const {
     for (int p = 0; p < size(); ++p) {
         const double value = this->value(p, at[p]);
         switch (coordinate(p)) {
-            case Coordinate::log_depth: layer.optical_depth = value; break;
             case Coordinate::albedo: albedo = value; break;
             case Coordinate::mixture: mixture = value; break;
-            case Coordinate::w1: layer.w1 = value; break;
-            case Coordinate::w2: layer.w2 = value; break;
-            case Coordinate::g1: layer.g1 = value; break;
-            case Coordinate::g2: layer.g2 = value; break;
+            default: layer.*layer_fields[static_cast<std::size_t>(coordinate(p))] = value;
         }
     }
     if (mixes_) {
@@ -167,27 +229,20 @@ Eigen::MatrixXd ParameterSpace::derivatives(const Point& at) const {
     Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(fit_parameters, size());
     const LayerParameters layer = this->layer(at);
     for (int p = 0; p < size(); ++p) {
-        const Range& range = ranges_[static_cast<std::size_t>(p)];
-        const double width = range.high - range.low;
-        switch (range.of) {
-            case Coordinate::log_depth:
-                derivatives(fit_optical_depth, p) = std::numbers::ln2 * width;
-                break;
+        const double extent = ranges_[static_cast<std::size_t>(p)].extent();
+        switch (coordinate(p)) {
             case Coordinate::albedo: {
                 const int mixture = place(Coordinate::mixture);
                 const double share = mixture < 0 ? mixture_ : value(mixture, at[mixture]);
-                derivatives(fit_w1, p) = share * width;
-                derivatives(fit_w2, p) = (1 - share) * width;
+                derivatives(fit_w1, p) = share * extent;
+                derivatives(fit_w2, p) = (1 - share) * extent;
                 break;
             }
             case Coordinate::mixture:
-                derivatives(fit_w1, p) = layer.albedo() * width;
-                derivatives(fit_w2, p) = -layer.albedo() * width;
+                derivatives(fit_w1, p) = layer.albedo() * extent;
+                derivatives(fit_w2, p) = -layer.albedo() * extent;
                 break;
-            case Coordinate::w1: derivatives(fit_w1, p) = width; break;
-            case Coordinate::w2: derivatives(fit_w2, p) = width; break;
-            case Coordinate::g1: derivatives(fit_g1, p) = width; break;
-            case Coordinate::g2: derivatives(fit_g2, p) = width; break;
+            default: derivatives(static_cast<Eigen::Index>(coordinate(p)), p) = extent;
         }
     }
     return derivatives;

@@ -38,7 +38,7 @@ std::optional<double> limit_of_depth(const Problem& problem, const Minimum& best
 /// still be limited from the other side.
 void remark_on_depth(const Problem& problem, const Minimum& best, double log_sigma, Fit& fit) {
     constexpr double well_known = 0.1;  // of ln depth: no other edge is within reach
-    const int depth = problem.space().place(Coordinate::log_depth);
+    const int depth = problem.space().place(Coordinate::depth);
     if (depth < 0 || log_sigma < well_known) return;
     const std::optional<double> min_depth = limit_of_depth(problem, best, depth, 0);
     const std::optional<double> max_depth = limit_of_depth(problem, best, depth, 1);
@@ -49,10 +49,10 @@ void remark_on_depth(const Problem& problem, const Minimum& best, double log_sig
     fit.remarks.push_back("optical_depth not determined by these geometries (" + range + ")");
 }
 
-/// Names the albedos and asymmetries that change along an axis of the covariance that is too long:
-/// two such standard deviations span half of all values.
-void remark_on_particles(const LayerModel& model, const Eigen::MatrixXd& covariance, Fit& fit) {
-    constexpr double undetermined[fit_parameters] = {0, 0.25, 0.25, 0.5, 0.5};
+/// Names the albedos and parameters of phase functions that change along an axis of the covariance
+/// that is too long: two such standard deviations span half of all values.
+void remark_on_particles(const LayerModel& model, const ParameterSpace& space,
+                         const Eigen::MatrixXd& covariance, Fit& fit) {
     const auto names = fit_parameter_names(model);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
     std::vector<std::string> list;
@@ -61,7 +61,8 @@ void remark_on_particles(const LayerModel& model, const Eigen::MatrixXd& covaria
         for (int k = 0; k < fit_parameters; ++k)
             furthest = std::max(furthest, std::sqrt(std::max(0.0, axes.eigenvalues()[k])) *
                                               std::abs(axes.eigenvectors()(p, k)));
-        if (furthest > undetermined[p]) list.push_back(names[static_cast<std::size_t>(p)]);
+        const double extent = p <= fit_w2 ? 1 : space.extent(static_cast<FitParameter>(p));
+        if (extent > 0 && furthest > extent / 4) list.push_back(names[static_cast<std::size_t>(p)]);
     }
     if (!list.empty())
         fit.remarks.push_back(joined(list, " and ") + " not determined by these geometries");
@@ -84,18 +85,16 @@ void remark_on_other_minima(const Problem& problem, const LayerModel& model,
         if (best.at.size() == 0 || (other.at - best.at).cwiseAbs().maxCoeff() < min_distance)
             continue;
         const LayerParameters layer = problem.space().layer(other.at);
-        const double values[] = {layer.optical_depth, layer.w1, layer.w2, layer.g1, layer.g2};
         const auto names = fit_parameter_names(model);
         std::string text;
-        const auto say = [&](int p) {
-            text += std::string(names[static_cast<std::size_t>(p)]) + " = " +
-                    short_number(values[p], 3) + " ";
+        const auto say = [&](FitParameter p) {
+            text += std::string(names[p]) + " = " + short_number(layer.*layer_fields[p], 3) + " ";
         };
         say(fit_w1);
         if (model.kinds() == 2) say(fit_w2);
         say(fit_optical_depth);
-        if (problem.space().place(Coordinate::g1) >= 0) say(fit_g1);
-        if (problem.space().place(Coordinate::g2) >= 0) say(fit_g2);
+        for (const Coordinate of : of_phase_functions)
+            if (problem.space().place(of) >= 0) say(static_cast<FitParameter>(of));
         fit.remarks.push_back(text + "with chi_square = " + short_number(other.chi_square, 3) +
                               " fits as well");
         return;
@@ -120,7 +119,7 @@ void add_remarks(const Problem& problem, const LayerModel& model,
     const Minimum& best = minima.front();
     remark_on_depth(problem, best, std::sqrt(covariance(fit_optical_depth, fit_optical_depth)),
                     fit);
-    remark_on_particles(model, covariance, fit);
+    remark_on_particles(model, problem.space(), covariance, fit);
     if (fit.remarks.empty()) remark_on_other_minima(problem, model, minima, fit);
     remark_on_edges(problem.space(), best, fit);
     remark_on_chi_square(fit);

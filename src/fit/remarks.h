@@ -8,7 +8,7 @@
 namespace stratus {
 
 /// Adds the remarks of a fit whose estimates, covariance and chi-square are known. `covariance` is
-/// of (ln optical depth, w1, w2, g1, g2); `minima` are sorted, the best first.
+/// in the terms of ParameterSpace::derivatives; `minima` are sorted, the best first.
 void add_remarks(const Problem& problem, const LayerModel& model,
                  const std::vector<Minimum>& minima, const Eigen::MatrixXd& covariance, Fit& fit);
 

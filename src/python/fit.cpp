@@ -1,6 +1,8 @@
 // Fits of layers to observations.
 #include <stratus/fit/fit.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 
 #include "module.h"
@@ -41,6 +43,24 @@ std::vector<Observation> observations_of(const Doubles& mu_in, const Doubles& mu
     return observations;
 }
 
+/// Sets what is known of the parameters of the model's family, by name.
+void set_known(const LayerModel& model, const std::map<std::string, Doubles>& known,
+               std::vector<Observation>& observations) {
+    const std::vector<FamilyAxis> family = model.family();
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : family) names.emplace_back(axis.name());
+    for (const auto& [name, values] : known)
+        require(std::find(names.begin(), names.end(), name) != names.end(), "fit", "family",
+                names.empty() ? "left out, for nothing varies" : "of " + joined(names), name);
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+        std::vector<double> point(family.size(), std::numeric_limits<double>::quiet_NaN());
+        for (std::size_t k = 0; k < family.size(); ++k)
+            if (const auto found = known.find(names[k]); found != known.end())
+                point[k] = found->second.data()[i];
+        observations[i].known = FamilyPoint(point);
+    }
+}
+
 /// The parameter of a name, as the model calls it.
 std::size_t parameter_of(const LayerModel& model, const std::string& name, const char* argument) {
     const auto names = fit_parameter_names(model);
@@ -48,6 +68,9 @@ std::size_t parameter_of(const LayerModel& model, const std::string& name, const
     for (const std::size_t p : {std::size_t{fit_w1}, std::size_t{fit_g1}})
         for (int kind = 0; kind < model.kinds(); ++kind)
             known.emplace_back(names[p + static_cast<std::size_t>(kind)]);
+    for (const FamilyAxis& axis : model.family())
+        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
+            known.emplace_back(names[*of]);
     const bool is_known = std::find(known.begin(), known.end(), name) != known.end();
     require(is_known, "fit", argument, "out of " + joined(known), name);
     return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -59,12 +82,11 @@ FitOptions options_of(const LayerModel& model, const std::map<std::string, doubl
     FitOptions options;
     options.density = density;
     options.opposition = opposition;
-    std::optional<double>* const held[] = {&options.optical_depth, &options.w1, &options.w2,
-                                           &options.g1, &options.g2};
-    for (const auto& [name, value] : fixed) *held[parameter_of(model, name, "fixed")] = value;
+    for (const auto& [name, value] : fixed)
+        options.*held_fields[parameter_of(model, name, "fixed")] = value;
     for (const std::string& name : free) {
         const std::size_t p = parameter_of(model, name, "free");
-        require(!held[p]->has_value(), "fit", "free", "without what is fixed", name);
+        require(!(options.*held_fields[p]), "fit", "free", "without what is fixed", name);
         if (p == fit_g1) options.free_g1 = true;
         if (p == fit_g2) options.free_g2 = true;
     }
@@ -75,6 +97,7 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
              const std::optional<PhaseFunction>& second, bool single, const Doubles& mu_in,
              const Doubles& mu_out, const Doubles& azimuth, const Doubles& brightness,
              const Doubles& sigma, const std::vector<int>& light,
+             const std::map<std::string, Doubles>& known,
              const std::map<std::string, double>& fixed, const std::vector<std::string>& free,
              double density, const std::tuple<std::string, double, double>& opposition) {
     const Model by = model_of(table, first, second, single);
@@ -82,14 +105,15 @@ py::dict fit(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFu
     const auto& [law, width, amplitude] = opposition;
     const FitOptions options =
         options_of(model, fixed, free, density, opposition_of(law, width, amplitude));
-    const std::vector<Observation> observations =
+    std::vector<Observation> observations =
         observations_of(mu_in, mu_out, azimuth, brightness, sigma, light);
+    set_known(model, known, observations);
     const Fit found = [&] {
         const py::gil_scoped_release release;
         return fit_layer(model, observations, options);
     }();
     const auto names = fit_parameter_names(model);
-    const auto is_free = free_parameters(model, options);
+    const auto is_free = free_parameters(model, observations, options);
     py::dict value, deviation;
     std::vector<std::string> fitted;
     std::vector<double> covariance;

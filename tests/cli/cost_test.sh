@@ -12,7 +12,9 @@ sides = ["reflection"]
 RECIPE
 header=kind,varied,tolerance,scheme,start,start_depth,nodes,modes,orders,sublayers,photons,size_parameter
 header+=,mu_samples,azimuth_samples
-header+=,optical_depth_samples_per_octave,albedo_samples,error_median,error_99_9,error_largest,solve_seconds
+header+=,optical_depth_samples_per_octave,albedo_samples
+header+=,mixture_samples,g_samples,radius_samples,wavelength_samples,variance_samples
+header+=,error_median,error_99_9,error_largest,solve_seconds
 header+=,bake_seconds,bytes,lookup_ns,on_frontier,times_frontier
 
 # --- answers
@@ -39,6 +41,18 @@ if command -v python3 >/dev/null; then
         fail "the figure must be XML: $(cat "$logs/xml")"
 fi
 grep -q '<svg ' cost.svg || fail "the figure must be an SVG"
+
+# a family: rows of members along its axis
+{ cat tiny.toml; echo 'second_phase_function = "rayleigh"'; } >family.toml
+expect_ok cost family.toml -o family.csv --svg family.svg --seconds 1000
+expect_says "$err" "converged solution: " "tolerance 0.1: table error "
+for count in 2 3 13; do
+    awk -F, -v n=$count 'NR == 1 { for (i = 1; i <= NF; ++i) c[$i] = i }
+        $c["kind"] == "table" && $c["mixture_samples"] == n && $c["bytes"] > 0 && $c["bake_seconds"] > 0 { found = 1 }
+        END { exit !found }' family.csv || fail "the answer needs a row of $count members"
+done
+grep -q '<svg ' family.svg || fail "the figure must be an SVG"
+rm family.toml family.csv family.svg
 
 # quiet is silent, - is stdout, an older figure is replaced
 echo older >cost.svg
@@ -82,8 +96,6 @@ expect_refused 2 older.svg another -- cost tiny.toml -o older.svg --svg older.sv
 expect_refused 2 RECIPE required -- cost
 expect_refused 1 absent.toml -- cost absent.toml -o older.csv
 expect_refused 2 extra -- cost tiny.toml extra
-{ cat tiny.toml; echo 'second_phase_function = "rayleigh"'; } >bad.toml
-expect_refused 2 second_phase_function absent "got mixture" -- cost bad.toml -o older.csv
 sed 's/0.1$/0.2/' tiny.toml >bad.toml
 expect_refused 2 tolerance "[1e-6, 0.1]" "got 0.2" -- cost bad.toml -o older.csv --svg older.svg
 

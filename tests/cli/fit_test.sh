@@ -6,6 +6,7 @@ source "$(dirname "$0")/expect.sh"
 "$make_fixture" mixed mixed.h5 || exit 1
 "$make_fixture" full full.h5 || exit 1
 "$make_fixture" endless endless.h5 || exit 1
+"$make_fixture" family family.h5 || exit 1
 
 # observe W1 W2 DEPTH [RADIUS]: rows of a ring's brightness from the table, sigma 1 % of it, both sides
 observe() {
@@ -116,6 +117,27 @@ expect_rows 1 "$(near optical_depth 0.6019864) && $(near optical_depth_sigma 0.0
 expect_ok fit star.csv --density 0.5
 expect_rows 1 "$(near optical_depth 0.3009932) && $(near optical_depth_sigma 0.0083333)"
 
+# a family's parameter is free, or held, or a column
+echo mu_in,mu_out,azimuth_deg,optical_depth,albedo,g >query.csv
+for view in 0.5,0.8,60 0.3,0.2,180 0.9,0.5,0 0.6,0.3,20; do echo "$view,1.5,0.9,0.42"; done >>query.csv
+"$stratus" eval family.h5 --query query.csv --effects reflection >seen.csv || fail "eval"
+{ echo $columns; awk -F, 'NR > 1 { printf "%s,%s,%s,%.17g,0.001\n", $1, $2, $3, $1 * $7 }' seen.csv; } >lobes.csv
+expect_ok fit lobes.csv --table family.h5
+expect_header "w,w_sigma,optical_depth,optical_depth_sigma,g,g_sigma,covariance_w_optical_depth,$(
+    )covariance_w_g,covariance_optical_depth_g,$judged"
+expect_rows 1 "$(near w 0.9) && $(near optical_depth 1.5) && $(near g 0.42) && f[\"degrees_of_freedom\"] == 1"
+cp "$out" answer.csv
+expect_ok fit lobes.csv --table family.h5 --free g
+expect_same "$out" answer.csv
+expect_ok fit lobes.csv --table family.h5 --fix g=0.42
+expect_header w,w_sigma,optical_depth,optical_depth_sigma,covariance_w_optical_depth,$judged
+expect_rows 1 "$(near w 0.9) && f[\"degrees_of_freedom\"] == 2"
+cp "$out" answer.csv
+sed '1s/$/,g,pixel/; 2,$s/$/,0.42,7/' lobes.csv >known.csv
+expect_ok fit known.csv --table family.h5
+expect_header pixel,w,w_sigma,optical_depth,optical_depth_sigma,covariance_w_optical_depth,$judged
+expect_rows 1 "$(near w 0.9) && f[\"pixel\"] == 7 && f[\"degrees_of_freedom\"] == 2"
+
 expect_ok fit --help
 expect_says "$out" "I/F = mu_in R" "mu_out < 0" "exp(-tau / mu_out)" "--single" "probability"
 
@@ -165,6 +187,14 @@ expect_refused 2 g2 Henyey-Greenstein "got free" -- fit one.csv --table mixed.h5
 expect_refused 2 --density "[0, 1)" "got 1" -- fit one.csv --table mixed.h5 --density 1
 expect_refused 2 one.csv "line 3" side "table holds" "got unlit" -- fit one.csv --table endless.h5
 expect_refused 2 --opposition "fit: " "got lommel" -- fit one.csv --table mixed.h5 --opposition lommel
+sed '2,$s/0.42,7$/0.7,7/' known.csv >bad.csv
+expect_refused 2 "bad.csv, line 2" g "in [0.3, 0.6] of the table" "got 0.7" -- fit bad.csv --table family.h5
+expect_refused 2 "g held" "in [0.3, 0.6] of the table" "got 0.7" -- fit lobes.csv --table family.h5 --fix g=0.7
+expect_refused 2 "either held or known" "got both" -- fit known.csv --table family.h5 --fix g=0.42
+expect_refused 2 known.csv "column g" "left out unless" -- fit known.csv --table full.h5
+expect_refused 2 --fix "w, tau, g," "got radius=8" -- fit lobes.csv --table family.h5 --fix radius=8
+sed '1s/$/,radius/; 2,$s/$/,7/' known.csv >bad.csv
+expect_refused 2 bad.csv "column pixel" "without radius" "got both" -- fit bad.csv --table family.h5
 sed '2s/^beam,0.5/beam,-0.5/' star.csv >bad.csv
 expect_refused 2 "line 2" mu_out "(0, 1]" "got -0.5" -- fit bad.csv
 printf 'side,mu_out,brightness,sigma\nlit,0.5,0.3,0.01\n' >bad.csv

@@ -1,5 +1,6 @@
 // Standard deviations are what they say: of 200 fits to noisy light of known rings as many lie
 // within two of them as should, whatever is fitted by whichever model.
+#include "observed_clouds.h"
 #include "observed_rings.h"
 
 #include <gtest/gtest.h>
@@ -130,8 +131,9 @@ TEST_P(FitCoverage, IsNominal) {
         std::vector<Observation> views = mode.views;
         test::solve_views(ring, views, mode.circumstances);
         const FitOptions options = options_of(mode, ring);
-        free = free_parameters(*model, options);
-        const double truth[] = {ring.optical_depth, ring.w1, ring.w2, 0, ring.g2};
+        free = free_parameters(*model, views, options);
+        const std::array<double, fit_parameters> truth{ring.optical_depth, ring.w1, ring.w2, 0,
+                                                       ring.g2};
         for (int n = 0; n < noises_per_ring; ++n) {
             const std::vector<Observation> observed = test::with_noise(views, random);
             const Fit fit = fit_layer(*model, observed, options);
@@ -168,6 +170,38 @@ TEST_P(FitCoverage, IsNominal) {
 
 INSTANTIATE_TEST_SUITE_P(Of, FitCoverage, testing::ValuesIn(modes()),
                          [](const auto& mode) { return mode.param.name; });
+
+TEST(FitCoverageOfClouds, IsNominal) {
+    const auto model = table_model(test::droplet_table().view());
+    constexpr FitParameter fitted[] = {fit_optical_depth, fit_w1, fit_radius};
+    std::mt19937 random(1990);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int within[std::size(fitted)] = {}, refused = 0;
+    double chi_square = 0, degrees = 0;
+    for (int c = 0; c < 20; ++c) {
+        const test::Cloud cloud{0.4 * std::pow(7, uniform(random)), 0.86 + 0.11 * uniform(random),
+                                0.24 * std::pow(1.8, uniform(random))};
+        const std::vector<Observation> exact = test::seen(cloud, test::cloud_views(true));
+        const double truth[] = {cloud.optical_depth, cloud.w, cloud.radius};
+        for (int n = 0; n < 10; ++n) {
+            const Fit fit = fit_layer(*model, test::with_noise(exact, random));
+            for (std::size_t k = 0; k < std::size(fitted); ++k) {
+                const FittedValue& found = fit.estimate[fitted[k]];
+                within[k] += std::abs(found.value - truth[k]) <= 2 * found.sigma;
+            }
+            chi_square += fit.chi_square;
+            degrees += fit.degrees_of_freedom;
+            refused += fit.probability < refusing_probability;
+        }
+    }
+    for (std::size_t k = 0; k < std::size(fitted); ++k) {
+        RecordProperty(fit_parameter_names(*model)[fitted[k]], within[k]);
+        EXPECT_GE(within[k], min_within) << fit_parameter_names(*model)[fitted[k]];
+        EXPECT_LE(within[k], max_within) << fit_parameter_names(*model)[fitted[k]];
+    }
+    EXPECT_NEAR(chi_square / degrees, 1, 5 * std::sqrt(2 / degrees));
+    EXPECT_LE(refused, 2);  // a probability below 1e-3
+}
 
 }  // namespace
 }  // namespace stratus

@@ -280,6 +280,27 @@ class Fits(unittest.TestCase):
                                fixed={"optical_depth": 1.2})
         self.assertTrue(0.74 < by_table.value["w"] < 0.76)  # the table's edge
 
+    def test_find_what_a_table_varies(self):
+        lobes = small_table("g_samples = 5\n[family]\ng = [0.2, 0.6]\n")
+        mu = np.linspace(0.2, 1, 8)
+        light = stratus.solve("henyey_greenstein:g=0.45", 0.9, 1.2, 0.8, mu, 1.0)
+        seen = 0.8 * np.stack([light.reflection, light.transmission])
+        observed = (seen, 0.01 * seen, mu)
+        at = {"mu_in": 0.8, "azimuth": 1.0, "side": [["lit"] * 8, ["unlit"] * 8], "table": lobes}
+        fit = stratus.fit(*observed, **at)
+        self.assertEqual(fit.names, ["optical_depth", "w", "g"])
+        self.assertAlmostEqual(fit.value["g"], 0.45, delta=0.02)
+        self.assertAlmostEqual(fit.value["w"], 0.9, delta=0.01)
+        self.assertEqual(stratus.fit(*observed, **at, free=["g"]).value, fit.value)
+        known = stratus.fit(*observed, **at, family={"g": 0.45})
+        self.assertEqual(known.names, ["optical_depth", "w"])
+        held = stratus.fit(*observed, **at, fixed={"g": 0.45})
+        self.assertEqual(held.value["w"], known.value["w"])
+        with self.assertRaisesRegex(ValueError, "family must be of g, got radius"):
+            stratus.fit(*observed, **at, family={"radius": 8})
+        with self.assertRaisesRegex(ValueError, "g held must be in .0.2, 0.6. of the table, got 0.7"):
+            stratus.fit(*observed, **at, fixed={"g": 0.7})
+
     def test_of_occultations_have_a_closed_form(self):
         fit = stratus.fit(np.exp(-0.8 / 0.5), 0.01, 0.5, side="beam")
         self.assertAlmostEqual(fit.value["optical_depth"], 0.8, places=6)

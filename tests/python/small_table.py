@@ -22,7 +22,7 @@ albedo_samples = 4
 
 
 @functools.cache
-def small_table() -> stratus.Table:
+def small_table(more: str = "") -> stratus.Table:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        return stratus.bake(RECIPE)
+        return stratus.bake(RECIPE + more)

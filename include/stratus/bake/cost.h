@@ -13,12 +13,17 @@
 //   table      how finely each axis is sampled, lookups at random points
 //   packed     what `pack` makes of the tables that tolerances chose
 //
+// Of a family of phase functions, solvers, orders and references are those of the most peaked member at
+// an end of its axes, which the others ask no more nodes than; tables, lookups and packed files are of
+// the whole family, whose own axes are swept like the rest.
+//
 // The frontier of a kind are the points that no other undercuts in error and in cost: seconds of
 // one solve, bytes of a table's samples or of a packed file.
 #pragma once
 
 #include <stratus/bake/recipe.h>
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <iosfwd>
@@ -47,6 +52,9 @@ struct CostPoint {
     int sublayers = 0;          // reference: of a Markov chain
     double photons = 0;         // reference
     double size_parameter = 0;  // droplets: 2 pi radius / wavelength
+
+    // table: members along the axes of a family, by PhaseParameter; 0: not an axis of it.
+    std::array<int, all_parameters.size()> members{};
 
     bool on_frontier = false;
     double times_frontier = 1;  // cost over that of the cheapest point that is as accurate
@@ -101,6 +109,10 @@ struct Trade {
 /// Indices of the trades that no other undercuts (as cheap and as accurate, one of them strictly),
 /// ascending in cost and so descending in error; the first of equals.
 std::vector<std::size_t> find_frontier(const std::vector<Trade>& trades);
+
+/// The tables that differ in how many members lie along one axis of the family alone, all else being as
+/// the recipe's tolerance chose, ascending; none without such an axis that is swept.
+std::vector<CostPoint> points_along(const std::vector<CostPoint>& points, PhaseParameter parameter);
 
 /// Least squares in the logarithms of x and y; the standard error is that of the slope, from the
 /// scatter of the points about the line.

@@ -2,16 +2,19 @@
 // [Blinn82] 2.4, the solver, or the beam alone.
 //
 // Particles are of one kind or of two, w P = w1 P1 + w2 P2 [Blinn82] 4.3; with one kind w1 is w and
-// w2 is 0.
+// w2 is 0. Parameters that a table's family varies (phase_family.h) are those of the first kind; each
+// observation may bring its own value of one, a spectrum its wavelengths.
 #pragma once
 
 #include <stratus/runtime/effects.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/runtime/phase_family.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/runtime/table.h>
 #include <stratus/transfer/solver_options.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -30,15 +33,47 @@ struct Observation {
     Light light;
     double brightness;  // I/F, of a beam I/F0
     double sigma;       // its standard deviation
+
+    // What is known of it alone: parameters of a table's family, in the order of its axes;
+    // not-a-number, and `mixture`: that of the layer.
+    FamilyPoint known{};
+};
+
+/// Places of the parameters in a covariance matrix.
+enum FitParameter {
+    fit_optical_depth,
+    fit_w1,
+    fit_w2,
+    fit_g1,
+    fit_g2,
+    fit_radius,
+    fit_wavelength,
+    fit_variance,
+    fit_parameters
 };
 
 struct LayerParameters {
     double optical_depth = 0, w1 = 0, w2 = 0;
-    double g1 = 0, g2 = 0;  // of Henyey-Greenstein phase functions
+    double g1 = 0, g2 = 0;                            // of Henyey-Greenstein phase functions
+    double radius = 0, wavelength = 0, variance = 0;  // of droplets (mie), um
 
     double albedo() const { return w1 + w2; }
     double mixture() const { return albedo() > 0 ? w1 / albedo() : 1; }
 };
+
+/// Its numbers in the order of FitParameter.
+inline constexpr std::array<double LayerParameters::*, fit_parameters> layer_fields{
+    &LayerParameters::optical_depth,
+    &LayerParameters::w1,
+    &LayerParameters::w2,
+    &LayerParameters::g1,
+    &LayerParameters::g2,
+    &LayerParameters::radius,
+    &LayerParameters::wavelength,
+    &LayerParameters::variance};
+
+/// What an axis of a family varies; none of `mixture`, which w1 and w2 say.
+std::optional<FitParameter> fit_parameter_of(PhaseParameter parameter) noexcept;
 
 struct Interval {
     double low, high;
@@ -66,7 +101,10 @@ class LayerModel {
     virtual bool has(Light light) const = 0;
     virtual bool has_lower_boundary() const { return false; }
 
-    /// Asymmetry of a kind of particles, 1 or 2, if it may be varied.
+    /// Axes over parameters of the first phase function that the model has sampled; none: it has not.
+    virtual std::vector<FamilyAxis> family() const { return {}; }
+
+    /// Asymmetry of a kind of particles, 1 or 2, if it may be varied without an axis.
     virtual std::optional<double> asymmetry(int kind) const = 0;
 
     /// R or T by origin; anything for a beam. `optical_depth` is the effective one.
@@ -82,10 +120,15 @@ class LayerModel {
                                    const Opposition& opposition = {}) const;
 };
 
-/// A table, with or without a mixture axis; it must outlive the model.
+/// A table of one phase function or of a family; it must outlive the model.
 ///
 /// Range    up to the largest finite depth; where the table holds one depth, albedo or mixture
 ///          alone, that one.
+/// Errors   std::invalid_argument for a family that holds just some mixtures.
+/// Accuracy lookups of droplets are joined by cubics over radii, wavelengths and variances of steps of
+///          5 %: 1e-4 of them or so where the variance is 0.02 or more. So are those of narrow peaks.
+/// Cost     of a table of droplets that of their phase function (mie.h) at every such step that is
+///          tried, once for all fits.
 std::unique_ptr<LayerModel> table_model(const TableView& table);
 
 /// Light scattered once, in closed form; the paper's own. Depths 1e-4 to 64, every albedo, and

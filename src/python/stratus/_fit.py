@@ -21,7 +21,8 @@ _SIDES = {"lit": 0, "unlit": 1, "beam": 2}
 class Fit:
     """A fitted layer.
 
-    Parameters are named optical_depth, and w1, w2, g1, g2, or w and g of particles of one kind.
+    Parameters are named optical_depth, and w1, w2, g1, g2, or w and g of particles of one kind;
+    radius, wavelength and variance of a table of droplets.
     """
 
     value: dict[str, float]
@@ -46,12 +47,16 @@ def fit(
     phase_function: PhaseFunction | str | None = None,
     second_phase_function: PhaseFunction | str | None = None,
     single: bool = False,
+    family: Mapping[str, ArrayLike] | None = None,
     fixed: Mapping[str, float] | None = None,
     free: Sequence[str] = (),
     density: float = 0.0,
     opposition: Opposition | None = None,
 ) -> Fit:
-    """Fits albedos, the optical depth and asymmetries to observations, which broadcast.
+    """Fits a layer to observations, which broadcast.
+
+    Albedos, the optical depth and the parameters that a table's family varies are free unless they are
+    fixed; a family's also where they are known of the observations.
 
     brightness  I/F = mu_in R on the side "lit", mu_in T on the side "unlit", I/F0 of a "beam"
     sigma       its standard deviation
@@ -60,6 +65,8 @@ def fit(
     phase_function, second_phase_function
                 of one or two kinds of particles: all orders are solved, or with `single` light
                 scattered once alone; neither: beams alone
+    family      what is known of the parameters of a table's family, observation by observation:
+                {"wavelength": [0.55, 0.65]}, lengths in um
     fixed       parameters that are held, by name
     free        asymmetries to fit, too, of Henyey-Greenstein functions: "g", "g1", "g2"
     density, opposition
@@ -72,7 +79,8 @@ def fit(
         raise ValueError("fit: table must come without phase_function and single, got both")
     if phase_function is None and (second_phase_function is not None or single):
         raise ValueError("fit: second_phase_function and single must come with phase_function, got none")
-    arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth, brightness, sigma)
+    known = dict(family or {})
+    arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth, brightness, sigma, *known.values())
     sides = np.broadcast_to(np.asarray(side), shape).reshape(-1).tolist()
     for name in sides:
         if name not in _SIDES:
@@ -84,8 +92,9 @@ def fit(
         phase_function_of(phase_function)._own if phase_function is not None else None,
         phase_function_of(second_phase_function)._own if second_phase_function is not None else None,
         single,
-        *arrays,
+        *arrays[:5],
         [_SIDES[name] for name in sides],
+        dict(zip(known, arrays[5:])),
         dict(fixed or {}),
         list(free),
         density,

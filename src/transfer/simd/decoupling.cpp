@@ -221,8 +221,8 @@ bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
         double most = 0;
         for (int lane = 0; lane < lanes_of<Number>; ++lane)
             if (!(lane_of(change, lane) <= most)) most = lane_of(change, lane);
-        const bool will_be_small = most * most <= converged * last;  // the next, at this round's gain
-        if (most <= converged || will_be_small) break;
+        const bool is_next_small = most * most <= converged * last;  // at this round's gain
+        if (most <= converged || is_next_small) break;
         if (round == max_rounds || (round > 2 && !(most < slow * last))) return false;
         last = most;
     }

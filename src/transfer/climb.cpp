@@ -39,14 +39,13 @@ void climb_pack(const ClimbTask& task, const std::vector<ModeOfAlbedo>& pack,
         lanes.push_back({mode, of.albedo, of.co_albedo, of.first_depth});
     }
     DoublingLadder<Number> layers(task.directions, task.moments, lanes);
-    std::vector<PhaseKernels> kernels;
-    for (std::size_t lane = 0; lane < pack.size(); ++lane)
-        kernels.push_back(layers.kernels(static_cast<int>(lane)));
+    const std::vector<PhaseKernels> kernels = layers.kernels();
     climb(layers, 0, task.ladder, [&](int depth) {
         layers.extract();
+        std::vector<ModeMatrices> solved = layers.matrices();
         for (std::size_t lane = 0; lane < pack.size(); ++lane)
-            record(pack[lane].first, pack[lane].second, depth,
-                   layers.matrices(static_cast<int>(lane)), kernels[lane]);
+            record(pack[lane].first, pack[lane].second, depth, std::move(solved[lane]),
+                   kernels[lane]);
     });
 }
 
@@ -99,13 +98,12 @@ void climb_orders(const ClimbTask& task, double fraction,
     OrderedLadder layers(task.directions, task.moments, fraction, modes,
                          static_cast<int>(order_weights[0].size()) - 1,
                          std::ldexp(first_depth, -doublings));
+    const std::vector<PhaseKernels> kernels = layers.kernels();
     climb(layers, doublings, task.ladder, [&](int depth) {
-        for (std::size_t lane = 0; lane < modes.size(); ++lane) {
-            const int at = static_cast<int>(lane);
-            const PhaseKernels kernels = layers.kernels(at);
+        for (std::size_t lane = 0; lane < modes.size(); ++lane)
             for (std::size_t a = 0; a < order_weights.size(); ++a)
-                record(modes[lane], a, depth, layers.matrices(at, order_weights[a]), kernels);
-        }
+                record(modes[lane], a, depth,
+                       layers.matrices(static_cast<int>(lane), order_weights[a]), kernels[lane]);
     });
 }
 

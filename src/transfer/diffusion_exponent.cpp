@@ -24,7 +24,7 @@ std::vector<double> compute_diffusion_exponents(const PhaseFunction& phase_funct
         gauss_directions(options.nodes, choose_node_map(moments, options.nodes));
     const PhaseKernels kernels =
         DoublingLadder<double>(directions, moments, {{0, 1, 0, directions.mu.minCoeff()}})
-            .kernels(0);
+            .kernels()[0];
     const VectorXd scale = directions.s.cwiseQuotient(directions.mu) / std::sqrt(2.0);
     const MatrixXd same = scale.asDiagonal() * kernels.same * scale.asDiagonal();
     const MatrixXd other = scale.asDiagonal() * kernels.other * scale.asDiagonal();

@@ -1,12 +1,13 @@
 #include "doubling_ladder.h"
 
 #include "depth_regime.h"
+#include "options.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 namespace stratus {
 
@@ -27,7 +28,8 @@ int stride_of(int columns) {
     return ((columns + width - 1) / width | 1) * width;
 }
 
-/// Numbers handed out one after another, zeroed.
+/// Numbers handed out one after another. Vectors are zeroed, and rows of doubles, whose last register
+/// reaches beyond their columns; rows of Packs end with one, and are written before they are read.
 template <class Number>
 class Handout {
   public:
@@ -36,9 +38,14 @@ class Handout {
     Number* rows(long count, long stride) {
         Number* start = next_;
         next_ += count * stride;
+        if constexpr (!in_lanes<Number>) std::fill(start, next_, Number{});
         return start;
     }
-    Number* vector(int size) { return rows(1, stride_of<Number>(size)); }
+    Number* vector(int size) {
+        Number* start = rows(1, stride_of<Number>(size));
+        if constexpr (in_lanes<Number>) std::fill(start, next_, Number{});
+        return start;
+    }
     SimdMatrix<Number> matrix(const SimdLayer<Number>& layer) {
         return {vector(layer.directions), rows(layer.directions, layer.stride)};
     }
@@ -48,12 +55,12 @@ class Handout {
 };
 
 template <class Number>
-double* zeroed(long count) {
+double* allocated(long count) {
     const long packs = (count * static_cast<long>(sizeof(Number)) + 63) / 64;
-    const std::size_t bytes = static_cast<std::size_t>(packs) * sizeof(Pack);
-    void* memory = std::aligned_alloc(pack_alignment, bytes);
+    void* memory =
+        std::aligned_alloc(pack_alignment, static_cast<std::size_t>(packs) * sizeof(Pack));
     if (!memory) throw std::bad_alloc();
-    return static_cast<double*>(std::memset(memory, 0, bytes));
+    return static_cast<double*>(memory);
 }
 
 template <class Number>
@@ -135,8 +142,8 @@ void DoublingLadder<Number>::allocate(const std::vector<double>& moments,
                                       PhaseSeries<Number>& phase) {
     set_size(layer_, directions_.nodes, directions_.size());
     const int n = layer_.directions;
-    const auto moment_count = static_cast<long>(moments.size());
-    memory_.reset(zeroed<Number>(
+    const long moment_count = count_modes(moments);  // the rest is zero
+    memory_.reset(allocated<Number>(
         8 * size_of_matrix(layer_) + static_cast<long>(layer_.gauss) * layer_.elimination_stride +
         (3 + 3) * stride_of<Number>(n) + 2 * moment_count * layer_.stride));
     Handout<Number> memory(memory_.get());
@@ -182,9 +189,9 @@ void DoublingLadder<Number>::allocate(const DirectionGroups& groups) {
     const long rows = static_cast<long>(grazing.directions) * groups_.row_stride;
     const long columns = static_cast<long>(steep.directions) * groups_.column_stride;
     const long square = static_cast<long>(grazing.directions) * grazing.stride;
-    memory_of_groups_.reset(zeroed<Number>(2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
-                                           3L * (groups_.row_stride + groups_.column_stride) +
-                                           8 * columns + 5 * rows + 3 * square));
+    memory_of_groups_.reset(allocated<Number>(
+        2 * size_of_matrix(steep) + 4 * size_of_matrix(grazing) +
+        3L * (groups_.row_stride + groups_.column_stride) + 8 * columns + 5 * rows + 3 * square));
     Handout<Number> memory(memory_of_groups_.get());
     for (SimdMatrix<Number>* m : {&steep.Y, &steep.Z}) *m = memory.matrix(steep);
     for (SimdMatrix<Number>* m :
@@ -294,36 +301,65 @@ void DoublingLadder<Number>::extract() {
     steps_.extract(layer_);
 }
 
+namespace {
+
+/// A matrix for each lane, of the elements value(i, j, lane): rows in turn, so that the cache holds
+/// one for all its lanes.
+template <class Value>
+std::vector<Eigen::MatrixXd> lane_matrices(int directions, int lanes, Value value) {
+    std::vector<Eigen::MatrixXd> matrices(static_cast<std::size_t>(lanes));
+    for (Eigen::MatrixXd& matrix : matrices) matrix.resize(directions, directions);
+    for (int i = 0; i < directions; ++i)
+        for (int lane = 0; lane < lanes; ++lane) {
+            double* row = matrices[static_cast<std::size_t>(lane)].col(i).data();
+            for (int j = 0; j < directions; ++j) row[j] = value(i, j, lane);
+        }
+    return matrices;
+}
+
+}  // namespace
+
 template <class Number>
-Eigen::MatrixXd lane_matrix(const SimdLayer<Number>& layer, const Number* K, int lane) {
-    Eigen::MatrixXd matrix(layer.directions, layer.directions);
-    for (int i = 0; i < layer.directions; ++i)
-        for (int j = 0; j < layer.directions; ++j)
-            matrix(j, i) = lane_of(K[i * layer.stride + j], lane);
-    return matrix;
+std::vector<ModeMatrices> DoublingLadder<Number>::matrices() const {
+    const auto of = [this](const Number* K) {
+        return lane_matrices(layer_.directions, tasks_, [=, this](int i, int j, int lane) {
+            return lane_of(K[i * layer_.stride + j], lane);
+        });
+    };
+    auto reflection = of(layer_.reflection.K), transmission = of(layer_.transmission.K);
+    std::vector<ModeMatrices> all;
+    for (std::size_t lane = 0; lane < reflection.size(); ++lane)
+        all.push_back({std::move(reflection[lane]), std::move(transmission[lane])});
+    return all;
 }
 
 template <class Number>
-ModeMatrices DoublingLadder<Number>::matrices(int lane) const {
-    return {lane_matrix(layer_, layer_.reflection.K, lane),
-            lane_matrix(layer_, layer_.transmission.K, lane)};
-}
-
-template <class Number>
-PhaseKernels DoublingLadder<Number>::kernels(int lane) const {
+std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     const Eigen::VectorXd unscale =
         (2 * directions_.mu.array() / directions_.s.array() / std::sqrt(2.0)).matrix();
-    const Eigen::MatrixXd even = unscale.asDiagonal() *
-                                 lane_matrix(layer_, layer_.scatter_even.K, lane) *
-                                 unscale.asDiagonal();
-    const Eigen::MatrixXd odd = unscale.asDiagonal() *
-                                lane_matrix(layer_, layer_.scatter_odd.K, lane) *
-                                unscale.asDiagonal();
-    return {even + odd, even - odd};
+    const auto of = [&](double sign) {
+        return lane_matrices(layer_.directions, tasks_, [&](int i, int j, int lane) {
+            const long at = i * layer_.stride + j;
+            const double even = lane_of(layer_.scatter_even.K[at], lane);
+            const double odd = lane_of(layer_.scatter_odd.K[at], lane);
+            return unscale(j) * even * unscale(i) + sign * (unscale(j) * odd * unscale(i));
+        });
+    };
+    auto same = of(1), other = of(-1);
+    std::vector<PhaseKernels> all;
+    for (std::size_t lane = 0; lane < same.size(); ++lane)
+        all.push_back({std::move(same[lane]), std::move(other[lane])});
+    return all;
+}
+
+Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane) {
+    Eigen::MatrixXd matrix(layer.directions, layer.directions);
+    for (int i = 0; i < layer.directions; ++i)
+        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
+    return matrix;
 }
 
 template class DoublingLadder<Pack>;
 template class DoublingLadder<double>;
-template Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>&, const Pack*, int);
 
 }  // namespace stratus

@@ -51,10 +51,10 @@ class DoublingLadder {
     /// Doubles until `is_converged`.
     void double_to_infinity();
 
-    /// Computes R and T of all lanes at the current depth; `matrices` then reads them lane by lane.
+    /// Computes R and T of all lanes at the current depth, which `matrices` then reads.
     void extract();
-    ModeMatrices matrices(int lane) const;
-    PhaseKernels kernels(int lane) const;
+    std::vector<ModeMatrices> matrices() const;  // of each task
+    std::vector<PhaseKernels> kernels() const;
 
     const SimdLayer<Number>& layer() const { return layer_; }
 
@@ -80,7 +80,6 @@ class DoublingLadder {
 };
 
 /// One lane of a kernel.
-template <class Number>
-Eigen::MatrixXd lane_matrix(const SimdLayer<Number>& layer, const Number* K, int lane);
+Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane);
 
 }  // namespace stratus

@@ -35,7 +35,7 @@ class OrderedLadder {
 
     /// sum_n weights(n) R_n, and the same for T.
     ModeMatrices matrices(int lane, const Eigen::VectorXd& weights) const;
-    PhaseKernels kernels(int lane) const { return start_.kernels(lane); }
+    std::vector<PhaseKernels> kernels() const { return start_.kernels(); }
 
   private:
     struct Free {

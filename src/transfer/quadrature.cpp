@@ -5,6 +5,7 @@
 #include <boost/math/special_functions/legendre.hpp>
 
 #include <cmath>
+#include <mutex>
 
 namespace stratus {
 
@@ -14,16 +15,10 @@ NodeMap choose_node_map(const std::vector<double>& moments, int nodes) {
     return chi > std::pow(10.0, -nodes / 4.0) ? NodeMap::forward : NodeMap::grazing;
 }
 
-Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra) {
-    require(nodes >= 1 && nodes <= 512, "gauss_directions", "nodes", "in [1, 512]", nodes);
-    for (double mu : extra)
-        require(mu >= 1e-100 && mu <= 1, "gauss_directions", "mu", "in [1e-100, 1]", mu);
+namespace {
 
-    const auto extra_count = static_cast<Eigen::Index>(extra.size());
-    Directions directions{nodes,
-                          Eigen::VectorXd(nodes + extra_count),
-                          Eigen::VectorXd::Zero(nodes + extra_count),
-                          {}};
+Directions compute_gauss_nodes(int nodes, NodeMap map) {
+    Directions directions{nodes, Eigen::VectorXd(nodes), Eigen::VectorXd(nodes), {}};
     // The non-negative zeros z of P_N, ascending, give x = (1 -+ z)/2; the small x do
     // not suffer from cancellation: 1 - z loses at most the 1e-16 by which z itself is uncertain.
     const std::vector<double> zeros = boost::math::legendre_p_zeros<double>(nodes);
@@ -43,12 +38,40 @@ Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& e
         place(low--, (1 - z) / 2);
         place(high++, (1 + z) / 2);
     }
-    directions.weight.head(nodes) /= directions.weight.head(nodes).sum();
-    directions.s.resize(directions.mu.size());
-    for (Eigen::Index i = 0; i < directions.mu.size(); ++i) {
-        if (i >= nodes) directions.mu(i) = extra[static_cast<std::size_t>(i - nodes)];
-        directions.s(i) =
-            std::sqrt(2 * directions.mu(i) * (i < nodes ? directions.weight(i) : 1.0));
+    directions.weight /= directions.weight.sum();
+    directions.s = (2 * directions.mu.array() * directions.weight.array()).sqrt();
+    return directions;
+}
+
+constexpr int max_nodes = 512;
+
+/// Computed once for each count and map, by whichever thread asks first.
+const Directions& gauss_nodes(int nodes, NodeMap map) {
+    struct Kept {
+        std::once_flag computed;
+        Directions directions;
+    };
+    static Kept kept[2][max_nodes];
+    Kept& of = kept[map == NodeMap::forward][nodes - 1];
+    std::call_once(of.computed, [&] { of.directions = compute_gauss_nodes(nodes, map); });
+    return of.directions;
+}
+
+}  // namespace
+
+Directions gauss_directions(int nodes, NodeMap map, const std::vector<double>& extra) {
+    require(nodes >= 1 && nodes <= max_nodes, "gauss_directions", "nodes", "in [1, 512]", nodes);
+    for (double mu : extra)
+        require(mu >= 1e-100 && mu <= 1, "gauss_directions", "mu", "in [1e-100, 1]", mu);
+
+    Directions directions = gauss_nodes(nodes, map);
+    const auto size = nodes + static_cast<Eigen::Index>(extra.size());
+    for (Eigen::VectorXd* vector : {&directions.mu, &directions.weight, &directions.s})
+        vector->conservativeResize(size);
+    for (Eigen::Index i = nodes; i < size; ++i) {
+        directions.mu(i) = extra[static_cast<std::size_t>(i - nodes)];
+        directions.weight(i) = 0;
+        directions.s(i) = std::sqrt(2 * directions.mu(i));
     }
     return directions;
 }

@@ -23,11 +23,17 @@ template <class Number, int I>
     decltype(in.same(m, 0)) factor[I][I];
     for (int i = 0; i < I; ++i)
         for (int j = i; j < I; ++j) factor[i][j] = in.same(m, (i0 + i) * stride + i0 + j);
+    // L D L^T first: square roots, which nothing waits for, come last.
     for (int i = 0; i < I; ++i) {
-        factor[i][i] = 1.0 / square_root(factor[i][i]);
+        factor[i][i] = 1.0 / factor[i][i];
+        for (int r = i + 1; r < I; ++r) {
+            const auto share = factor[i][r] * factor[i][i];
+            for (int j = r; j < I; ++j) factor[r][j] -= share * factor[i][j];
+        }
+    }
+    for (int i = 0; i < I; ++i) {
+        factor[i][i] = square_root(factor[i][i]);
         for (int j = i + 1; j < I; ++j) factor[i][j] *= factor[i][i];
-        for (int r = i + 1; r < I; ++r)
-            for (int j = r; j < I; ++j) factor[r][j] -= factor[i][r] * factor[i][j];
     }
     // All columns of these rows.
     auto solve = [&]<int W>(int rows_above, int j0, Tile<1, W>) {

@@ -113,9 +113,10 @@ void combine(const SimdGroups<Number>& groups, const Blocks<Number>& m) {
     const double *mu_S = groups.grazing.mu, *mu_L = groups.steep.mu;
     const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     fill(m.nL, m.nS, m.at,
-         [&](int j, int i) { return -at(m.Pt, j, i) - at(m.Vt, j, i) / mu_L[j]; });
+         [&](int j, int i) { return -at(m.Pt, j, i) - at(m.Vt, j, i) * (1 / mu_L[j]); });
     add_product(m.L, 1, m.P_L, m.nL, m.Vt, m.nS, m.at);
-    fill(m.nL, m.nS, m.bt, [&](int j, int i) { return at(m.Vt, j, i) / mu_S[i] - at(m.Qt, j, i); });
+    fill(m.nL, m.nS, m.bt,
+         [&](int j, int i) { return at(m.Vt, j, i) * (1 / mu_S[i]) - at(m.Qt, j, i); });
     add_product(m.S, -1, m.V, m.nL, m.Q_S, m.nS, m.bt);
     fill(m.nS, m.nS, m.X, [&](int i, int k) { return at(m.P_S, i, k); });
     add_product(m.L, -1, m.Vt, m.nS, m.Pt, m.nS, m.X);
@@ -134,10 +135,12 @@ Number iterate(const SimdLayer<Number>& whole, const SimdGroups<Number>& groups,
     const View<Number> odd{groups.columns[4], m.Ut.stride}, even{groups.columns[5], m.Ut.stride};
     const auto at = [](View<Number> F, int i, int j) -> Number& { return F.at[i * F.stride + j]; };
     combine(groups, m);
-    fill(m.nL, m.nS, odd, [&](int j, int i) { return at(m.at, j, i) + at(m.Vt, j, i) / mu_L[j]; });
+    fill(m.nL, m.nS, odd,
+         [&](int j, int i) { return at(m.at, j, i) + at(m.Vt, j, i) * (1 / mu_L[j]); });
     add_product(m.S, 1, m.U, m.nL, m.X, m.nS, odd);
     // Q + (Q_S - H) V = D V - b - H V
-    fill(m.nL, m.nS, even, [&](int j, int i) { return at(m.Vt, j, i) / mu_S[i] - at(m.bt, j, i); });
+    fill(m.nL, m.nS, even,
+         [&](int j, int i) { return at(m.Vt, j, i) * (1 / mu_S[i]) - at(m.bt, j, i); });
     add_product(m.S, -1, m.V, m.nL, m.Ht, m.nS, even);
     add_product(m.L, 1, m.Q_L, m.nL, m.Ut, m.nS, even);
     add_product(m.S, 1, m.Q, m.nL, m.Ft, m.nS, even);
@@ -218,7 +221,8 @@ bool decouple(const SimdLayer<Number>& whole, SimdGroups<Number>& groups) {
         double most = 0;
         for (int lane = 0; lane < lanes_of<Number>; ++lane)
             if (!(lane_of(change, lane) <= most)) most = lane_of(change, lane);
-        if (most <= converged) break;
+        const bool is_next_small = most * most <= converged * last;  // at this round's gain
+        if (most <= converged || is_next_small) break;
         if (round == max_rounds || (round > 2 && !(most < slow * last))) return false;
         last = most;
     }

@@ -297,7 +297,8 @@ void add_bake(CLI::App& app) {
                      "CSV: bakes a table a row, each column a key of the recipe (section.key), the "
                      "column name naming the tables; a recipe's own [sweep] needs no option. A "
                      "summary goes to standard output and to summary.csv. --resume bakes what the "
-                     "folder lacks")
+                     "folder lacks or has damaged, as after a power cut: tables are flushed to "
+                     "disk together at the end")
         ->check(file_name())
         ->excludes(dry_run)
         ->excludes(exr);

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <malloc.h>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,15 @@ int refuse(int exit_code, std::string message) {
     std::replace(message.begin(), message.end(), '\n', ' ');
     std::cerr << "stratus: " << message << '\n';
     return exit_code;
+}
+
+/// Has the allocator keep what solves free for the next ones, which are alike: given back to the
+/// system, it would be cleared page by page each time, a twentieth of a small bake.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most that glibc allows; larger ones are given back
+    mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
 }
 
 /// Throws if the output could not be written, because of a full disk or a closed pipe.
@@ -74,6 +84,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    keep_freed_memory();
     try {
         return run(argc, argv);
     } catch (const stratus::EndedBySignal& error) {

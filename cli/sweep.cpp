@@ -7,6 +7,7 @@
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
+#include <stratus/io/write_options.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
@@ -86,7 +87,7 @@ class SweepFolder {
             outcome.met = true;
             table = bake_on(checkpoint, row.recipe, threads, outcome);
             const std::lock_guard one_at_a_time(hdf5_);  // as the library asks
-            write_table(*table, this->table(row), threads);
+            write_table(*table, this->table(row), {threads, {}, nullptr, Flush::later});
             outcome.seconds = seconds_since(started);
         }
         checkpoint.remove();
@@ -97,9 +98,10 @@ class SweepFolder {
 
     /// The same table under another row's name.
     void copy(const SweepRow& from, const SweepRow& to) const {
-        write_atomically(table(to), [&](const fs::path& temporary) {
+        const auto copy_to = [&](const fs::path& temporary) {
             fs::copy_file(table(from), temporary, fs::copy_options::overwrite_existing);
-        });
+        };
+        write_atomically(table(to), copy_to, Flush::later);
     }
 
   private:
@@ -230,6 +232,16 @@ void judge(const std::vector<Outcome>& outcomes, const SweepCommand& command) {
     std::fprintf(stderr, "stratus: %s\n", line.c_str());
 }
 
+/// Flushes all tables to disk. Each would have waited for the disk by itself; a power cut before
+/// this may damage them, which --resume finds by their checksums.
+void flush(const std::vector<SweepRow>& rows, const std::vector<Outcome>& outcomes,
+           const SweepFolder& folder) {
+    std::vector<fs::path> tables;
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        if (!outcomes[r].failed) tables.push_back(folder.table(rows[r]));
+    flush_files(tables);
+}
+
 void refuse_left_over(const std::vector<SweepRow>& rows, const SweepFolder& folder) {
     for (const SweepRow& row : rows)
         if (fs::exists(folder.checkpoint(row)))
@@ -260,6 +272,7 @@ void run_sweep(const SweepCommand& command) {
                                                    ": repeat the command with --resume");
         }
     }
+    flush(rows, outcomes, folder);
     write_summary(std::cout, rows, outcomes);
     write_answer(folder.summary(), [&](std::ostream& out) { write_summary(out, rows, outcomes); });
     judge(outcomes, command);

@@ -1,5 +1,6 @@
 #include <stratus/bake/accuracy.h>
 
+#include <stratus/bake/parallel.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
@@ -244,14 +245,17 @@ void look_up_bound(const TableView& table, std::span<ErrorSample> samples) {
 
 namespace {
 
-/// Few points at a time where samples are in files: what these bring into memory is let go.
+/// Few points at a time: threads share them, and what samples in files bring into memory is let go.
 void look_up_by_few(const TableView& view, std::span<ErrorSample> all,
                     const VerifyOptions& options) {
-    const std::size_t at_once = options.files ? 128 : std::max<std::size_t>(1, all.size());
-    for (; !all.empty(); all = all.subspan(std::min(at_once, all.size()))) {
-        (options.bound ? look_up_bound : look_up)(view, all.first(std::min(at_once, all.size())));
+    constexpr std::size_t at_once = 64;
+    const auto parts = static_cast<int>((all.size() + at_once - 1) / at_once);
+    parallel_for(parts, options.threads, [&](int part) {
+        const std::size_t first = static_cast<std::size_t>(part) * at_once;
+        (options.bound ? look_up_bound : look_up)(
+            view, all.subspan(first, std::min(at_once, all.size() - first)));
         if (options.files) options.files->release();
-    }
+    });
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
+#include <stratus/bake/parallel.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/runtime/instruction_set.h>
 #include <stratus/runtime/number_text.h>
@@ -171,7 +172,9 @@ Resolution resolve_as_first(const Recipe& recipe, const BakeOptions& options) {
     return resolve_to(recipe, first_strictness, options);
 }
 
-Table bake(const Recipe& recipe, const BakeOptions& options) {
+namespace {
+
+Table bake_on_its_threads(const Recipe& recipe, const BakeOptions& options) {
     auto note = [&](const std::string& line) {
         if (options.note) options.note(line);
     };
@@ -210,6 +213,16 @@ Table bake(const Recipe& recipe, const BakeOptions& options) {
             note(sentence);
     }
     return std::move(attempt.table);
+}
+
+}  // namespace
+
+Table bake(const Recipe& recipe, const BakeOptions& options) {
+    Table table;
+    // One team for all its loops, many of which take no longer than to start a thread.
+    nested_parallel_for(1, options.threads,
+                        [&](int) { table = bake_on_its_threads(recipe, options); });
+    return table;
 }
 
 }  // namespace stratus

@@ -19,6 +19,7 @@ class Loop {
     Loop(int count, const std::function<void(int)>& body, const std::function<void(int)>* finished)
         : count_(count), body_(body), finished_(finished) {}
 
+    int count() const { return count_; }
     bool is_work_left() const { return next_ < count_; }
 
     /// Until all is done or taken by other threads.
@@ -52,17 +53,18 @@ class Loop {
     std::exception_ptr failure_;
 };
 
-/// The threads of a nested_parallel_for.
+/// The threads of a loop, which the loops within share.
 class Team {
   public:
     static thread_local Team* of_this_thread;
 
-    Team(Loop& rows, int threads) : rows_(rows), working_(threads) {}
+    Team(Loop& outermost, int threads) : outermost_(outermost), working_(threads) {}
 
-    /// What each of its threads does: rows, then whatever others have open.
-    void work() {
+    /// What each of its threads does: the outermost loop, then whatever others have open. A single
+    /// call stays on the thread that began the loop.
+    void work(bool began_it) {
         of_this_thread = this;
-        rows_.work();
+        if (began_it || outermost_.count() > 1) outermost_.work();
         std::unique_lock lock(mutex_);
         --working_;
         changed_.notify_all();
@@ -80,7 +82,7 @@ class Team {
         of_this_thread = nullptr;
     }
 
-    /// A loop of a row: begun by its thread, open to all others.
+    /// A loop within: begun by its thread, open to all others.
     void share(Loop& loop) {
         Shared shared{loop};
         std::unique_lock lock(mutex_);
@@ -105,20 +107,28 @@ class Team {
         return found == open_.end() ? nullptr : *found;
     }
 
-    Loop& rows_;
+    Loop& outermost_;
     std::mutex mutex_;
     std::condition_variable changed_;
     std::vector<Shared*> open_;
-    int working_;  // threads that still work on rows
+    int working_;  // threads that still work on the outermost loop
 };
 
 thread_local Team* Team::of_this_thread = nullptr;
 
-void run_on(int threads, const std::function<void()>& work) {
-    std::vector<std::thread> others;
-    for (int t = 1; t < threads; ++t) others.emplace_back(work);
-    work();
-    for (std::thread& other : others) other.join();
+void run(Loop& loop, int threads) {
+    if (threads < 2) {
+        loop.work();
+    } else if (Team::of_this_thread != nullptr) {
+        Team::of_this_thread->share(loop);
+    } else {
+        Team team(loop, threads);
+        std::vector<std::thread> others;
+        for (int t = 1; t < threads; ++t) others.emplace_back([&] { team.work(false); });
+        team.work(true);
+        for (std::thread& other : others) other.join();
+    }
+    loop.rethrow();
 }
 
 }  // namespace
@@ -131,20 +141,13 @@ int thread_count(int requested) {
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished) {
     Loop loop(count, body, &finished);
-    const int used = std::min(thread_count(threads), count);
-    if (used > 1 && Team::of_this_thread != nullptr)
-        Team::of_this_thread->share(loop);
-    else
-        run_on(used, [&] { loop.work(); });
-    loop.rethrow();
+    run(loop, std::min(thread_count(threads), count));
 }
 
 void nested_parallel_for(int count, int threads, const std::function<void(int)>& body) {
-    Loop rows(count, body, nullptr);
-    const int used = thread_count(threads);
-    Team team(rows, used);
-    run_on(used, [&] { team.work(); });
-    rows.rethrow();
+    Loop loop(count, body, nullptr);
+    const bool is_within = Team::of_this_thread != nullptr;
+    run(loop, is_within ? std::min(thread_count(threads), count) : thread_count(threads));
 }
 
 }  // namespace stratus

@@ -120,7 +120,7 @@ void flush_folder(const io::Descriptor& folder) {
 }  // namespace
 
 void write_atomically(const fs::path& path,
-                      const std::function<void(const fs::path& temporary)>& write) {
+                      const std::function<void(const fs::path& temporary)>& write, Flush flush) {
     const fs::path target = io::naming(path, [&] { return checked_target(path); });
     const io::Descriptor folder = io::naming(
         path, [&] { return io::Descriptor(target.parent_path(), O_RDONLY | O_DIRECTORY); });
@@ -132,10 +132,18 @@ void write_atomically(const fs::path& path,
         throw std::runtime_error(path.string() + ": " + error.code().message());
     }
     io::naming(path, [&] {
-        io::Descriptor(temporary.path(), O_RDONLY).flush();
+        if (flush == Flush::at_once) io::Descriptor(temporary.path(), O_RDONLY).flush();
         temporary.move_to(target);
-        flush_folder(folder);
+        if (flush == Flush::at_once) flush_folder(folder);
     });
+}
+
+void flush_files(const std::vector<fs::path>& paths) {
+    for (const fs::path& path : paths)
+        io::naming(path, [&] { io::Descriptor(path, O_RDONLY).flush(); });
+    if (paths.empty()) return;
+    const fs::path folder = resolve(paths[0]).parent_path();
+    io::naming(folder, [&] { flush_folder(io::Descriptor(folder, O_RDONLY | O_DIRECTORY)); });
 }
 
 }  // namespace stratus

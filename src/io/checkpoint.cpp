@@ -233,7 +233,9 @@ std::string Checkpoint::trouble() const {
 
 void Checkpoint::remove() {
     std::error_code ignored;
-    if (file_->descriptor.is_still_at(file_->path)) fs::remove(file_->path, ignored);
+    if (!file_->descriptor.is_still_at(file_->path)) return;
+    fs::remove(file_->path, ignored);
+    file_->truncate(0);  // frees it now, not once it is closed
 }
 
 }  // namespace stratus

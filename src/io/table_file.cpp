@@ -90,9 +90,10 @@ void write_table(const Table& table, const std::filesystem::path& path,
                  const WriteOptions& options) {
     const Format& format = format_of(path, "write_table");
     io::check_table(table, options.samples == nullptr);
-    write_atomically(path, [&](const auto& temporary) {
+    const auto write = [&](const std::filesystem::path& temporary) {
         io::naming(path, [&] { format.write(table, io::metadata_of(table), temporary, options); });
-    });
+    };
+    write_atomically(path, write, options.flush);
 }
 
 }  // namespace stratus

@@ -68,6 +68,18 @@ TEST(ParallelFor, RethrowsFromTheListener) {
                  std::runtime_error);
 }
 
+TEST(ParallelFor, SharesItsThreadsWithTheLoopsWithin) {
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    parallel_for(4, 2, [&](int) {
+        parallel_for(50, 8, [&](int) {
+            const std::lock_guard lock(mutex);
+            threads.insert(std::this_thread::get_id());
+        });
+    });
+    EXPECT_LE(threads.size(), 2u);
+}
+
 TEST(NestedParallelFor, CallsEachIndexOfEachLoopOnce) {
     for (const int threads : {1, 2, 5}) {
         std::vector<std::vector<int>> calls(7, std::vector<int>(50));
@@ -104,6 +116,30 @@ TEST(NestedParallelFor, SharesItsThreadsWithTheLoopsWithin) {
         });
     });
     EXPECT_EQ(threads.size(), 3u) << "and on no others";
+}
+
+TEST(NestedParallelFor, KeepsASingleCallOnTheCallingThread) {
+    for (int n = 0; n < 50; ++n)
+        nested_parallel_for(1, 4, [caller = std::this_thread::get_id()](int) {
+            EXPECT_EQ(std::this_thread::get_id(), caller);
+        });
+}
+
+TEST(NestedParallelFor, IsALoopOfTheOneAroundIt) {
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    int calls = 0;
+    nested_parallel_for(3, 2, [&](int) {
+        nested_parallel_for(20, 2, [&](int) {
+            parallel_for(3, 2, [&](int) {
+                const std::lock_guard lock(mutex);
+                threads.insert(std::this_thread::get_id());
+                ++calls;
+            });
+        });
+    });
+    EXPECT_LE(threads.size(), 2u);
+    EXPECT_EQ(calls, 3 * 20 * 3);
 }
 
 TEST(NestedParallelFor, RethrowsFromALoopWithin) {

@@ -35,6 +35,28 @@ TEST(AtomicFile, HasTheWrittenContent) {
     EXPECT_EQ(folder.size(), 1U);
 }
 
+TEST(AtomicFile, TakesItsPlaceBeforeItIsFlushed) {
+    const TemporaryFolder folder;
+    for (const char* name : {"a.txt", "b.txt"})
+        write_atomically(folder / name, write_new, Flush::later);
+    EXPECT_EQ(content(folder / "a.txt"), "new");
+    EXPECT_EQ(folder.size(), 2U);
+    flush_files({folder / "a.txt", folder / "b.txt"});
+    EXPECT_EQ(content(folder / "b.txt"), "new");
+}
+
+TEST(AtomicFile, FlushesNothing) { EXPECT_NO_THROW(flush_files({})); }
+
+TEST(AtomicFile, NamesAFileToFlushThatIsNotThere) {
+    const TemporaryFolder folder;
+    set_content(folder / "a.txt", "new");
+    const fs::path missing = folder / "b.txt";
+    EXPECT_EQ(refusal<std::runtime_error>([&] {
+                  flush_files({folder / "a.txt", missing});
+              }),
+              missing.string() + ": No such file or directory");
+}
+
 TEST(AtomicFile, IsWrittenInTheSameFolderWithTheSameExtension) {
     const TemporaryFolder folder;
     write_atomically(folder / "a.h5", [&](const fs::path& temporary) {

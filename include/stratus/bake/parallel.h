@@ -10,12 +10,13 @@ int thread_count(int requested);
 
 /// Calls body(i) for i = 0 .. count - 1 on `threads` threads (0: all), each i once, in no set
 /// order; each i must write only to its own slot. `finished`, if any, receives the number done so
-/// far; calls to it are serialised. The first exception is rethrown.
+/// far; calls to it are serialised. The first exception is rethrown. Within the body of another
+/// loop it works on that loop's threads.
 void parallel_for(int count, int threads, const std::function<void(int)>& body,
                   const std::function<void(int)>& finished = nullptr);
 
-/// The same for bodies that call parallel_for themselves: all loops share the threads of this one.
-/// Each i has a thread of its own, and where no i is left its thread helps with the loops within.
+/// The same for bodies that call parallel_for themselves: each i has a thread of its own, and where
+/// no i is left all threads help with the loops within. A single call stays on the calling thread.
 ///
 /// Threads  loops within that ask for one thread keep to their own.
 void nested_parallel_for(int count, int threads, const std::function<void(int)>& body);

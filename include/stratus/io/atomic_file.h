@@ -4,11 +4,16 @@
 
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 namespace stratus {
 
-/// Calls `write(temporary)` with a path in the same folder, flushes the file to disk (fsync) and
-/// renames it to `path`.
+/// When a file is flushed to disk: before it takes its place, or with others, by flush_files. Until
+/// then a power cut may leave it empty or incomplete, even where it replaced an older one.
+enum class Flush { at_once, later };
+
+/// Calls `write(temporary)` with a path in the same folder, flushes the file to disk (fsync) unless
+/// that is left for later, and renames it to `path`.
 ///
 /// If `write` throws or anything fails, the temporary file is removed, an existing file at `path`
 /// is unchanged, and the caller gets the error. A killed writer leaves a hidden file, which the
@@ -17,6 +22,12 @@ namespace stratus {
 /// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, `path` is a
 ///          directory or device; also for a std::system_error that `write` throws.
 void write_atomically(const std::filesystem::path& path,
-                      const std::function<void(const std::filesystem::path& temporary)>& write);
+                      const std::function<void(const std::filesystem::path& temporary)>& write,
+                      Flush flush = Flush::at_once);
+
+/// Flushes files of one folder to disk, and their names.
+///
+/// Errors   std::runtime_error "PATH: reason".
+void flush_files(const std::vector<std::filesystem::path>& paths);
 
 }  // namespace stratus

@@ -158,20 +158,23 @@ class MuErrors {
 
     /// Were there no errors in the other half, which is no larger.
     double at_least(int samples) {
-        Errors& errors = of_first_half_[samples];
-        if (errors.empty()) errors = errors_of(samples, {probes_.albedos.begin(), half()});
-        return error_quantile(errors, 1 - 2 * (1 - probed_share));
+        return quantile_of_all(probes_, of_first_half(samples), 1 - 2 * (1 - probed_share));
     }
 
     double all(int samples) {
-        at_least(samples);
         Errors errors = errors_of(samples, {half(), probes_.albedos.end()});
-        const Errors& others = of_first_half_[samples];
+        const Errors& others = of_first_half(samples);
         errors.insert(errors.end(), others.begin(), others.end());
-        return error_quantile(errors, probed_share);
+        return quantile_of_all(probes_, std::move(errors), probed_share);
     }
 
   private:
+    const Errors& of_first_half(int samples) {
+        const auto [at, is_new] = of_first_half_.try_emplace(samples);
+        if (is_new) at->second = errors_of(samples, {probes_.albedos.begin(), half()});
+        return at->second;
+    }
+
     /// Where this share's of the first half of all shares' albedos end.
     std::vector<double>::const_iterator half() const {
         return probes_.albedos.begin() +

@@ -356,17 +356,59 @@ Errors errors_of_layers(
     });
     Errors all;
     for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
-    const std::vector<Errors> of_share = gather(probes, all);
-    all.clear();
-    for (const Errors& errors : of_share) all.insert(all.end(), errors.begin(), errors.end());
     return all;
+}
+
+std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists,
+                                     double share) {
+    std::vector<double> counts;
+    for (const Errors& errors : lists) counts.push_back(static_cast<double>(errors.size()));
+    const std::vector<std::vector<double>> counts_of_share = gather(probes, counts);
+    std::vector<std::size_t> places;  // of each list's quantile, among all errors in descending order
+    std::vector<double> largest;
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+        std::size_t count = 0;
+        for (const auto& of_one : counts_of_share) count += static_cast<std::size_t>(of_one[n]);
+        places.push_back(count > 0 ? count - 1 - quantile_place(count, share) : 0);
+        Errors& errors = lists[n];
+        if (places[n] + 1 < errors.size()) {
+            const auto end = errors.begin() + static_cast<std::ptrdiff_t>(places[n] + 1);
+            std::ranges::nth_element(errors, end, std::greater{});
+            errors.erase(end, errors.end());
+        }
+        largest.insert(largest.end(), errors.begin(), errors.end());
+    }
+    const std::vector<std::vector<double>> largest_of_share = gather(probes, largest);
+    std::vector<const double*> next;
+    for (const auto& of_one : largest_of_share) next.push_back(of_one.data());
+    std::vector<double> quantiles;
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+        Errors all;
+        for (std::size_t s = 0; s < next.size(); ++s) {
+            const auto told =
+                std::min(places[n] + 1, static_cast<std::size_t>(counts_of_share[s][n]));
+            all.insert(all.end(), next[s], next[s] + told);
+            next[s] += told;
+        }
+        if (!all.empty())
+            std::ranges::nth_element(
+                all, all.begin() + static_cast<std::ptrdiff_t>(places[n]), std::greater{});
+        quantiles.push_back(all.empty() ? 0 : all[places[n]]);
+    }
+    return quantiles;
+}
+
+double quantile_of_all(const Probes& probes, Errors errors, double share) {
+    std::vector<Errors> alone;
+    alone.push_back(std::move(errors));
+    return quantiles_of_all(probes, std::move(alone), share)[0];
 }
 
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
-    Errors all = errors_of_layers(probes, albedos, depths, measure);
-    return error_quantile(all, probed_share);
+    return quantile_of_all(probes, errors_of_layers(probes, albedos, depths, measure),
+                           probed_share);
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <deque>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <signal.h>
@@ -140,7 +141,8 @@ struct Ranks::State {
         }
         if (count == 1) return of_rank;
         transport->broadcast({reinterpret_cast<char*>(sizes.data()), count * sizeof(std::size_t)});
-        all = share(std::move(all));
+        all.resize(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
+        transport->broadcast(all);
         auto from = all.begin();
         for (std::size_t r = 0; r < count; ++r) {
             const auto to = from + static_cast<std::ptrdiff_t>(sizes[r]);

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <semaphore>
 #include <set>
 #include <signal.h>
 #include <stdexcept>
@@ -139,7 +140,7 @@ struct Ranks::State {
         } else {
             transport->send(0, gathering, bytes);
         }
-        if (count == 1) return of_rank;
+        if (transport->count() == 1) return of_rank;
         transport->broadcast({reinterpret_cast<char*>(sizes.data()), count * sizeof(std::size_t)});
         all.resize(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
         transport->broadcast(all);
@@ -344,7 +345,9 @@ struct Ranks::State {
 
     void run_other(const RankedStage& of_all, int threads) {
         ++stage_number;
-        parallel_for(threads, threads, [&](int slot) {
+        std::counting_semaphore<> may_solve(threads);
+        const int slots = threads + of_all.claimed_ahead;
+        parallel_for(slots, slots, [&](int slot) {
             Head claim{Kind::claim, stage_number, slot};
             std::vector<char> result;
             for (;;) {
@@ -352,7 +355,14 @@ struct Ranks::State {
                 const std::vector<char> answer = await(0, first_slot + slot).bytes;
                 claim.piece = content_of<int>(answer);
                 if (claim.piece == no_piece) return;
-                result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
+                may_solve.acquire();
+                try {
+                    result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
+                } catch (...) {
+                    may_solve.release();
+                    throw;
+                }
+                may_solve.release();
             }
         });
     }

@@ -44,6 +44,8 @@ struct RankedStage {
     std::function<std::vector<char>(int piece)> give;  // may be empty: nothing
     /// A piece so far ahead of the first that is not done waits for it; 0: none waits.
     int most_ahead = 0;
+    /// Pieces that each of the other ranks is given while it still works on those before.
+    int claimed_ahead = 0;
     std::function<bool(int piece)> is_done;
     std::function<void(int piece, std::span<const char> result)> take;
     std::function<void(int done)> progress;

@@ -90,7 +90,7 @@ std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes = 0);
 
-/// As solve_layers, each albedo by one of the shares, on all ranks: of solutions albedo and depth alone.
+/// As solve_layers, on all ranks, each albedo by one of them: of solutions albedo and depth alone.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);

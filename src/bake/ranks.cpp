@@ -124,8 +124,8 @@ struct Ranks::State {
         return bytes;
     }
 
-    std::vector<std::vector<char>> gather(std::span<const char> bytes) {
-        const auto count = static_cast<std::size_t>(transport->count());
+    std::vector<std::vector<char>> gather(std::span<const char> bytes, int from_ranks) {
+        const auto count = static_cast<std::size_t>(from_ranks);
         std::vector<std::vector<char>> of_rank(count);
         std::vector<std::size_t> sizes(count);
         std::vector<char> all;
@@ -137,10 +137,9 @@ struct Ranks::State {
                 sizes[r] = of_rank[r].size();
                 all.insert(all.end(), of_rank[r].begin(), of_rank[r].end());
             }
-        } else {
+        } else if (rank < from_ranks) {
             transport->send(0, gathering, bytes);
         }
-        if (transport->count() == 1) return of_rank;
         transport->broadcast({reinterpret_cast<char*>(sizes.data()), count * sizeof(std::size_t)});
         all.resize(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
         transport->broadcast(all);
@@ -437,7 +436,7 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     : state_(std::make_unique<State>(std::move(transport), std::move(options))) {
     State& state = *state_;
     const State::Place here = State::this_place();
-    for (const std::vector<char>& bytes : state.gather(raw_bytes(here))) {
+    for (const std::vector<char>& bytes : state.gather(raw_bytes(here), count())) {
         const auto place = content_of<State::Place>(bytes);
         state.places.push_back(place);
         state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&
@@ -466,8 +465,8 @@ int Ranks::count() const { return state_->transport->count(); }
 
 std::vector<char> Ranks::share(std::vector<char> bytes) { return state_->share(std::move(bytes)); }
 
-std::vector<std::vector<char>> Ranks::gather(std::span<const char> bytes) {
-    return state_->gather(bytes);
+std::vector<std::vector<char>> Ranks::gather(std::span<const char> bytes, int from_ranks) {
+    return state_->gather(bytes, from_ranks);
 }
 
 void Ranks::run(const RankedStage& stage, int threads) {

@@ -68,8 +68,8 @@ class Ranks {
     /// Rank 0's bytes, on all ranks.
     std::vector<char> share(std::vector<char> bytes);
 
-    /// The bytes of all ranks, by rank, on all of them.
-    std::vector<std::vector<char>> gather(std::span<const char> bytes);
+    /// The bytes of the first so many ranks, by rank, on all ranks; the others' count for nothing.
+    std::vector<std::vector<char>> gather(std::span<const char> bytes, int from_ranks);
 
     /// Has the pieces of a stage solved by all ranks, each on so many threads.
     void run(const RankedStage& stage, int threads);

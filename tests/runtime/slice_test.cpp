@@ -328,13 +328,16 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
         const float numbers[6] = {v.wi.x, v.wi.y, v.wi.z, v.wo.x, v.wo.y, v.wo.z};
         for (int d = 0; d < 6; ++d) xyz[d].push_back(numbers[d]);
     }
-    const auto expect_equal_first = [&](std::size_t some, const auto& one_by_one) {
+    const auto expect_equal_first = [&](std::size_t some, const auto& one_by_one,
+                                        float at_ends = 1e-6f) {
         for (std::size_t i = 0; i < some; ++i) {
+            const bool at_end = directions[i].azimuth == 0 || directions[i].azimuth > 3.14159f;
+            const float within = at_end ? at_ends : 1e-6f;
             const auto expected = one_by_one(i);
             float channel[channels];
             std::memcpy(channel, &expected, sizeof channel);
             for (std::size_t c = 0; c < channels; ++c)
-                EXPECT_NEAR(found[c * some + i], channel[c], 1e-6f * channel[c]) << i;
+                EXPECT_NEAR(found[c * some + i], channel[c], within * channel[c]) << i;
         }
     };
     const auto expect_equal = [&](const auto& one_by_one) {
@@ -346,10 +349,14 @@ void expect_batches_to_agree(const SliceOf<channels>& slice) {
     expect_equal([&](std::size_t i) { return slice.transmission(in[i], out[i], azimuth[i]); });
     const float* const wi[3] = {xyz[0].data(), xyz[1].data(), xyz[2].data()};
     const float* const wo[3] = {xyz[3].data(), xyz[4].data(), xyz[5].data()};
+    // Where vectors have the azimuth 0 or pi, it is known to 5e-4 alone: its cosine is rounded, by
+    // how much is up to the processor. R and T may then differ by 1 % of the tolerance.
+    constexpr float of_rounded_azimuth = 0.01f * 1e-3f;
     for (const std::size_t some : {1u, 15u, 16u, 17u, 255u, 257u, 1003u}) {
         slice.eval(some, wi, wo, found.data());
-        expect_equal_first(some,
-                           [&](std::size_t i) { return slice.eval(vectors[i].wi, vectors[i].wo); });
+        expect_equal_first(
+            some, [&](std::size_t i) { return slice.eval(vectors[i].wi, vectors[i].wo); },
+            of_rounded_azimuth);
     }
     slice.eval(0, wi, wo, nullptr);  // an empty batch
 }

@@ -256,8 +256,9 @@ class TableSolver {
     };
 
     std::string name_of(const Unit& unit) const {
-        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
-                                  std::to_string(unit.first_albedo);
+        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos " +
+                                  std::to_string(unit.first_albedo) + " to " +
+                                  std::to_string(unit.first_albedo + unit.albedo_count - 1);
         return table_.has_family() ? "member " + std::to_string(unit.member) + ", " + piece : piece;
     }
 

@@ -242,8 +242,9 @@ struct Ranks::State {
                 transport->send(message.from, sign, raw_bytes(head.kind));
                 return;
             case Kind::claim:
-                if (head.piece != no_piece) finish_piece(head.piece, bytes);
+                // The other rank waits for its next piece, not for what becomes of the last one.
                 serve({message.from, head.stage, head.slot});
+                if (head.piece != no_piece) finish_piece(head.piece, bytes);
         }
     }
 

@@ -2,6 +2,9 @@
 
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/runtime/number_text.h>
+
+#include "nap.h"
 
 #include <algorithm>
 #include <atomic>
@@ -25,7 +28,7 @@
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds shortest_nap{20}, longest_nap{1000};
+constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{1000};
 
 enum Tag {
     to_first,    // answered by rank 0's thread that serves
@@ -72,17 +75,16 @@ std::vector<char> joined(const Head& head, std::span<const char> bytes) {
 
 bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
 
-/// Sleeps longer and longer while nothing happens.
-class Nap {
+/// Lets one more thread solve, when there is room for it.
+class Turn {
   public:
-    void rest() {
-        std::this_thread::sleep_for(next_);
-        next_ = std::min(2 * next_, longest_nap);
-    }
-    void reset() { next_ = shortest_nap; }
+    explicit Turn(std::counting_semaphore<>& room) : room_(room) { room_.acquire(); }
+    ~Turn() { room_.release(); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
 
   private:
-    std::chrono::microseconds next_ = shortest_nap;
+    std::counting_semaphore<>& room_;
 };
 
 }  // namespace
@@ -107,7 +109,7 @@ struct Ranks::State {
     // ---- all ranks -----------------------------------------------------------------------------
 
     RankMessage await(int from, int tag) {
-        for (Nap nap;; nap.rest())
+        for (Nap nap(longest_of_waiting);; nap.rest())
             if (auto message = transport->receive(from, tag)) return std::move(*message);
     }
 
@@ -268,15 +270,10 @@ struct Ranks::State {
             if (is_watched[r] && !is_alive(places[r].process))
                 return name + " was killed or has crashed";
             if (seconds_since(seen[r]) > options.time_limit)
-                return name + " has given no sign of life for " + text_of_limit() + " s";
+                return name + " has given no sign of life for " +
+                       short_number(options.time_limit, 6) + " s";
         }
         return "";
-    }
-
-    std::string text_of_limit() const {
-        char limit[32];
-        std::snprintf(limit, sizeof limit, "%g", options.time_limit);
-        return limit;
     }
 
     void check_lives() {
@@ -286,7 +283,7 @@ struct Ranks::State {
 
     /// Serves the other ranks, until all have left.
     void serve_all() {
-        for (Nap nap; !all_have_left(); nap.rest())
+        for (Nap nap(longest_of_serving); !all_have_left(); nap.rest())
             while (auto message = transport->receive(-1, to_first)) {
                 handle(*message);
                 nap.reset();
@@ -345,7 +342,7 @@ struct Ranks::State {
 
     void run_other(const RankedStage& of_all, int threads) {
         ++stage_number;
-        std::counting_semaphore<> may_solve(threads);
+        std::counting_semaphore<> room(threads);
         const int slots = threads + of_all.claimed_ahead;
         parallel_for(slots, slots, [&](int slot) {
             Head claim{Kind::claim, stage_number, slot};
@@ -355,14 +352,8 @@ struct Ranks::State {
                 const std::vector<char> answer = await(0, first_slot + slot).bytes;
                 claim.piece = content_of<int>(answer);
                 if (claim.piece == no_piece) return;
-                may_solve.acquire();
-                try {
-                    result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
-                } catch (...) {
-                    may_solve.release();
-                    throw;
-                }
-                may_solve.release();
+                const Turn turn(room);
+                result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
             }
         });
     }
@@ -382,7 +373,7 @@ struct Ranks::State {
             }
             if (seconds_since(heard) > options.time_limit) {
                 std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %s s\n",
-                             text_of_limit().c_str());
+                             short_number(options.time_limit, 6).c_str());
                 transport->abort(1);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));

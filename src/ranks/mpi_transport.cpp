@@ -2,6 +2,8 @@
 // libraries keep a processor busy while they do, and here ranks may have more threads than cores.
 #include <stratus/bake/rank_transport.h>
 
+#include "nap.h"
+
 #include <mpi.h>
 
 #include <algorithm>
@@ -11,12 +13,11 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds shortest_nap{20}, longest_nap{1000};
+constexpr std::chrono::microseconds longest_nap{200};
 
 /// Longer messages go in parts, and no further than while one looks after them.
 constexpr std::size_t most_in_one_go = std::size_t{1} << 12;
@@ -107,15 +108,13 @@ class MpiTransport : public RankTransport {
             const std::lock_guard lock(mutex_);
             request = begin();
         }
-        const auto longest = bytes > most_in_one_go ? shortest_nap : longest_nap;
-        for (auto nap = shortest_nap;; nap = std::min(2 * nap, longest)) {
+        for (Nap nap(bytes > most_in_one_go ? Nap::shortest : longest_nap);; nap.rest()) {
             {
                 const std::lock_guard lock(mutex_);
                 int is_done = 0;
                 MPI_Test(&request, &is_done, MPI_STATUS_IGNORE);
                 if (is_done != 0) return;
             }
-            std::this_thread::sleep_for(nap);
         }
     }
 

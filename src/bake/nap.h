@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 namespace stratus {
 
@@ -13,10 +14,9 @@ class Nap {
 
     explicit Nap(std::chrono::microseconds longest) : longest_(longest) {}
 
-    void rest() {
-        std::this_thread::sleep_for(next_);
-        next_ = std::min(2 * next_, longest_);
-    }
+    void rest() { std::this_thread::sleep_for(next()); }
+    /// How long the next nap is, for who takes it otherwise.
+    std::chrono::microseconds next() { return std::exchange(next_, std::min(2 * next_, longest_)); }
     void reset() { next_ = shortest; }
 
   private:

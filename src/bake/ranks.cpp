@@ -28,7 +28,9 @@
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{1000};
+// A nap takes 20 us of processor time where timers are slow.
+constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{2000};
+constexpr std::chrono::microseconds nap_between_stages{10000};
 
 enum Tag {
     to_first,    // answered by rank 0's thread that serves
@@ -283,11 +285,15 @@ struct Ranks::State {
 
     /// Serves the other ranks, until all have left.
     void serve_all() {
-        for (Nap nap(longest_of_serving); !all_have_left(); nap.rest())
+        for (Nap nap(longest_of_serving); !all_have_left();) {
             while (auto message = transport->receive(-1, to_first)) {
                 handle(*message);
                 nap.reset();
             }
+            std::unique_lock lock(mutex);
+            const bool is_asked = is_leaving || !open.empty() || !running.empty();
+            changed.wait_for(lock, is_asked ? nap.next() : nap_between_stages);
+        }
     }
 
     /// Ends all where one is lost, or a signal comes, whatever the thread that serves waits for.
@@ -321,6 +327,7 @@ struct Ranks::State {
                     open.push_back(piece);
             ++stage_number;
             early.swap(waiting);
+            changed.notify_all();
         }
         for (const Claim& claim : early) serve(claim);
         parallel_for(threads, threads, [&](int) {
@@ -473,8 +480,9 @@ bool Ranks::is_finished() const { return !state_->thread.joinable(); }
 std::vector<RankTally> Ranks::finish() {
     State& state = *state_;
     state.share({});  // rank 0 has all it needs
+    state.is_leaving = true;
+    state.changed.notify_all();
     if (!is_first()) {
-        state.is_leaving = true;
         const RankTally tally = state.tally();
         state.tell_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
     }

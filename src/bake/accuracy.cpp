@@ -44,11 +44,6 @@ double floor_of(const LayerSolution& solution, Values values) {
     return std::max(0.01 * max, min_value);
 }
 
-/// Index of a quantile among `count` values in ascending order.
-std::ptrdiff_t quantile_index(std::size_t count, double share) {
-    return static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(count - 1)));
-}
-
 PointRange range_of(const Table& table) {
     const TableView view = table.view();
     return {view.albedo,
@@ -85,9 +80,14 @@ double transmission_floor(const LayerSolution& solution) {
     });
 }
 
+std::size_t quantile_place(std::size_t count, double share) {
+    return static_cast<std::size_t>(std::ceil(share * static_cast<double>(count - 1)));
+}
+
 double error_quantile(std::vector<double>& errors, double share) {
     if (errors.empty()) return 0;
-    const auto at = errors.begin() + quantile_index(errors.size(), share);
+    const auto at =
+        errors.begin() + static_cast<std::ptrdiff_t>(quantile_place(errors.size(), share));
     std::nth_element(errors.begin(), at, errors.end());
     return *at;
 }
@@ -96,7 +96,7 @@ double error_quantile(std::vector<ErrorSample>& samples, double share) {
     if (samples.empty()) return 0;
     std::sort(samples.begin(), samples.end(),
               [](const ErrorSample& a, const ErrorSample& b) { return a.error < b.error; });
-    return samples.begin()[quantile_index(samples.size(), share)].error;
+    return samples[quantile_place(samples.size(), share)].error;
 }
 
 bool is_peaked(const PhaseFunction& phase_function) { return phase_function(1.0) >= 40; }

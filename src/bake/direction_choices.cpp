@@ -158,20 +158,32 @@ class MuErrors {
 
     /// Were there no errors in the other half, which is no larger.
     double at_least(int samples) {
-        Errors& errors = of_first_half_[samples];
-        if (errors.empty()) errors = errors_of(samples, {probes_.albedos.begin(), half()});
-        return error_quantile(errors, 1 - 2 * (1 - probed_share));
+        const Errors& first = first_half(samples);
+        // A share that has none of these does the others meanwhile: they may be asked for.
+        if (first.empty()) second_half(samples);
+        return quantile_of_all(probes_, first, 1 - 2 * (1 - probed_share));
     }
 
     double all(int samples) {
-        at_least(samples);
-        Errors errors = errors_of(samples, {half(), probes_.albedos.end()});
-        const Errors& others = of_first_half_[samples];
+        Errors errors = second_half(samples);
+        const Errors& others = first_half(samples);
         errors.insert(errors.end(), others.begin(), others.end());
-        return error_quantile(errors, probed_share);
+        return quantile_of_all(probes_, std::move(errors), probed_share);
     }
 
   private:
+    const Errors& first_half(int samples) {
+        const auto [at, is_new] = first_half_.try_emplace(samples);
+        if (is_new) at->second = errors_of(samples, {probes_.albedos.begin(), half()});
+        return at->second;
+    }
+
+    const Errors& second_half(int samples) {
+        const auto [at, is_new] = second_half_.try_emplace(samples);
+        if (is_new) at->second = errors_of(samples, {half(), probes_.albedos.end()});
+        return at->second;
+    }
+
     /// Where this share's of the first half of all shares' albedos end.
     std::vector<double>::const_iterator half() const {
         return probes_.albedos.begin() +
@@ -188,7 +200,7 @@ class MuErrors {
     }
 
     const Probes& probes_;
-    std::map<int, Errors> of_first_half_;
+    std::map<int, Errors> first_half_, second_half_;  // of each candidate
 };
 
 /// Places between samples: no candidate has a sample at one of these. Half of them lie evenly in

@@ -6,6 +6,7 @@
 #include "choices.h"
 #include "family_section.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace stratus {
@@ -27,8 +28,9 @@ ProbedLayers solve_between(const Probes& probes) {
 double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t last) {
     const ProbedLayers& layers = probed_layers(probes);
     const double length = probes.extrapolation_length;
-    const auto error_at = [&](const ProbedLayers& deeper, std::size_t depth) {
-        return measure_layers(
+    std::vector<Errors> at_depths;
+    const auto measure = [&](const ProbedLayers& deeper, std::size_t depth) {
+        at_depths.push_back(errors_of_layers(
             probes, layers.size(), 1, [&](std::size_t a, std::size_t, Errors& errors) {
                 const ProbedLayer& target = deeper[a][depth];
                 const double k = probes.exponents[a];
@@ -44,12 +46,14 @@ double infinity_error(Probes& probes, const ProbedLayers& between, std::size_t l
                 blend.transmission[0] = ratio(transmission_scale(tau, k, length),
                                               transmission_scale(tau_last, k, length));
                 add_blend_errors(probes.recipe, target, probes.directions, blend, errors);
-            });
+            }));
     };
-    double worst = error_at(between, last);
-    for (std::size_t depth = last + 1; depth < between[0].size(); ++depth)
-        worst = std::max({worst, error_at(layers, depth), error_at(between, depth)});
-    return worst;
+    measure(between, last);
+    for (std::size_t depth = last + 1; depth < between[0].size(); ++depth) {
+        measure(layers, depth);
+        measure(between, depth);
+    }
+    return std::ranges::max(quantiles_of_all(probes, std::move(at_depths), probed_share));
 }
 
 /// Layers at up to `fine` depths an octave, solved when a candidate needs them: its own samples are

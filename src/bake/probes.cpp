@@ -120,6 +120,10 @@ std::size_t chunk_of(std::size_t albedos, const SolverOptions& solver) {
     return best;
 }
 
+int chunk_count(std::size_t albedos, std::size_t chunk) {
+    return static_cast<int>((albedos + chunk - 1) / chunk);
+}
+
 std::vector<ProbedLayers> solve_ladders_with(SolverOptions solver, const Probes& probes,
                                              const std::vector<double>& albedos,
                                              const std::vector<DepthLadder>& ladders,
@@ -127,7 +131,7 @@ std::vector<ProbedLayers> solve_ladders_with(SolverOptions solver, const Probes&
     solver.exact_fluxes = false;  // no choice is measured on them
     const Recipe& recipe = probes.recipe;
     const std::size_t chunk = chunk_of(albedos.size(), solver);
-    const std::size_t chunks = (albedos.size() + chunk - 1) / chunk;
+    const auto chunks = static_cast<std::size_t>(chunk_count(albedos.size(), chunk));
     std::vector<ProbedLayers> layers(ladders.size(), ProbedLayers(albedos.size()));
     parallel_for(static_cast<int>(ladders.size() * chunks), probes.options.threads, [&](int n) {
         stop_if_asked(probes.options.log);
@@ -175,17 +179,19 @@ std::vector<double> every(Share share, const std::vector<double>& albedos) {
     return some;
 }
 
+/// The numbers of the first so many ranks.
+std::vector<std::vector<double>> gather(const WorkLog& log, const std::vector<double>& numbers,
+                                        int from_ranks) {
+    if (log.ranks == nullptr) return {numbers};
+    std::vector<std::vector<double>> of_rank;
+    for (const std::vector<char>& bytes : log.ranks->gather(bytes_of(numbers), from_ranks))
+        of_rank.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
+    return of_rank;
+}
+
 /// The numbers of all shares, by share.
 std::vector<std::vector<double>> gather(const Probes& probes, const std::vector<double>& numbers) {
-    Ranks* const ranks = probes.options.log.ranks;
-    if (ranks == nullptr) return {numbers};
-    const bool counts = ranks->rank() < probes.shares;
-    std::vector<std::vector<double>> of_share;
-    for (const std::vector<char>& bytes :
-         ranks->gather(counts ? bytes_of(numbers) : std::span<const char>{}))
-        of_share.push_back(numbers_in<double>(bytes, "a probe", bytes.size() / sizeof(double)));
-    of_share.resize(static_cast<std::size_t>(probes.shares));
-    return of_share;
+    return gather(probes.options.log, numbers, probes.shares);
 }
 
 /// Lists the numbers of a layer that solve_layers_together has, with room for what list(number) sets.
@@ -287,23 +293,26 @@ std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes) {
-    if (probes.shares == 1) return solve_layers(probes, albedos, ladder, directions, most_modes);
+    const WorkLog& log = probes.options.log;
+    if (albedos.empty() || log.ranks == nullptr || log.ranks->count() == 1)
+        return solve_layers(probes, albedos, ladder, directions, most_modes);
     const SolverOptions solver = solver_of_first(probes, most_modes);
-    ProbedLayers layers = solve_layers_with(solver, probes, albedos, ladder, directions,
-                                            {probes.share, probes.shares});
+    const std::size_t chunk = chunk_of(albedos.size(), solver);
+    const Share share{log.ranks->rank(),
+                      std::min(log.ranks->count(), chunk_count(albedos.size(), chunk))};
+    ProbedLayers layers = solve_layers_with(solver, probes, albedos, ladder, directions, share);
     std::vector<double> numbers;
     for (auto& of_albedo : layers)
         for (ProbedLayer& layer : of_albedo)
             list_numbers(layer, [&](double& number) { numbers.push_back(number); });
-    const std::vector<std::vector<double>> of_share = gather(probes, numbers);
+    const std::vector<std::vector<double>> of_rank = gather(log, numbers, share.count);
     std::vector<const double*> next;
-    for (const std::vector<double>& of_one : of_share) next.push_back(of_one.data());
-    const std::size_t chunk = chunk_of(albedos.size(), solver),
-                      depths = static_cast<std::size_t>(ladder.octaves) + ladder.to_infinity;
+    for (const std::vector<double>& of_one : of_rank) next.push_back(of_one.data());
+    const std::size_t depths = static_cast<std::size_t>(ladder.octaves) + ladder.to_infinity;
     for (std::size_t a = 0; a < albedos.size(); ++a) {
         layers[a].resize(depths);
         for (ProbedLayer& layer : layers[a]) {
-            const double*& from = next[a / chunk % of_share.size()];
+            const double*& from = next[a / chunk % of_rank.size()];
             list_numbers(layer, [&](double& number) { number = *from++; });
         }
     }
@@ -356,17 +365,59 @@ Errors errors_of_layers(
     });
     Errors all;
     for (const Errors& errors : of_layer) all.insert(all.end(), errors.begin(), errors.end());
-    const std::vector<Errors> of_share = gather(probes, all);
-    all.clear();
-    for (const Errors& errors : of_share) all.insert(all.end(), errors.begin(), errors.end());
     return all;
+}
+
+std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists,
+                                     double share) {
+    std::vector<double> counts;
+    for (const Errors& errors : lists) counts.push_back(static_cast<double>(errors.size()));
+    const std::vector<std::vector<double>> counts_of_share = gather(probes, counts);
+    std::vector<std::size_t> places;  // of each list's quantile, among all errors in descending order
+    std::vector<double> largest;
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+        std::size_t count = 0;
+        for (const auto& of_one : counts_of_share) count += static_cast<std::size_t>(of_one[n]);
+        places.push_back(count > 0 ? count - 1 - quantile_place(count, share) : 0);
+        Errors& errors = lists[n];
+        if (places[n] + 1 < errors.size()) {
+            const auto end = errors.begin() + static_cast<std::ptrdiff_t>(places[n] + 1);
+            std::ranges::nth_element(errors, end, std::greater{});
+            errors.erase(end, errors.end());
+        }
+        largest.insert(largest.end(), errors.begin(), errors.end());
+    }
+    const std::vector<std::vector<double>> largest_of_share = gather(probes, largest);
+    std::vector<const double*> next;
+    for (const auto& of_one : largest_of_share) next.push_back(of_one.data());
+    std::vector<double> quantiles;
+    for (std::size_t n = 0; n < lists.size(); ++n) {
+        Errors all;
+        for (std::size_t s = 0; s < next.size(); ++s) {
+            const auto told =
+                std::min(places[n] + 1, static_cast<std::size_t>(counts_of_share[s][n]));
+            all.insert(all.end(), next[s], next[s] + told);
+            next[s] += told;
+        }
+        if (!all.empty())
+            std::ranges::nth_element(
+                all, all.begin() + static_cast<std::ptrdiff_t>(places[n]), std::greater{});
+        quantiles.push_back(all.empty() ? 0 : all[places[n]]);
+    }
+    return quantiles;
+}
+
+double quantile_of_all(const Probes& probes, Errors errors, double share) {
+    std::vector<Errors> alone;
+    alone.push_back(std::move(errors));
+    return quantiles_of_all(probes, std::move(alone), share)[0];
 }
 
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure) {
-    Errors all = errors_of_layers(probes, albedos, depths, measure);
-    return error_quantile(all, probed_share);
+    return quantile_of_all(probes, errors_of_layers(probes, albedos, depths, measure),
+                           probed_share);
 }
 
 void add_blend_errors(const Recipe& recipe, const ProbedLayer& expected,

@@ -90,7 +90,7 @@ std::vector<ProbedLayers> solve_ladders(const Probes& probes, const std::vector<
                                         const std::vector<DepthLadder>& ladders,
                                         const DirectionGrid& directions, int most_modes = 0);
 
-/// As solve_layers, each albedo by one of the shares, on all ranks: of solutions albedo and depth alone.
+/// As solve_layers, on all ranks, each albedo by one of them: of solutions albedo and depth alone.
 ProbedLayers solve_layers_together(const Probes& probes, const std::vector<double>& albedos,
                                    const DepthLadder& ladder, const DirectionGrid& directions,
                                    int most_modes);
@@ -115,13 +115,17 @@ using Errors = std::vector<double>;
 /// The share of the probed values that must be within a choice's limit.
 constexpr double probed_share = 0.999;
 
-/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, of all
-/// shares.
+/// The errors that measure(albedo, depth, errors) adds for all albedos and depths, this share's.
 Errors errors_of_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);
 
-/// What 99.9 % of them are within.
+/// error_quantile of the errors of all shares, list by list. Ranks tell each other no more than the
+/// largest of theirs.
+std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> lists, double share);
+double quantile_of_all(const Probes& probes, Errors errors, double share);
+
+/// What 99.9 % of the errors of all shares are within.
 double measure_layers(
     const Probes& probes, std::size_t albedos, std::size_t depths,
     const std::function<void(std::size_t albedo, std::size_t depth, Errors& errors)>& measure);

@@ -15,12 +15,12 @@ namespace stratus {
 namespace {
 
 // Assumed of the machines and of the network between them.
-constexpr double bytes_a_second = 1e9;               // that rank 0 receives and keeps, or gives
-constexpr double seconds_a_message = 20e-6;          // of rank 0's time
-constexpr double seconds_a_claim = 0.5e-3;           // until a claim is answered
-constexpr double bytes_deflated_a_second = 9e7;      // by one thread
-constexpr double share_of_choosing_repeated = 0.25;  // by every rank
-constexpr int gatherings = 40;                       // of all ranks, while they choose
+constexpr double bytes_a_second = 1e9;              // that rank 0 receives and keeps, or gives
+constexpr double seconds_a_message = 20e-6;         // of rank 0's time
+constexpr double seconds_a_claim = 0.5e-3;          // until a claim is answered
+constexpr double bytes_deflated_a_second = 9e7;     // by one thread
+constexpr double share_of_choosing_repeated = 0.1;  // by every rank
+constexpr int gatherings = 90;                      // of the ranks that choose
 
 /// Seconds until all pieces are done, each by the first worker that is free.
 double seconds_of(const std::vector<double>& pieces, int workers) {
@@ -62,7 +62,7 @@ RankedTime predict_on_ranks(const Forecast& forecast, int ranks, int threads) {
     const int sharing = std::min(ranks * threads, work.probed_albedos);
     const int most = (work.probed_albedos + sharing - 1) / sharing;  // albedos of one of them
     const double messages =
-        ranks == 1 ? 0 : gatherings * (seconds_a_claim + ranks * seconds_a_message);
+        ranks == 1 ? 0 : gatherings * (seconds_a_claim + sharing * seconds_a_message);
     const double share = static_cast<double>(most) / work.probed_albedos;
     const double repeated = ranks == 1 ? 0 : share_of_choosing_repeated;
     const Stage choosing{

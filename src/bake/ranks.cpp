@@ -2,6 +2,9 @@
 
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/runtime/number_text.h>
+
+#include "nap.h"
 
 #include <algorithm>
 #include <atomic>
@@ -12,7 +15,9 @@
 #include <cstring>
 #include <deque>
 #include <mutex>
+#include <numeric>
 #include <optional>
+#include <semaphore>
 #include <set>
 #include <signal.h>
 #include <stdexcept>
@@ -23,7 +28,9 @@
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds shortest_nap{20}, longest_nap{1000};
+// A nap takes 20 us of processor time where timers are slow.
+constexpr std::chrono::microseconds longest_of_waiting{200}, longest_of_serving{2000};
+constexpr std::chrono::microseconds nap_between_stages{10000};
 
 enum Tag {
     to_first,    // answered by rank 0's thread that serves
@@ -70,17 +77,16 @@ std::vector<char> joined(const Head& head, std::span<const char> bytes) {
 
 bool is_alive(pid_t process) { return ::kill(process, 0) == 0 || errno != ESRCH; }
 
-/// Sleeps longer and longer while nothing happens.
-class Nap {
+/// Lets one more thread solve, when there is room for it.
+class Turn {
   public:
-    void rest() {
-        std::this_thread::sleep_for(next_);
-        next_ = std::min(2 * next_, longest_nap);
-    }
-    void reset() { next_ = shortest_nap; }
+    explicit Turn(std::counting_semaphore<>& room) : room_(room) { room_.acquire(); }
+    ~Turn() { room_.release(); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
 
   private:
-    std::chrono::microseconds next_ = shortest_nap;
+    std::counting_semaphore<>& room_;
 };
 
 }  // namespace
@@ -105,7 +111,7 @@ struct Ranks::State {
     // ---- all ranks -----------------------------------------------------------------------------
 
     RankMessage await(int from, int tag) {
-        for (Nap nap;; nap.rest())
+        for (Nap nap(longest_of_waiting);; nap.rest())
             if (auto message = transport->receive(from, tag)) return std::move(*message);
     }
 
@@ -122,8 +128,8 @@ struct Ranks::State {
         return bytes;
     }
 
-    std::vector<std::vector<char>> gather(std::span<const char> bytes) {
-        const auto count = static_cast<std::size_t>(transport->count());
+    std::vector<std::vector<char>> gather(std::span<const char> bytes, int from_ranks) {
+        const auto count = static_cast<std::size_t>(from_ranks);
         std::vector<std::vector<char>> of_rank(count);
         std::vector<std::size_t> sizes(count);
         std::vector<char> all;
@@ -135,12 +141,12 @@ struct Ranks::State {
                 sizes[r] = of_rank[r].size();
                 all.insert(all.end(), of_rank[r].begin(), of_rank[r].end());
             }
-        } else {
+        } else if (rank < from_ranks) {
             transport->send(0, gathering, bytes);
         }
-        if (count == 1) return of_rank;
         transport->broadcast({reinterpret_cast<char*>(sizes.data()), count * sizeof(std::size_t)});
-        all = share(std::move(all));
+        all.resize(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
+        transport->broadcast(all);
         auto from = all.begin();
         for (std::size_t r = 0; r < count; ++r) {
             const auto to = from + static_cast<std::ptrdiff_t>(sizes[r]);
@@ -240,8 +246,9 @@ struct Ranks::State {
                 transport->send(message.from, sign, raw_bytes(head.kind));
                 return;
             case Kind::claim:
-                if (head.piece != no_piece) finish_piece(head.piece, bytes);
+                // The other rank waits for its next piece, not for what becomes of the last one.
                 serve({message.from, head.stage, head.slot});
+                if (head.piece != no_piece) finish_piece(head.piece, bytes);
         }
     }
 
@@ -265,15 +272,10 @@ struct Ranks::State {
             if (is_watched[r] && !is_alive(places[r].process))
                 return name + " was killed or has crashed";
             if (seconds_since(seen[r]) > options.time_limit)
-                return name + " has given no sign of life for " + text_of_limit() + " s";
+                return name + " has given no sign of life for " +
+                       short_number(options.time_limit, 6) + " s";
         }
         return "";
-    }
-
-    std::string text_of_limit() const {
-        char limit[32];
-        std::snprintf(limit, sizeof limit, "%g", options.time_limit);
-        return limit;
     }
 
     void check_lives() {
@@ -283,11 +285,15 @@ struct Ranks::State {
 
     /// Serves the other ranks, until all have left.
     void serve_all() {
-        for (Nap nap; !all_have_left(); nap.rest())
+        for (Nap nap(longest_of_serving); !all_have_left();) {
             while (auto message = transport->receive(-1, to_first)) {
                 handle(*message);
                 nap.reset();
             }
+            std::unique_lock lock(mutex);
+            const bool is_asked = is_leaving || !open.empty() || !running.empty();
+            changed.wait_for(lock, is_asked ? nap.next() : nap_between_stages);
+        }
     }
 
     /// Ends all where one is lost, or a signal comes, whatever the thread that serves waits for.
@@ -321,6 +327,7 @@ struct Ranks::State {
                     open.push_back(piece);
             ++stage_number;
             early.swap(waiting);
+            changed.notify_all();
         }
         for (const Claim& claim : early) serve(claim);
         parallel_for(threads, threads, [&](int) {
@@ -342,7 +349,9 @@ struct Ranks::State {
 
     void run_other(const RankedStage& of_all, int threads) {
         ++stage_number;
-        parallel_for(threads, threads, [&](int slot) {
+        std::counting_semaphore<> room(threads);
+        const int slots = threads + of_all.claimed_ahead;
+        parallel_for(slots, slots, [&](int slot) {
             Head claim{Kind::claim, stage_number, slot};
             std::vector<char> result;
             for (;;) {
@@ -350,6 +359,7 @@ struct Ranks::State {
                 const std::vector<char> answer = await(0, first_slot + slot).bytes;
                 claim.piece = content_of<int>(answer);
                 if (claim.piece == no_piece) return;
+                const Turn turn(room);
                 result = solve(of_all, claim.piece, std::span(answer).subspan(sizeof(int)));
             }
         });
@@ -370,7 +380,7 @@ struct Ranks::State {
             }
             if (seconds_since(heard) > options.time_limit) {
                 std::fprintf(stderr, "stratus: rank 0 has given no sign of life for %s s\n",
-                             text_of_limit().c_str());
+                             short_number(options.time_limit, 6).c_str());
                 transport->abort(1);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(is_leaving ? 1 : 20));
@@ -425,7 +435,7 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, RanksOptions options)
     : state_(std::make_unique<State>(std::move(transport), std::move(options))) {
     State& state = *state_;
     const State::Place here = State::this_place();
-    for (const std::vector<char>& bytes : state.gather(raw_bytes(here))) {
+    for (const std::vector<char>& bytes : state.gather(raw_bytes(here), count())) {
         const auto place = content_of<State::Place>(bytes);
         state.places.push_back(place);
         state.is_watched.push_back(std::strcmp(place.machine, here.machine) == 0 &&
@@ -454,8 +464,8 @@ int Ranks::count() const { return state_->transport->count(); }
 
 std::vector<char> Ranks::share(std::vector<char> bytes) { return state_->share(std::move(bytes)); }
 
-std::vector<std::vector<char>> Ranks::gather(std::span<const char> bytes) {
-    return state_->gather(bytes);
+std::vector<std::vector<char>> Ranks::gather(std::span<const char> bytes, int from_ranks) {
+    return state_->gather(bytes, from_ranks);
 }
 
 void Ranks::run(const RankedStage& stage, int threads) {
@@ -470,8 +480,9 @@ bool Ranks::is_finished() const { return !state_->thread.joinable(); }
 std::vector<RankTally> Ranks::finish() {
     State& state = *state_;
     state.share({});  // rank 0 has all it needs
+    state.is_leaving = true;
+    state.changed.notify_all();
     if (!is_first()) {
-        state.is_leaving = true;
         const RankTally tally = state.tally();
         state.tell_first({Kind::leaving, 0, 0, no_piece, tally.pieces, tally.seconds});
     }

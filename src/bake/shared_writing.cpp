@@ -10,6 +10,7 @@ namespace {
 RankedStage deflating() {
     RankedStage stage;
     stage.solve = [](int, std::span<const char> given) { return deflate_part(given); };
+    stage.claimed_ahead = 1;
     return stage;
 }
 

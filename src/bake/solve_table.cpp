@@ -27,8 +27,9 @@ namespace stratus {
 
 namespace {
 
-/// Albedos that one run of the solver works on at once.
-constexpr int albedos_at_once = 8;
+/// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where
+/// modes are many four do as well with two modes at a time, and fewer lanes idle in the last run.
+std::size_t albedos_at_once(int modes) { return modes >= 16 ? 4 : 8; }
 
 /// Drops the last bits of samples, which the tolerance does not need, so that files compress well;
 /// costs a thousandth of the tolerance.
@@ -205,12 +206,12 @@ class TableSolver {
 
     std::vector<Unit> divide_work() const {
         const std::size_t albedos = table_.albedo.values.size();
+        const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
         std::vector<Unit> units;
         for (std::size_t member = 0; member < members_.size(); ++member)
-            for (std::size_t first = 0; first < albedos; first += albedos_at_once)
+            for (std::size_t first = 0; first < albedos; first += at_once)
                 for (int run = 0; run < runs(); ++run)
-                    units.push_back({member, run, first,
-                                     std::min<std::size_t>(albedos_at_once, albedos - first)});
+                    units.push_back({member, run, first, std::min(at_once, albedos - first)});
         return units;
     }
 
@@ -255,8 +256,9 @@ class TableSolver {
     };
 
     std::string name_of(const Unit& unit) const {
-        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos from " +
-                                  std::to_string(unit.first_albedo);
+        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos " +
+                                  std::to_string(unit.first_albedo) + " to " +
+                                  std::to_string(unit.first_albedo + unit.albedo_count - 1);
         return table_.has_family() ? "member " + std::to_string(unit.member) + ", " + piece : piece;
     }
 

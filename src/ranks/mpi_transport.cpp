@@ -2,6 +2,8 @@
 // libraries keep a processor busy while they do, and here ranks may have more threads than cores.
 #include <stratus/bake/rank_transport.h>
 
+#include "nap.h"
+
 #include <mpi.h>
 
 #include <algorithm>
@@ -11,12 +13,14 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 namespace stratus {
 namespace {
 
-constexpr std::chrono::microseconds shortest_nap{20}, longest_nap{1000};
+constexpr std::chrono::microseconds longest_nap{200};
+
+/// Longer messages go in parts, and no further than while one looks after them.
+constexpr std::size_t most_in_one_go = std::size_t{1} << 12;
 
 /// MPI counts in int.
 constexpr std::size_t most_at_once = std::size_t{1} << 28;
@@ -45,7 +49,7 @@ class MpiTransport : public RankTransport {
         if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
             throw std::runtime_error("a message of " + std::to_string(bytes.size()) +
                                      " bytes is too long for MPI");
-        await([&] {
+        await(bytes.size(), [&] {
             MPI_Request request = MPI_REQUEST_NULL;
             MPI_Isend(bytes.data(), static_cast<int>(bytes.size()), MPI_CHAR, to, tag,
                       MPI_COMM_WORLD, &request);
@@ -68,7 +72,7 @@ class MpiTransport : public RankTransport {
             received.from = status.MPI_SOURCE;
             received.bytes.resize(static_cast<std::size_t>(size));
         }
-        await([&] {
+        await(received.bytes.size(), [&] {
             MPI_Request request = MPI_REQUEST_NULL;
             MPI_Imrecv(received.bytes.data(), static_cast<int>(received.bytes.size()), MPI_CHAR,
                        &message, &request);
@@ -81,7 +85,7 @@ class MpiTransport : public RankTransport {
         for (std::size_t first = 0; first < bytes.size(); first += most_at_once) {
             const std::span<char> some =
                 bytes.subspan(first, std::min(most_at_once, bytes.size() - first));
-            await([&] {
+            await(some.size(), [&] {
                 MPI_Request request = MPI_REQUEST_NULL;
                 MPI_Ibcast(some.data(), static_cast<int>(some.size()), MPI_CHAR, 0, MPI_COMM_WORLD,
                            &request);
@@ -96,22 +100,21 @@ class MpiTransport : public RankTransport {
     }
 
   private:
-    /// Waits for what begin() has begun.
+    /// Waits for what begin() has begun, with so many bytes.
     template <class Begin>
-    void await(const Begin& begin) {
+    void await(std::size_t bytes, const Begin& begin) {
         MPI_Request request = MPI_REQUEST_NULL;
         {
             const std::lock_guard lock(mutex_);
             request = begin();
         }
-        for (auto nap = shortest_nap;; nap = std::min(2 * nap, longest_nap)) {
+        for (Nap nap(bytes > most_in_one_go ? Nap::shortest : longest_nap);; nap.rest()) {
             {
                 const std::lock_guard lock(mutex_);
                 int is_done = 0;
                 MPI_Test(&request, &is_done, MPI_STATUS_IGNORE);
                 if (is_done != 0) return;
             }
-            std::this_thread::sleep_for(nap);
         }
     }
 

@@ -8,7 +8,7 @@ phase_function = "henyey_greenstein:g=0.5"
 second_phase_function = "isotropic"
 mixture = { min = 0.0, max = 1.0 }
 tolerance = 0.1
-optical_depth = { min = 0.5, max = 1.0 }
+optical_depth = { min = 0.5, max = inf }
 albedo = { min = 0.8, max = 0.9 }
 [discretisation]
 mu_samples = 6
@@ -26,7 +26,8 @@ optical_depth = 1.0
 RECIPE
 
 # without mpirun nothing changes, whether the plugin is there or not
-expect_ok bake small.toml --accept -o whole.h5 --quiet
+expect_ok bake small.toml --accept -o whole.h5
+grep 'of probes' "$err" >choices || fail 'no choices are told'
 expect_ok bake stack.toml --accept -o stack.h5 --quiet
 # samples go through the disk, but where there is a picture to be made
 expect_ok bake small.toml --accept -o in_memory.h5 --exr in_memory.exr --quiet
@@ -49,9 +50,10 @@ on_ranks() { # on_ranks COUNT ARGS...: leaves its exit code
 }
 
 for count in 1 2 3 5; do
-    on_ranks $count "$stratus" bake small.toml --accept -o t.h5 --threads $((count % 2 + 1)) --quiet
+    on_ranks $count "$stratus" bake small.toml --accept -o t.h5 --threads $((count % 2 + 1))
     [ $code -eq 0 ] || fail "exit code $code on $count ranks"
     expect_same t.h5 whole.h5
+    grep 'of probes' "$err" | cmp -s - choices || fail "$count ranks choose by other errors than one process"
     [ ! -e t.h5.checkpoint ] || fail 'the checkpoint is left over'
 done
 on_ranks 2 "$stratus" bake stack.toml --accept -o t.h5 --quiet

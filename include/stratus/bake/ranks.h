@@ -44,6 +44,8 @@ struct RankedStage {
     std::function<std::vector<char>(int piece)> give;  // may be empty: nothing
     /// A piece so far ahead of the first that is not done waits for it; 0: none waits.
     int most_ahead = 0;
+    /// Pieces that each of the other ranks is given while it still works on those before.
+    int claimed_ahead = 0;
     std::function<bool(int piece)> is_done;
     std::function<void(int piece, std::span<const char> result)> take;
     std::function<void(int done)> progress;
@@ -66,8 +68,8 @@ class Ranks {
     /// Rank 0's bytes, on all ranks.
     std::vector<char> share(std::vector<char> bytes);
 
-    /// The bytes of all ranks, by rank, on all of them.
-    std::vector<std::vector<char>> gather(std::span<const char> bytes);
+    /// The bytes of the first so many ranks, by rank, on all ranks; the others' count for nothing.
+    std::vector<std::vector<char>> gather(std::span<const char> bytes, int from_ranks);
 
     /// Has the pieces of a stage solved by all ranks, each on so many threads.
     void run(const RankedStage& stage, int threads);

@@ -287,9 +287,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
     side.view.symmetric = refined.symmetric;
     side.view.columns = refined.columns;
     side.view.azimuths = refined.azimuths;
-    side.view.mu_in = refined.mu_in;
-    side.view.mu_out = refined.mu_out;
-    side.view.azimuth = refined.azimuth;
+    side.view.places = refined.places;
 }
 
 template <int channels>

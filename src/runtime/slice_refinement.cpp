@@ -84,10 +84,12 @@ struct AzimuthPlaces {
     }
 };
 
-/// How lookups find places at which samples lie `step` apart.
-SlicePlaces slice_places(double first, double step, int intervals) {
-    return {static_cast<float>(first), step > 0 ? static_cast<float>(1 / step) : 0,
-            static_cast<float>(intervals) * (1 - 1e-6f)};
+/// How lookups find places along an axis whose samples lie `step` apart.
+void set_axis(SlicePlaces& places, int axis, double first, double step, int intervals) {
+    const double scale = step > 0 ? 1 / step : 0;
+    places.scale[axis] = static_cast<float>(scale);
+    places.offset[axis] = static_cast<float>(-first * scale);
+    places.last[axis] = static_cast<float>(intervals) * (1 - 1e-6f);
 }
 
 /// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
@@ -359,7 +361,7 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1], max_along_mu));
     const AzimuthPlaces around(table.azimuth,
                                intervals(table.azimuth, error[2], max_along_azimuth));
-    RefinedSamples refined;
+    RefinedSamples refined{};
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + 1;
     refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 1;
@@ -370,10 +372,10 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
     for (std::size_t c = 0; c < refinements.size(); ++c)
         refinements[c].write(in, out, around, stride, refined.sample.data() + c);
-    refined.mu_in = slice_places(in.first, in.step, in.intervals);
-    refined.mu_out = slice_places(out.first, out.step, out.intervals);
-    refined.azimuth = slice_places(around.first, (around.last - around.first) / around.intervals,
-                                   around.intervals);
+    set_axis(refined.places, 0, in.first, in.step, in.intervals);
+    set_axis(refined.places, 1, out.first, out.step, out.intervals);
+    set_axis(refined.places, 2, around.first, (around.last - around.first) / around.intervals,
+             around.intervals);
     return refined;
 }
 

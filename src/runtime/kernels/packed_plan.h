@@ -27,18 +27,27 @@ struct Plan {
     int next_mu[width];                         // rows of functions to the next mu
 };
 
-/// A coordinate on an axis: the sample before it, and the first of the cubic's.
+/// Two coordinates on their axes: the sample before each, the first of its cubic's, and the way from
+/// there.
 template <class F>
-struct CubicPlace {
-    F cell, first;
+struct CubicPlaces {
+    Pair<F> cell, first, way;
 };
 
 template <class F>
-STRATUS_INLINE CubicPlace<F> cubic_place(const PackedAxis& axis, F coordinate, F* weight) {
-    const F place = clamped((coordinate - axis.first) * axis.inverse_step, 0, axis.last);
-    const F cell = whole(place), first = clamped(cell - 1.0f, 0, axis.last - 3);
-    cubic_weights(place - first, weight);
-    return {cell, first};
+STRATUS_INLINE CubicPlaces<F> cubic_places(const PackedAxis& a, const PackedAxis& b,
+                                           const Pair<F>& coordinate) {
+    const auto of_axes = [&](float PackedAxis::*number) {
+        return Pair<F>(F(a.*number), F(b.*number));
+    };
+    const Pair<F> last = of_axes(&PackedAxis::last);
+    const Pair<F> along =
+        (coordinate - of_axes(&PackedAxis::first)) * of_axes(&PackedAxis::inverse_step);
+    const Pair<F> place = each([](auto x, auto end) { return clamped(x, 0.0f, end); }, along, last);
+    const Pair<F> cell = each([](auto x) { return whole(x); }, place);
+    const Pair<F> first =
+        each([](auto x, auto end) { return clamped(x - 1.0f, 0.0f, end - 3.0f); }, cell, last);
+    return {cell, first, place - first};
 }
 
 constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
@@ -57,14 +66,16 @@ template <class F>
 STRATUS_INLINE LayerWindow<F> layer_window(const PackedSide& side, F co_albedo, F depth) {
     LayerWindow<F> at;
     const F root = square_root(maximum(co_albedo, 0.0f));
-    const CubicPlace<F> in_albedo = cubic_place(
-        side.albedo, (side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f, at.of_albedo);
     at.within = clamped(depth, 1e-30f, side.max_depth);
-    const CubicPlace<F> in_depth =
-        cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);
-    at.first_albedo = in_albedo.first;
-    at.first_depth = in_depth.first;
-    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
+    const CubicPlaces<F> places =
+        cubic_places(side.albedo, side.optical_depth,
+                     Pair<F>((side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f,
+                             binary_logarithm(at.within)));
+    cubic_weights(places.way.first(), at.of_albedo);
+    cubic_weights(places.way.second(), at.of_depth);
+    at.first_albedo = places.first.first();
+    at.first_depth = places.first.second();
+    at.cell = places.cell.first() * (side.optical_depth.last + 1) + places.cell.second();
     F exponent(0.0f);
     for (int l = 0; l < stencil_size; ++l)
         exponent = exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l,
@@ -85,9 +96,10 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo,
                                                const LightPathOf<F>& path) {
     const ReflectedPath<F> directions(path);
     const F exponent = layers.diffusion_exponent;
+    const Pair<F> depths = directions.depths(depth);
     Attenuation<F> of[4];
-    attenuate({directions.depth_in(depth), directions.depth_out(depth),
-               exponent * (2 * side.extrapolation_length), exponent * layers.within * 2.0f},
+    attenuate({depths.first(), depths.second(), exponent * (2 * side.extrapolation_length),
+               exponent * layers.within * 2.0f},
               of);
     const auto& [in, out, length, deep] = of;
     const BothWays<F> both = both_ways(in, out);
@@ -99,8 +111,7 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo,
                             clamped(albedo, side.min_albedo, side.max_albedo)};
     if (!side.over_surface) return {single, F(1.0f)};
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
-    const F thinnest = attenuation(directions.depth_in(side.min_depth)).extinguished +
-                       attenuation(directions.depth_out(side.min_depth)).extinguished;
+    const F thinnest = sum(attenuations(directions.depths(side.min_depth)).extinguished);
     return {single, minimum((in.extinguished + out.extinguished) * reciprocal(thinnest), 1.0f)};
 }
 
@@ -172,14 +183,13 @@ template <bool azimuthal, class F>
 STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
                                                    const LightPathOf<F>& path, F azimuth) {
     DirectionWindow<F> at{};
-    F in = mu_angle(path.mu_in) * -1.0f, out = mu_angle(path.mu_out) * -1.0f;
-    if (side.symmetric) {
-        const F higher = maximum(in, out);
-        out = minimum(in, out);
-        in = higher;
-    }
-    at.mu = cubic_place(side.mu_in, in, at.of_mu).first;
-    at.other_mu = cubic_place(side.mu_out, out, at.of_other).first;
+    Pair<F> angles = each([](auto mu) { return mu_angle(mu) * -1.0f; }, path.mu);
+    if (side.symmetric) angles = higher_first(angles);
+    const CubicPlaces<F> places = cubic_places(side.mu_in, side.mu_out, angles);
+    cubic_weights(places.way.first(), at.of_mu);
+    cubic_weights(places.way.second(), at.of_other);
+    at.mu = places.first.first();
+    at.other_mu = places.first.second();
     if constexpr (azimuthal) {
         const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
         const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
@@ -311,8 +321,8 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     store(point.albedo, number[0]);
     store(point.co_albedo, number[1]);
     store(depth, number[2]);
-    store(path.mu_in, number[3]);
-    store(path.mu_out, number[4]);
+    store(path.mu_in(), number[3]);
+    store(path.mu_out(), number[4]);
     for (int k = 0; k < lanes; ++k)
         set_addresses<azimuthal>(
             side, {index[0][k], index[1][k], index[2][k], index[3][k], index[4][k], index[5][k]},

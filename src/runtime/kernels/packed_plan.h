@@ -11,13 +11,13 @@
 namespace stratus {
 namespace {
 
+constexpr int stencil_area = stencil_size * stencil_size;
+
 /// What `width` lookups read, and the weights of it.
 template <int width>
 struct Plan {
-    alignas(64) float albedo_weight[stencil_size][width];
-    alignas(64) float depth_weight[stencil_size][width];
-    alignas(64) float mu_weight[stencil_size][width];
-    alignas(64) float other_weight[stencil_size][width];
+    alignas(64) float layer_weight[stencil_area][width];   // over (albedo, optical depth)
+    alignas(64) float cosine_weight[stencil_area][width];  // over (mu, mu')
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], along_path[width], factor[width];
     CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
@@ -163,8 +163,7 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
                                  (own - share) * infinite->value[f];
     }
     // The first row alone counts, and the scale of the finite samples does not.
-    for (int s = 0; s < stencil_size; ++s)
-        plan.albedo_weight[s][n] = plan.depth_weight[s][n] = s == 0 ? 1.0f : 0.0f;
+    for (int s = 0; s < stencil_area; ++s) plan.layer_weight[s][n] = s == 0 ? 1.0f : 0.0f;
     plan.coefficient[n] = mixed;
     plan.coefficient_stride[n] = 0;
     if (side.divided)
@@ -210,6 +209,19 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
 template <int count, class F, int width>
 STRATUS_INLINE void store_weights(const F (&weight)[count], float (&to)[count][width], int n) {
     for (int k = 0; k < count; ++k) store(weight[k], to[k] + n);
+}
+
+/// Products of two cubics' weights.
+template <class F, int width>
+STRATUS_INLINE void store_products(const F (&a)[stencil_size], const F (&b)[stencil_size],
+                                   float (&to)[stencil_area][width], int n) {
+    if constexpr (std::is_same_v<F, float> && width == 1) {
+        const auto row = load<QuantityLanes>(b);
+        for (int k = 0; k < stencil_size; ++k) store(row * a[k], to[stencil_size * k]);
+    } else {
+        for (int k = 0; k < stencil_area; ++k)
+            store(a[k / stencil_size] * b[k % stencil_size], to[k] + n);
+    }
 }
 
 /// Function values of one (mu, mu').
@@ -292,8 +304,7 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(point.optical_depth, 0, 1e30f);
     const LayerWindow<F> layers = layer_window(side, point.co_albedo, depth);
-    store_weights(layers.of_albedo, plan.albedo_weight, n);
-    store_weights(layers.of_depth, plan.depth_weight, n);
+    store_products(layers.of_albedo, layers.of_depth, plan.layer_weight, n);
     ClosedForm<F> closed;
     if constexpr (which == Side::reflection)
         closed = closed_reflection<form>(side, point.albedo, depth, layers, path);
@@ -306,8 +317,7 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     store(closed.factor, plan.factor + n);
 
     const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
-    store_weights(directions.of_mu, plan.mu_weight, n);
-    store_weights(directions.of_other, plan.other_weight, n);
+    store_products(directions.of_mu, directions.of_other, plan.cosine_weight, n);
     if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
 
     std::int32_t index[6][lanes];

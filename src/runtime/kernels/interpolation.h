@@ -18,15 +18,13 @@ template <class F>
 STRATUS_INLINE F mu_angle(F mu) {
     const F root = square_root(mu), fourth = square_root(root);
     const F rest = maximum(1.0f - mu, 0.0f);
-    const F z = rest * reciprocal((fourth + 1.0f) * (root + 1.0f)) * 0.5f;
-    F p = z * 0.084298202f + -0.047614748f;
-    p = z * p + 0.04787879f;
-    p = z * p + 0.025548843f;
-    p = z * p + 0.045064493f;
-    p = z * p + 0.074986517f;
-    p = z * p + 0.16666674f;
+    const F z = (rest * 0.5f) * reciprocal((fourth + 1.0f) * (root + 1.0f));
+    // In pairs, for shorter chains of dependent operations.
+    const F z2 = z * z;
+    const F low = z2 * (z * 0.045064493f + 0.074986517f) + (z * 0.16666674f + 1.0f);
+    const F high = z2 * (z * 0.084298202f + -0.047614748f) + (z * 0.04787879f + 0.025548843f);
     const F u = square_root(z) * 2.0f;
-    return u + u * z * p;
+    return u * (z2 * z2 * high + low);
 }
 
 /// A place on an axis: the sample before it, and the share of the way to the next.

@@ -212,7 +212,7 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     Word<lane_width> coefficient[words_of_row<lane_width>];
     for (int word = 0; word < words_of_row<lane_width>; ++word)
         coefficient[word] = factor * coefficients_of<lane_width>(plan, 0, word);
-    const auto cell = truncated(layer_window(side, at.co_albedo, at.optical_depth).cell);
+    const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
     if (side.halves)
         sum_rows(coefficient, static_cast<const FunctionRowOf<Half>*>(block.function), rows,

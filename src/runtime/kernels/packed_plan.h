@@ -27,11 +27,28 @@ struct Plan {
     int next_mu[width];                         // rows of functions to the next mu
 };
 
-/// Two coordinates on their axes: the sample before each, the first of its cubic's, and the way from
-/// there.
+/// A coordinate on its axis: the sample before it, the first of its cubic's, and the way from there.
+template <class F, class Index>
+struct CubicPlace {
+    Index cell, first;
+    F way;
+};
+
+template <class F>
+STRATUS_INLINE auto cubic_place(F place, F last) {
+    const auto cell = truncated(place);
+    const auto first = clamped(cell + -1, 0, truncated(last) + -3);
+    return CubicPlace<F, std::remove_const_t<decltype(first)>>{cell, first,
+                                                               place - as_float(first)};
+}
+
+template <class F>
+using IndexOf = std::remove_const_t<decltype(truncated(F()))>;
+
+/// Of two coordinates.
 template <class F>
 struct CubicPlaces {
-    Pair<F> cell, first, way;
+    CubicPlace<F, IndexOf<F>> a, b;
 };
 
 template <class F>
@@ -44,10 +61,14 @@ STRATUS_INLINE CubicPlaces<F> cubic_places(const PackedAxis& a, const PackedAxis
     const Pair<F> along =
         (coordinate - of_axes(&PackedAxis::first)) * of_axes(&PackedAxis::inverse_step);
     const Pair<F> place = each([](auto x, auto end) { return clamped(x, 0.0f, end); }, along, last);
-    const Pair<F> cell = each([](auto x) { return whole(x); }, place);
-    const Pair<F> first =
-        each([](auto x, auto end) { return clamped(x - 1.0f, 0.0f, end - 3.0f); }, cell, last);
-    return {cell, first, place - first};
+    if constexpr (std::is_same_v<F, float>) {
+        const auto both = cubic_place(place.lanes(), last.lanes());
+        return {{both.cell.v[0], both.first.v[0], both.way.v[0]},
+                {both.cell.v[1], both.first.v[1], both.way.v[1]}};
+    } else {
+        return {cubic_place(place.first(), last.first()),
+                cubic_place(place.second(), last.second())};
+    }
 }
 
 constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
@@ -56,8 +77,8 @@ constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
 template <class F>
 struct LayerWindow {
     F of_albedo[stencil_size], of_depth[stencil_size];
-    F first_albedo, first_depth;
-    F cell;    // over (albedo, optical depth)
+    IndexOf<F> first_albedo, first_depth;
+    IndexOf<F> cell;  // over (albedo, optical depth)
     F within;  // optical depth clamped to the table
     F diffusion_exponent;
 };
@@ -71,15 +92,15 @@ STRATUS_INLINE LayerWindow<F> layer_window(const PackedSide& side, F co_albedo, 
         cubic_places(side.albedo, side.optical_depth,
                      Pair<F>((side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f,
                              binary_logarithm(at.within)));
-    cubic_weights(places.way.first(), at.of_albedo);
-    cubic_weights(places.way.second(), at.of_depth);
-    at.first_albedo = places.first.first();
-    at.first_depth = places.first.second();
-    at.cell = places.cell.first() * (side.optical_depth.last + 1) + places.cell.second();
+    cubic_weights(places.a.way, at.of_albedo);
+    cubic_weights(places.b.way, at.of_depth);
+    at.first_albedo = places.a.first;
+    at.first_depth = places.b.first;
+    at.cell = places.a.cell * (truncated(side.optical_depth.last) + 1) + places.b.cell;
     F exponent(0.0f);
     for (int l = 0; l < stencil_size; ++l)
-        exponent = exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l,
-                                                             truncated(at.first_albedo));
+        exponent =
+            exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l, at.first_albedo);
     at.diffusion_exponent = maximum(exponent, min_exponent);
     return at;
 }
@@ -143,7 +164,7 @@ template <int width>
 void follow_diffusion(const PackedSide& side, const LayerBlock& block, const PackedPoint& point,
                       int n, Plan<width>& plan) {
     const LayerWindow<float> at = layer_window(side, point.co_albedo, point.optical_depth);
-    const auto first = static_cast<int>(at.first_albedo);
+    const int first = at.first_albedo;
     const float exponent = at.diffusion_exponent;
     const float deficit =
         ReflectionDeficit<float>(attenuation(exponent * (2 * side.extrapolation_length)),
@@ -174,7 +195,7 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
 /// Which function values of a block a lookup reads, and their weights.
 template <class F>
 struct DirectionWindow {
-    F mu, other_mu, first_azimuth;  // samples
+    IndexOf<F> mu, other_mu, first_azimuth;  // samples
     F of_mu[stencil_size], of_other[stencil_size], of_azimuth[stencil_size];
 };
 
@@ -185,23 +206,22 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
     Pair<F> angles = each([](auto mu) { return mu_angle(mu) * -1.0f; }, path.mu);
     if (side.symmetric) angles = higher_first(angles);
     const CubicPlaces<F> places = cubic_places(side.mu_in, side.mu_out, angles);
-    cubic_weights(places.way.first(), at.of_mu);
-    cubic_weights(places.way.second(), at.of_other);
-    at.mu = places.first.first();
-    at.other_mu = places.first.second();
+    cubic_weights(places.a.way, at.of_mu);
+    cubic_weights(places.b.way, at.of_other);
+    at.mu = places.a.first;
+    at.other_mu = places.b.first;
     if constexpr (azimuthal) {
         const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
-        const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
-        const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
-        const F half_turn = maximum(turn, turn * -1.0f);
+        const F turns = magnitude(azimuth) * static_cast<float>(0.5 / pi);
+        const F half_turn = magnitude(turns - whole(turns + 0.5f));  // [0, 1/2]
         const F along =
             side.square_root_of_azimuth ? square_root(half_turn * 2.0f) : half_turn * 2.0f;
         const F place =
             clamped((along - side.azimuth_first) * side.azimuth_step_inverse, 0.0f, last);
         const F cell = whole(place);
         const F first = clamped(cell - 1.0f, side.azimuth_window, side.last_azimuth_window);
-        at.first_azimuth = first + 1.0f;  // a mirrored sample lies before the first
-        cubic_weights((place - cell) + (cell - first), at.of_azimuth);
+        at.first_azimuth = truncated(first + 1.0f);  // a mirrored sample lies before the first
+        cubic_weights(place - first, at.of_azimuth);
     }
     return at;
 }
@@ -236,7 +256,7 @@ STRATUS_INLINE int row_bytes(const PackedSide& side) {
 
 /// Rows of functions from the first sample of mu to the r-th.
 STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int rows) {
-    return r * next_mu + (side.symmetric ? r * (r - 1) / 2 * rows : 0);
+    return r * next_mu + (side.symmetric ? half_of(r * (r - 1)) * rows : 0);
 }
 
 /// Samples that one lookup reads.
@@ -261,7 +281,8 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     }
     const int rows = rows_of<azimuthal>(side);
-    const int row = side.symmetric ? at.mu * (at.mu + 7) / 2 * rows : at.mu * side.row_step;
+    const int row =
+        side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
     plan.function[n] =
         static_cast<const char*>(block.function) +
         static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *
@@ -316,17 +337,17 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     store(along, plan.along_path + n);
     store(closed.factor, plan.factor + n);
 
-    const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
+    const auto block = truncated(sample_at<F>(side.block_of_cell, layers.cell));
     store_products(directions.of_mu, directions.of_other, plan.cosine_weight, n);
     if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
 
     std::int32_t index[6][lanes];
     store(block, index[0]);
-    store(truncated(layers.first_albedo), index[1]);
-    store(truncated(layers.first_depth), index[2]);
-    store(truncated(directions.mu), index[3]);
-    store(truncated(directions.other_mu), index[4]);
-    store(truncated(directions.first_azimuth), index[5]);
+    store(layers.first_albedo, index[1]);
+    store(layers.first_depth, index[2]);
+    store(directions.mu, index[3]);
+    store(directions.other_mu, index[4]);
+    store(directions.first_azimuth, index[5]);
     float number[5][lanes];
     store(point.albedo, number[0]);
     store(point.co_albedo, number[1]);

@@ -67,50 +67,91 @@ STRATUS_INLINE float sum_of(Word<width> lanes) {
     }
 }
 
-// Four sums side by side, so that none waits for another.
+/// Registers of a row that are summed together: as many as there is room for.
+template <int lanes>
+constexpr int words_at_once = words_of_row<lanes> < 2 ? 1 : 2;
 
-/// The coefficients of lookup n of a plan.
-template <int lanes, int width>
-STRATUS_INLINE Word<lanes> coefficients_of(const Plan<width>& plan, int n, int word) {
-    Word<lanes> sum[stencil_size] = {};
-    for (int l = 0; l < stencil_size; ++l) {
-        const CoefficientRow* const row = plan.coefficient[n] + l * plan.coefficient_stride[n];
-        for (int t = 0; t < stencil_size; ++t)
-            sum[t] += plan.layer_weight[stencil_size * l + t][n] * word_of<lanes>(row[t].value, word);
+template <int lanes>
+struct Words {
+    Word<lanes> word[words_at_once<lanes>];
+};
+
+/// Four sums side by side, so that none waits for another.
+template <int lanes>
+class Sums {
+  public:
+    template <class Number>
+    STRATUS_INLINE void add(int which, float weight, const Number* row) {
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            sum_[which].word[w] += weight * word_of<lanes>(row, w);
     }
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    STRATUS_INLINE void scale(int which, float weight) {
+        for (Word<lanes>& word : sum_[which].word) word *= weight;
+    }
+    STRATUS_INLINE Words<lanes> total() const {
+        Words<lanes> total;
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            total.word[w] =
+                (sum_[0].word[w] + sum_[1].word[w]) + (sum_[2].word[w] + sum_[3].word[w]);
+        return total;
+    }
+
+  private:
+    Words<lanes> sum_[stencil_size] = {};
+};
+
+/// The coefficients of lookup n of a plan, from the `first` on.
+template <int lanes, int width>
+STRATUS_INLINE Words<lanes> coefficients_of(const Plan<width>& plan, int n, int first) {
+    Sums<lanes> sums;
+    const float* row = plan.coefficient[n]->value + first;
+    for (int l = 0; l < stencil_size; ++l) {
+        for (int t = 0; t < stencil_size; ++t)
+            sums.add(t, plan.layer_weight[stencil_size * l + t][n], row + t * functions);
+        row += plan.coefficient_stride[n];
+    }
+    return sums.total();
 }
 
-/// The functions at the directions of lookup n of a plan.
+/// The functions at the directions of lookup n of a plan, from the `first` on.
 template <int lanes, class Number, bool azimuthal, int width>
-STRATUS_INLINE Word<lanes> functions_of(const PackedSide& side, const Plan<width>& plan, int n,
-                                        int word) {
-    const int rows = rows_of<azimuthal>(side);
-    const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
-    Word<lanes> sum[stencil_size] = {};
+STRATUS_INLINE Words<lanes> functions_of(const PackedSide& side, const Plan<width>& plan, int n,
+                                         int first) {
+    Sums<lanes> sums;
+    const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
+    const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
+    // Of symmetric R and T every row is one (mu, mu') longer than the one before.
+    const std::ptrdiff_t longer = side.symmetric ? rows_of<azimuthal>(side) * functions : 0;
+    std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
     for (int r = 0; r < stencil_size; ++r) {
-        const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
+        const Number* at = row;
         for (int c = 0; c < stencil_size; ++c) {
-            const auto* const at = row + c * side.column_step;
             const float weight = plan.cosine_weight[stencil_size * r + c][n];
             if constexpr (azimuthal)
-                for (int a = 0; a < stencil_size; ++a) sum[a] += weight * word_of<lanes>(at[a].value, word);
+                for (int a = 0; a < stencil_size; ++a) sums.add(a, weight, at + a * functions);
             else
-                sum[c] += weight * word_of<lanes>(at->value, word);
+                sums.add(c, weight, at);
+            at += column;
         }
+        row += next;
+        next += longer;
     }
     if constexpr (azimuthal)
-        for (int a = 0; a < stencil_size; ++a) sum[a] *= plan.azimuth_weight[a][n];
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+        for (int a = 0; a < stencil_size; ++a) sums.scale(a, plan.azimuth_weight[a][n]);
+    return sums.total();
 }
 
 /// Orders n >= 2 of lookup n of a plan, but for the factor.
 template <int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
     Word<lanes> sum{};
-    for (int word = 0; word < words_of_row<lanes>; ++word)
-        sum += coefficients_of<lanes>(plan, n, word) *
-               functions_of<lanes, Number, azimuthal>(side, plan, n, word);
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+        const Words<lanes> coefficient = coefficients_of<lanes>(plan, n, first),
+                           function =
+                               functions_of<lanes, Number, azimuthal>(side, plan, n, first);
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            sum += coefficient.word[w] * function.word[w];
+    }
     return sum_of<lanes>(sum);
 }
 
@@ -120,6 +161,16 @@ STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan,
                           ? half_scale * contracted_rows<lanes, Half, azimuthal>(side, plan, n)
                           : contracted_rows<lanes, float, azimuthal>(side, plan, n);
     return plan.factor[n] * sum;
+}
+
+/// All words of a row times a factor: of(first) gives those from the `first` number on.
+template <int lanes, class Of>
+STRATUS_INLINE void store_row(float factor, const Of& of, float* row) {
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+        Words<lanes> words = of(first);
+        for (Word<lanes>& word : words.word) word *= factor;
+        __builtin_memcpy(row + first, words.word, sizeof words.word);
+    }
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
@@ -164,7 +215,7 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
     const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
     const DirectionWindow<float> directions =
         direction_window<azimuthal>(side, path, at[0].azimuth);
-    Word<word_width> function[words_of_row<word_width>];
+    float function[functions] = {};
     const char* summed = nullptr;
     for (int k = 0; k < 3; ++k) {
         if (k > 0 && at[k].albedo == at[k - 1].albedo &&
@@ -174,29 +225,41 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
         }
         Plan<1> plan;
         prepare<which, form, azimuthal>(side, at[k], path, directions, 0, plan);
-        if (plan.function[0] != summed)  // else of the same block
-            for (int word = 0; word < words_of_row<word_width>; ++word)
-                function[word] =
-                    side.halves
-                        ? half_scale *
-                              functions_of<word_width, Half, azimuthal>(side, plan, 0, word)
-                        : functions_of<word_width, float, azimuthal>(side, plan, 0, word);
+        if (plan.function[0] != summed) {  // else of the same block
+            if (side.halves)
+                store_row<word_width>(
+                    half_scale,
+                    [&](int first) {
+                        return functions_of<word_width, Half, azimuthal>(side, plan, 0, first);
+                    },
+                    function);
+            else
+                store_row<word_width>(
+                    1,
+                    [&](int first) {
+                        return functions_of<word_width, float, azimuthal>(side, plan, 0, first);
+                    },
+                    function);
+        }
         summed = plan.function[0];
+        float coefficient[functions];
+        store_row<word_width>(
+            1, [&](int first) { return coefficients_of<word_width>(plan, 0, first); }, coefficient);
         Word<word_width> sum{};
         for (int word = 0; word < words_of_row<word_width>; ++word)
-            sum += coefficients_of<word_width>(plan, 0, word) * function[word];
+            sum += word_of<word_width>(coefficient, word) * word_of<word_width>(function, word);
         multiple[k] = plan.factor[0] * sum_of<word_width>(sum) + plan.along_path[0];
     }
 }
 
 template <class Number>
-STRATUS_INLINE void sum_rows(const Word<lane_width>* coefficient,
-                             const FunctionRowOf<Number>* function, std::size_t rows,
-                             float* value) {
+STRATUS_INLINE void sum_rows(const float* coefficient, const FunctionRowOf<Number>* function,
+                             std::size_t rows, float* value) {
     for (std::size_t row = 0; row < rows; ++row) {
         Word<lane_width> sum{};
         for (int word = 0; word < words_of_row<lane_width>; ++word)
-            sum += coefficient[word] * word_of<lane_width>(function[row].value, word);
+            sum += word_of<lane_width>(coefficient, word) *
+                   word_of<lane_width>(function[row].value, word);
         value[row] = sum_of<lane_width>(sum);
     }
 }
@@ -209,9 +272,10 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     float factor = plan.factor[0];
     if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
     if (side.halves) factor = factor * half_scale;
-    Word<lane_width> coefficient[words_of_row<lane_width>];
-    for (int word = 0; word < words_of_row<lane_width>; ++word)
-        coefficient[word] = factor * coefficients_of<lane_width>(plan, 0, word);
+    float coefficient[functions];
+    store_row<word_width>(
+        factor, [&](int first) { return coefficients_of<word_width>(plan, 0, first); },
+        coefficient);
     const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
     if (side.halves)

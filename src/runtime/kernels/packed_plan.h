@@ -22,7 +22,7 @@ struct Plan {
     alignas(64) float single[width], along_path[width], factor[width];
     CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
     const CoefficientRow* coefficient[width];   // first of the stencil
-    int coefficient_stride[width];              // from one albedo to the next
+    std::ptrdiff_t coefficient_stride[width];   // numbers from one albedo to the next
     const char* function[width];                // first of the stencils
     int next_mu[width];                         // rows of functions to the next mu
 };
@@ -254,11 +254,6 @@ STRATUS_INLINE int row_bytes(const PackedSide& side) {
     return functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
 }
 
-/// Rows of functions from the first sample of mu to the r-th.
-STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int rows) {
-    return r * next_mu + (side.symmetric ? half_of(r * (r - 1)) * rows : 0);
-}
-
 /// Samples that one lookup reads.
 struct SampleIndices {
     std::int32_t block, first_albedo, first_depth, mu, other_mu, first_azimuth;
@@ -272,7 +267,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
     plan.coefficient[n] = block.coefficient +
                           (at.first_albedo - block.first_albedo) * block.depths + at.first_depth -
                           block.first_depth;
-    plan.coefficient_stride[n] = block.depths;
+    plan.coefficient_stride[n] = std::ptrdiff_t{block.depths} * functions;
     if (point.optical_depth > side.max_finite_depth) {
         if (side.ends_at_infinity)
             follow_diffusion(side, block, point, n, plan);

@@ -1,7 +1,7 @@
 // Interpolation between samples: places on axes, and weights of straight lines and of cubics.
 #pragma once
 
-#include "lanes.h"
+#include "quantities.h"
 
 namespace stratus {
 namespace {

@@ -46,7 +46,7 @@ STRATUS_INLINE Word<lanes> word_of(const Half* row, int word) {
         std::int16_t halves __attribute__((vector_size(2 * lanes)));
         __builtin_memcpy(&halves, from, sizeof halves);
         const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & half_mask;
-        return reinterpret_cast<Word<lanes>>(shifted);
+        return reinterpret_cast<Word<lanes> >(shifted);
 #endif
     }
 }
@@ -147,8 +147,7 @@ STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& 
     Word<lanes> sum{};
     for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
         const Words<lanes> coefficient = coefficients_of<lanes>(plan, n, first),
-                           function =
-                               functions_of<lanes, Number, azimuthal>(side, plan, n, first);
+                           function = functions_of<lanes, Number, azimuthal>(side, plan, n, first);
         for (int w = 0; w < words_at_once<lanes>; ++w)
             sum += coefficient.word[w] * function.word[w];
     }

@@ -79,7 +79,7 @@ struct LayerWindow {
     F of_albedo[stencil_size], of_depth[stencil_size];
     IndexOf<F> first_albedo, first_depth;
     IndexOf<F> cell;  // over (albedo, optical depth)
-    F within;  // optical depth clamped to the table
+    F within;         // optical depth clamped to the table
     F diffusion_exponent;
 };
 
@@ -276,8 +276,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     }
     const int rows = rows_of<azimuthal>(side);
-    const int row =
-        side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
+    const int row = side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
     plan.function[n] =
         static_cast<const char*>(block.function) +
         static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *

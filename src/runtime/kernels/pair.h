@@ -2,7 +2,7 @@
 // Those of one lookup lie side by side in a register and take the time of one.
 #pragma once
 
-#include "lanes.h"
+#include "quantities.h"
 
 namespace stratus {
 namespace {

@@ -31,6 +31,15 @@ STRATUS_INLINE F sum_of_lobes(const PhaseLobe (&lobe)[2], const LightPathOf<F>& 
     }
 }
 
+/// Two neighbouring samples (lanes.h) of those that all channels share.
+template <int stride, class F, class Index>
+STRATUS_INLINE Neighbours<F> shared_neighbours(const float* samples, Index index) {
+    if constexpr (std::is_same_v<F, ChannelLanes>)
+        return {F(samples[index.v[0]]), F(samples[index.v[0] + stride])};
+    else
+        return neighbours<stride, F>(samples, index);
+}
+
 /// The `width` values side by side at a scattering angle.
 template <int width, class F>
 STRATUS_INLINE void sampled_values(const PhaseCurveView& curve, const LightPathOf<F>& path,

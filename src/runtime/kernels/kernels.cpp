@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "lane_sets.h"
 #include "opposition_values.h"
 #include "path_law.h"
 #include "path_sums.h"

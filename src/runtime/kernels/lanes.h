@@ -400,33 +400,6 @@ STRATUS_INLINE unsigned lanes_less(LookupLanes a, LookupLanes b) {
 #endif
 }
 
-/// Some lanes one after the other; what follows them, up to a whole register, may change.
-STRATUS_INLINE void store_some(LookupLanes x, unsigned lanes, float* to) {
-#if defined(__AVX512F__)
-    _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(lanes), x.v));
-#else
-    for (int k = 0; k < lane_width; ++k) {
-        *to = x.v[k];
-        to += lanes >> k & 1;
-    }
-#endif
-}
-
-/// Back from there, with 0 in the other lanes; a whole register is read.
-STRATUS_INLINE LookupLanes load_some(const float* from, unsigned lanes) {
-#if defined(__AVX512F__)
-    return LookupLanes(LookupLanes::Floats(
-        _mm512_maskz_expand_ps(static_cast<__mmask16>(lanes), _mm512_loadu_ps(from))));
-#else
-    LookupLanes::Floats y{};
-    for (int k = 0; k < lane_width; ++k) {
-        y[k] = lanes >> k & 1 ? *from : 0;
-        from += lanes >> k & 1;
-    }
-    return LookupLanes(y);
-#endif
-}
-
 /// Steps of a loop over the channels of a lookup.
 template <int channels, class F>
 constexpr int channel_steps = std::is_same_v<F, ChannelLanes> ? 1 : channels;

@@ -3,11 +3,27 @@
 #include <atomic>
 #include <initializer_list>
 
+#ifdef STRATUS_WIDE
+#include <cpuid.h>
+#endif
+
 namespace stratus {
 
 namespace {
 
 std::atomic<InstructionSet> limit{InstructionSet::avx512};
+
+#ifdef STRATUS_WIDE
+/// Conversions of halves; not every compiler's __builtin_cpu_supports knows them by name. Asked once,
+/// for under a hypervisor the processor takes microseconds to answer.
+bool has_f16c() noexcept {
+    static const bool has = [] {
+        unsigned a, b, c, d;
+        return __get_cpuid(1, &a, &b, &c, &d) != 0 && (c & bit_F16C) != 0;
+    }();
+    return has;
+}
+#endif
 
 }  // namespace
 
@@ -25,9 +41,10 @@ bool is_available(InstructionSet instruction_set) noexcept {
     switch (instruction_set) {
         case InstructionSet::generic: return true;
         case InstructionSet::avx2:
-            return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+            return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && has_f16c();
         case InstructionSet::avx512:
-            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+                   has_f16c();
     }
 #endif
     return instruction_set == InstructionSet::generic;

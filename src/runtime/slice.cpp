@@ -287,9 +287,7 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
     side.view.symmetric = refined.symmetric;
     side.view.columns = refined.columns;
     side.view.azimuths = refined.azimuths;
-    side.view.mu_in = refined.mu_in;
-    side.view.mu_out = refined.mu_out;
-    side.view.azimuth = refined.azimuth;
+    side.view.places = refined.places;
 }
 
 template <int channels>
@@ -339,12 +337,16 @@ typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, f
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
+    if (one_sided_ && !(wi.z > 0)) return Value{};
+    const auto between = [&](const BoundSide& side) {
+        float value[channels] = {};
+        if (side.kernel.at_vectors != nullptr) side.kernel.at_vectors(side.view, wi, wo, value);
+        return value_of(value, static_cast<float>(1 / pi));
+    };
     const float sides = wi.z * wo.z;
-    if (!(sides != 0) || (one_sided_ && !(wi.z > 0))) return Value{};
-    const BoundSide& side = *(sides > 0 ? reflection_ : transmission_);
-    float value[channels] = {};
-    if (side.kernel.at_angles != nullptr) side.kernel.at_vectors(side.view, wi, wo, value);
-    return value_of(value, static_cast<float>(1 / pi));
+    if (sides > 0) return between(*reflection_);
+    if (sides == 0) return Value{};
+    return between(*transmission_);
 }
 
 template <int channels>

@@ -84,10 +84,12 @@ struct AzimuthPlaces {
     }
 };
 
-/// How lookups find places at which samples lie `step` apart.
-SlicePlaces slice_places(double first, double step, int intervals) {
-    return {static_cast<float>(first), step > 0 ? static_cast<float>(1 / step) : 0,
-            static_cast<float>(intervals) * (1 - 1e-6f)};
+/// How lookups find places along an axis whose samples lie `step` apart.
+void set_axis(SlicePlaces& places, int axis, double first, double step, int intervals) {
+    const double scale = step > 0 ? 1 / step : 0;
+    places.scale[axis] = static_cast<float>(scale);
+    places.offset[axis] = static_cast<float>(-first * scale);
+    places.last[axis] = static_cast<float>(intervals) * (1 - 1e-6f);
 }
 
 /// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
@@ -115,27 +117,44 @@ Sheet summed(const TableView& table, const ChannelOrders& orders) {
     return sum;
 }
 
-/// Cubic along one axis of a sheet.
+/// Cubic along one axis: a row of `samples`.
+void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
+    const int available = std::min(stencil_size, samples);
+    for (const Stencil& stencil : stencils) {
+        const float *const at = from + stencil.first, *const weight = stencil.weight;
+        float value = 0;
+        if (available == stencil_size)
+            value = weight[0] * at[0] + weight[1] * at[1] + weight[2] * at[2] + weight[3] * at[3];
+        else
+            for (int s = 0; s < available; ++s) value += weight[s] * at[s];
+        *to++ = value;
+    }
+}
+
+/// Cubic along the azimuths of a sheet.
 Sheet refined_azimuth(const Sheet& sheet, const Stencils& stencils) {
     Sheet finer(sheet.count[0], sheet.count[1], static_cast<int>(stencils.size()));
     for (int i = 0; i < sheet.count[0]; ++i)
-        for (int j = 0; j < sheet.count[1]; ++j) {
-            const float* const from = sheet.row(i, j);
-            float* const to = finer.row(i, j);
-            for (std::size_t k = 0; k < stencils.size(); ++k) {
-                float value = 0;
-                for (int s = 0; s < std::min(stencil_size, sheet.count[2]); ++s)
-                    value += stencils[k].weight[s] * from[stencils[k].first + s];
-                to[k] = value;
-            }
-        }
+        for (int j = 0; j < sheet.count[1]; ++j)
+            refine_row(sheet.row(i, j), sheet.count[2], stencils, finer.row(i, j));
     return finer;
 }
 
-/// A row of values from up to four others.
-void add_rows(const Stencil& stencil, int available, int columns,
+/// A sheet of every `step`-th azimuth.
+Sheet thinned_azimuth(const Sheet& sheet, int step) {
+    Sheet thinner(sheet.count[0], sheet.count[1], (sheet.count[2] - 1) / step + 1);
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j)
+            for (int k = 0; k < thinner.count[2]; ++k)
+                thinner.row(i, j)[k] = sheet.row(i, j)[k * step];
+    return thinner;
+}
+
+/// A row of values: the sum of up to four others.
+void sum_rows(const Stencil& stencil, int available, int columns,
               const float* const (&from)[stencil_size], float* to) {
     if (available < stencil_size) {
+        std::fill(to, to + columns, 0.0f);
         for (int s = 0; s < available; ++s)
             for (int k = 0; k < columns; ++k) to[k] += stencil.weight[s] * from[s][k];
         return;
@@ -147,11 +166,11 @@ void add_rows(const Stencil& stencil, int available, int columns,
 }
 
 /// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
-void add_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
+void sum_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
     const int available = std::min(stencil_size, sheet.count[0]);
     const float* from[stencil_size] = {};
     for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
-    add_rows(stencil, available, columns, from, to);
+    sum_rows(stencil, available, columns, from, to);
 }
 
 /// With the two cosines exchanged.
@@ -166,7 +185,7 @@ Sheet transposed(const Sheet& sheet) {
 Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
     Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
     for (int i = 0; i < finer.count[0]; ++i)
-        add_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
+        sum_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
     return finer;
 }
 
@@ -179,6 +198,7 @@ int intervals_for(double error, double allowed, int max) {
 /// Errors relative to the totals at the same places, which are spread evenly over the axes.
 class RelativeErrors {
   public:
+    void reserve(int count) { errors_.reserve(size(count)); }
     void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
 
     /// What 99.9 % of them stay below; totals below `floor` count as that.
@@ -252,8 +272,7 @@ class Refinement {
         const int available = std::min(stencil_size, finer.count[1]);
         Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
         for (int i = 0; i <= in.intervals; ++i) {
-            std::fill(row.value.begin(), row.value.end(), 0.0f);
-            add_rows_of(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            sum_rows_of(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
             // One column beyond the last of a symmetric row is never read.
             const int last = table_.is_symmetric() ? i + 1 : out.intervals;
             for (int j = 0; j <= last; ++j) {
@@ -261,8 +280,7 @@ class Refinement {
                 const float* from[stencil_size] = {};
                 for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
                 float* const sums = stride == 1 ? to : cell.row(0, 0);
-                std::fill(sums, sums + azimuths, 0.0f);
-                add_rows(stencil, available, azimuths, from, sums);
+                sum_rows(stencil, available, azimuths, from, sums);
                 if (stride > 1)
                     for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
                 to += size(azimuths) * size(stride);
@@ -275,22 +293,25 @@ class Refinement {
     double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
                                RelativeErrors& errors) const {
         const MuPlaces places(along, probed);
-        const int columns = sheet.count[2];
-        const Sheet finer = refined_in(sheet, places.stencils(along));
-        const int azimuth_step = std::max(1, (columns - 1) / 4);  // a few are enough
+        const int azimuth_step = std::max(1, (sheet.count[2] - 1) / 4);  // a few are enough
+        const Sheet finer =
+            refined_in(thinned_azimuth(sheet, azimuth_step), places.stencils(along));
+        const int columns = finer.count[2];
+        errors.reserve(probed * sheet.count[1] * columns);
         std::vector<double> others, shares, azimuths;
         for (int j = 0; j < sheet.count[1]; ++j) {
             others.push_back(across.value(j));
             shares.push_back(divided_by(others.back()));
         }
-        for (int k = 0; k < columns; ++k) azimuths.push_back(table_.azimuth.value(k));
+        for (int k = 0; k < columns; ++k)
+            azimuths.push_back(table_.azimuth.value(k * azimuth_step));
         double largest = 0;
         for (int i = 1; i < probed; ++i) {
             const double mu = places.mu(i), share = divided_by(mu);
             for (int j = 0; j < sheet.count[1]; ++j) {
                 const double other = others[size(j)], factor = share * shares[size(j)];
                 if (std::min(mu, other) < least_cosine()) continue;
-                for (int k = 0; k < columns; k += azimuth_step) {
+                for (int k = 0; k < columns; ++k) {
                     const auto at = [&](int row) { return double{finer.row(row, j)[k]}; };
                     const double total =
                         at(i) * factor + single_(channel_, mu, other, azimuths[size(k)]);
@@ -304,15 +325,16 @@ class Refinement {
 
     void add_errors_along_azimuth(RelativeErrors& errors) const {
         const AzimuthPlaces places(table_.azimuth, probed);
-        const Sheet finer = refined_azimuth(sheet_, places.stencils(table_.azimuth));
+        const Stencils stencils = places.stencils(table_.azimuth);
         constexpr int cosine_step = 3;
+        float row[probed + 1];
         for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
             const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
             for (int j = 0; j <= last; j += cosine_step) {
                 const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
                 if (std::min(in, out) < least_cosine()) continue;
                 const double factor = divided_by(in) * divided_by(out);
-                const float* const row = finer.row(i, j);
+                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
                 for (int k = 1; k < probed; ++k) {
                     const double bend =
                         double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
@@ -359,7 +381,7 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1], max_along_mu));
     const AzimuthPlaces around(table.azimuth,
                                intervals(table.azimuth, error[2], max_along_azimuth));
-    RefinedSamples refined;
+    RefinedSamples refined{};
     refined.symmetric = table.is_symmetric();
     refined.columns = out.intervals + 1;
     refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 1;
@@ -370,10 +392,10 @@ RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& 
     refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
     for (std::size_t c = 0; c < refinements.size(); ++c)
         refinements[c].write(in, out, around, stride, refined.sample.data() + c);
-    refined.mu_in = slice_places(in.first, in.step, in.intervals);
-    refined.mu_out = slice_places(out.first, out.step, out.intervals);
-    refined.azimuth = slice_places(around.first, (around.last - around.first) / around.intervals,
-                                   around.intervals);
+    set_axis(refined.places, 0, in.first, in.step, in.intervals);
+    set_axis(refined.places, 1, out.first, out.step, out.intervals);
+    set_axis(refined.places, 2, around.first, (around.last - around.first) / around.intervals,
+             around.intervals);
     return refined;
 }
 

@@ -29,7 +29,7 @@ struct RefinedSamples {
     std::vector<float> sample;
     bool symmetric;
     int columns, azimuths;
-    SlicePlaces mu_in, mu_out, azimuth;
+    SlicePlaces places;
 };
 
 /// All channels are refined alike.

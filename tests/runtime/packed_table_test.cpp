@@ -238,6 +238,25 @@ TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
     expect_layer(filled({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
 }
 
+TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
+    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const std::vector<Point> at = points(table, 200, 0.01, 40);
+    const auto totals = [&] {  // kernels are chosen when a table is opened
+        const PackedTable packed(pack(table));
+        std::vector<double> all;
+        for (const Point& p : at) {
+            all.push_back(packed.reflection(p.albedo, p.optical_depth, geometry(p)).total());
+            all.push_back(packed.transmission(p.albedo, p.optical_depth, geometry(p)).total());
+        }
+        return all;
+    };
+    const std::vector<double> found = totals();
+    const InstructionSetLimit generic(InstructionSet::generic);
+    const std::vector<double> expected = totals();
+    for (std::size_t n = 0; n < found.size(); ++n)  // roundings of sums of products alone
+        EXPECT_NEAR(found[n], expected[n], 1e-6 * std::max(1.0, expected[n]));
+}
+
 INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
                          testing::Values(InstructionSet::generic, InstructionSet::avx2,
                                          InstructionSet::avx512),

@@ -12,9 +12,10 @@ namespace {
 
 /// Through a light path straight up, whose scattering angle is what both vectors have between them.
 double value_of(const PhaseCurve& curve, double angle) {
-    LightPath path{1, 1, 0, 0, 0};
-    path.forward = static_cast<float>(2 * std::pow(std::sin(angle / 2), 2));
-    path.backward = static_cast<float>(2 * std::pow(std::cos(angle / 2), 2));
+    const LightPath path{{1, 1},
+                         {static_cast<float>(2 * std::pow(std::sin(angle / 2), 2)),
+                          static_cast<float>(2 * std::pow(std::cos(angle / 2), 2))},
+                         0};
     const PhaseCurveView view = curve.view();
     switch (curve.form()) {
         case PhaseForm::constant: return phase_value<PhaseForm::constant>(view, path);
@@ -71,7 +72,7 @@ TEST(PhaseCurve, SamplesSeveralFunctionsSideBySide) {
         value[0] = 2 + c;
         value[1] = 3 - c * c;
     });
-    LightPath path{1, 1, 0.25f, 1.75f, 0};  // cos Theta = 0.75
+    const LightPath path{{1, 1}, {0.25f, 1.75f}, 0};  // cos Theta = 0.75
     float value[2];
     sampled_values<2>(curve.view(), path, value);
     EXPECT_NEAR(value[0], 2.75, 1e-5);

@@ -9,8 +9,8 @@ enum class InstructionSet { generic, avx2, avx512 };
 /// "generic", "avx2" or "avx512".
 const char* name_of(InstructionSet instruction_set) noexcept;
 
-/// True of generic; of avx2 with fma, and of avx512 with its forms for short vectors, where this
-/// build and the processor have them.
+/// True of generic; of avx2 with fma and f16c, and of avx512 with its forms for short vectors, where
+/// this build and the processor have them.
 bool is_available(InstructionSet instruction_set) noexcept;
 
 /// The widest that is available and that no InstructionSetLimit excludes: what solvers and bound

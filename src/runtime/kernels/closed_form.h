@@ -12,32 +12,33 @@ namespace {
 
 // ---- light reflected
 
-/// The two directions; one division serves all.
+/// The two directions.
 template <class F>
 struct ReflectedPath {
-    F mu_in, mu_out, sum;
-    F reciprocal_of_all;  // 1 / (mu mu0 (mu + mu0))
-    F reciprocal_sum;     // 1 / (mu + mu0)
+    Pair<F> mu, reciprocal_mu;
+    F reciprocal_sum;  // 1 / (mu + mu0)
 
-    STRATUS_INLINE explicit ReflectedPath(const LightPathOf<F>& path)
-        : mu_in(path.mu_in), mu_out(path.mu_out), sum(mu_in + mu_out) {
-        const F product = mu_in * mu_out;
-        reciprocal_of_all = reciprocal(sum * product);
-        reciprocal_sum = reciprocal_of_all * product;
+    STRATUS_INLINE explicit ReflectedPath(const LightPathOf<F>& path) : mu(path.mu) {
+        if constexpr (std::is_same_v<F, float>) {  // one division serves all
+            const QuantityLanes both = (mu + swapped(mu)).lanes();
+            const QuantityLanes all = reciprocal(low_and_low(mu.lanes(), both));
+            reciprocal_mu = Pair<F>(all);
+            reciprocal_sum = all.v[2];
+        } else {
+            reciprocal_mu = each([](auto x) { return reciprocal(x); }, mu);
+            reciprocal_sum = reciprocal(sum(mu));
+        }
     }
 
-    /// tau / mu0, tau / mu and their sum.
+    /// tau / mu0 and tau / mu.
     template <class N>
-    STRATUS_INLINE F depth_in(N optical_depth) const {
-        return reciprocal_of_all * (sum * mu_out * optical_depth);
+    STRATUS_INLINE Pair<F> depths(N optical_depth) const {
+        return scaled(reciprocal_mu, optical_depth);
     }
-    template <class N>
-    STRATUS_INLINE F depth_out(N optical_depth) const {
-        return reciprocal_of_all * (sum * mu_in * optical_depth);
-    }
+    /// Their sum.
     template <class N>
     STRATUS_INLINE F depth_of_both(N optical_depth) const {
-        return reciprocal_of_all * (sum * sum * optical_depth);
+        return sum(reciprocal_mu) * optical_depth;
     }
 };
 
@@ -53,6 +54,11 @@ STRATUS_INLINE BothWays<F> both_ways(const Attenuation<F>& in, const Attenuation
     const F shares = in.extinguished * out.extinguished;
     return {{in.transmitted * out.transmitted, in.extinguished + out.extinguished - shares},
             shares};
+}
+template <class F>
+STRATUS_INLINE BothWays<F> both_ways(const Attenuations<F>& at) {
+    return both_ways<F>({at.transmitted.first(), at.extinguished.first()},
+                        {at.transmitted.second(), at.extinguished.second()});
 }
 
 /// Lower boundary: R of a Lambert surface, w / 4 of a layer.
@@ -100,9 +106,9 @@ struct TransmittedPath {
     F steep, shallow;  // of the larger cosine, of the smaller
 
     STRATUS_INLINE explicit TransmittedPath(const LightPathOf<F>& path) {
-        const F reciprocal_product = reciprocal(path.mu_in * path.mu_out);
-        steep = reciprocal_product * minimum(path.mu_in, path.mu_out);
-        shallow = reciprocal_product * maximum(path.mu_in, path.mu_out);
+        const Pair<F> of_mu = each([](auto x) { return reciprocal(x); }, path.mu);
+        steep = minimum(of_mu.first(), of_mu.second());
+        shallow = maximum(of_mu.first(), of_mu.second());
     }
 
     /// tau / mu along the steeper direction.
@@ -133,7 +139,7 @@ template <class F>
 STRATUS_INLINE F single_transmitted_by(const SliceLayer* layer, int layers,
                                        const LightPathOf<F>& path,
                                        const TransmittedPath<F>& directions) {
-    const F in = reciprocal(path.mu_in), out = reciprocal(path.mu_out);
+    const F in = reciprocal(path.mu_in()), out = reciprocal(path.mu_out());
     F sum(0.0f);
     for (const SliceLayer* at = layer; at != layer + layers; ++at) {
         const F depth = directions.depth(at->optical_depth),

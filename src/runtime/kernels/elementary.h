@@ -4,7 +4,7 @@
 
 #include <stratus/runtime/constants.h>
 
-#include "lanes.h"
+#include "pair.h"
 
 namespace stratus {
 namespace {
@@ -33,6 +33,23 @@ STRATUS_INLINE Attenuation<F> attenuation(F x) {
     const F correction = power * p;
     constexpr float nothing = 1.9e-35f;  // above exp(-80), and all of it a normal number
     return {maximum((power - nothing) + correction, 0.0f), (1.0f - power) - correction};
+}
+
+/// Of two arguments.
+template <class F>
+struct Attenuations {
+    Pair<F> transmitted, extinguished;
+};
+
+template <class F>
+STRATUS_INLINE Attenuations<F> attenuations(const Pair<F>& x) {
+    if constexpr (std::is_same_v<F, float>) {
+        const Attenuation<QuantityLanes> at = attenuation(x.lanes());
+        return {Pair<F>(at.transmitted), Pair<F>(at.extinguished)};
+    } else {
+        const Attenuation<F> a = attenuation(x.first()), b = attenuation(x.second());
+        return {{a.transmitted, b.transmitted}, {a.extinguished, b.extinguished}};
+    }
 }
 
 /// Of `n` arguments at once.

@@ -2,6 +2,7 @@
 
 #include "closed_form.h"
 #include "interpolation.h"
+#include "lane_sets.h"
 #include "opposition_values.h"
 #include "path_law.h"
 #include "path_sums.h"
@@ -11,47 +12,77 @@
 namespace stratus::STRATUS_ISA {
 namespace {
 
+/// What all channels share.
+STRATUS_INLINE LightPath path_of_first(const LightPathOf<ChannelLanes>& path) {
+    return {{path.mu_in().v[0], path.mu_out().v[0]},
+            {path.forward().v[0], path.backward().v[0]},
+            path.half_azimuth.v[0]};
+}
+
 // ---- orders n >= 2
 
+/// Among the samples of a slice (slice_side.h): the one before a place, and the share of the way to
+/// the next.
+template <class F, class Index>
+struct SlicePlace {
+    AxisPlace<F, Index> mu, other, azimuth;
+};
+
 template <class F>
-STRATUS_INLINE F place_of(const SlicePlaces& places, F coordinate) {
-    return clamped((coordinate - places.first) * places.step_inverse, 0.0f, places.last);
+STRATUS_INLINE F place_of(const SlicePlaces& places, int axis, F coordinate) {
+    return clamped(coordinate * places.scale[axis] + places.offset[axis], 0.0f, places.last[axis]);
 }
 
-/// Places of mu and mu' (slice_side.h).
-template <int channels, class F>
-STRATUS_INLINE auto mu_places(const SliceSide<channels>& side, F mu_in, F mu_out) {
-    if constexpr (std::is_same_v<F, ChannelLanes>) {  // all channels share a place
-        const auto [mu, other] = mu_places(side, mu_in.v[0], mu_out.v[0]);
-        return CosinePlaces<F, std::int32_t>{{mu.sample, F(mu.fraction)},
-                                             {other.sample, F(other.fraction)}};
-    } else if constexpr (std::is_same_v<F, float>) {
-        const QuantityLanes v = mu_coordinate(quantities(mu_in, mu_out));
-        if (side.symmetric) return sorted_places(place_of(side.mu_in, v));
-        return places_of(place_of(side.mu_in, float{v.v[0]}), place_of(side.mu_out, float{v.v[1]}));
-    } else {
-        const F in = place_of(side.mu_in, mu_coordinate(mu_in));
-        const F out = place_of(side.mu_out, mu_coordinate(mu_out));
-        return side.symmetric ? sorted_places(in, out) : places_of(in, out);
-    }
+template <bool azimuthal, int channels, class F>
+STRATUS_INLINE auto slice_place(const SliceSide<channels>& side, const LightPathOf<F>& path) {
+    Pair<F> cosines(place_of(side.places, 0, mu_coordinate(path.mu_in())),
+                    place_of(side.places, 1, mu_coordinate(path.mu_out())));
+    if (side.symmetric) cosines = higher_first(cosines);
+    const auto mu = axis_place(cosines.first()), other = axis_place(cosines.second()),
+               azimuth = axis_place(place_of(side.places, 2, square_root(path.half_azimuth)));
+    return SlicePlace<F, decltype(mu.sample + 0)>{mu, other, azimuth};
 }
 
-template <int channels, class F>
-STRATUS_INLINE auto azimuth_place(const SliceSide<channels>& side, F half_azimuth) {
-    if constexpr (std::is_same_v<F, ChannelLanes>) {
-        const auto at = azimuth_place(side, half_azimuth.v[0]);
-        return AxisPlace<F, std::int32_t>{at.sample, F(at.fraction)};
-    } else {
-        return axis_place(place_of(side.azimuth, square_root(half_azimuth)));
-    }
+/// All three at once.
+template <bool azimuthal, int channels>
+STRATUS_INLINE auto slice_place(const SliceSide<channels>& side, const LightPath& path) {
+    QuantityLanes mu = path.mu.lanes();
+    if (side.symmetric) mu = lower_first(path.mu).lanes();
+    const QuantityLanes scale = load<QuantityLanes>(side.places.scale),
+                        offset = load<QuantityLanes>(side.places.offset),
+                        last = load<QuantityLanes>(side.places.last);
+    // As mu_coordinate, the azimuth third.
+    const QuantityLanes rest = maximum(1.0f - mu, 0.0f), roots = square_root(low_and_low(mu, rest));
+    const QuantityLanes of_mu = 1.0f - square_root(roots) * 0.5f;
+    const float of_azimuth = azimuthal ? square_root(path.half_azimuth) : 0;
+    const QuantityLanes place = quantities(roots.v[2], roots.v[3], 1, 1) * scale *
+                                    quantities(of_mu.v[0], of_mu.v[1], of_azimuth, 0) +
+                                offset;
+    // The samples are there sooner than a place within the last.
+    const auto sample = clamped(truncated(place), 0, truncated(last));
+    const QuantityLanes fraction = clamped(place, 0.0f, last) - as_float(sample);
+    return SlicePlace<float, std::int32_t>{
+        {sample.v[0], fraction.v[0]}, {sample.v[1], fraction.v[1]}, {sample.v[2], fraction.v[2]}};
+}
+
+/// All channels share a place.
+template <bool azimuthal, int channels>
+STRATUS_INLINE auto slice_place(const SliceSide<channels>& side,
+                                const LightPathOf<ChannelLanes>& path) {
+    const auto at = slice_place<azimuthal>(side, path_of_first(path));
+    using F = ChannelLanes;
+    return SlicePlace<F, std::int32_t>{{at.mu.sample, F(at.mu.fraction)},
+                                       {at.other.sample, F(at.other.fraction)},
+                                       {at.azimuth.sample, F(at.azimuth.fraction)}};
 }
 
 /// As they are stored, bilinear or trilinear.
 template <Orders orders, int channels, class F>
 STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                 F* value) {
-    const auto [mu, other] = mu_places(side, path.mu_in, path.mu_out);
-    const int azimuths = orders == Orders::without_azimuth ? 1 : side.azimuths;
+    constexpr bool azimuthal = orders != Orders::without_azimuth;
+    const auto [mu, other, azimuth] = slice_place<azimuthal>(side, path);
+    const int azimuths = azimuthal ? side.azimuths : 1;
     const int column = azimuths * channels;
     auto row = mu.sample * (side.columns * column) + other.sample * column;
     auto next = row + side.columns * column;
@@ -60,29 +91,18 @@ STRATUS_INLINE void interpolate(const SliceSide<channels>& side, const LightPath
         next = row + (mu.sample + 2) * column;
     }
     constexpr int steps = channel_steps<channels, F>;
-    if constexpr (orders == Orders::without_azimuth) {
-        for (int c = 0; c < steps; ++c) {
-            const F a = sample_at<F>(side.sample + c, row);
-            const F b = sample_at<F>(side.sample + column + c, row);
-            const F d = sample_at<F>(side.sample + c, next);
-            const F e = sample_at<F>(side.sample + column + c, next);
+    for (int c = 0; c < steps; ++c) {
+        const float* const sample = side.sample + c;
+        if constexpr (!azimuthal) {
+            const F a = sample_at<F>(sample, row), b = sample_at<F>(sample + column, row);
+            const F d = sample_at<F>(sample, next), e = sample_at<F>(sample + column, next);
             const F near = a + other.fraction * (b - a), far = d + other.fraction * (e - d);
             value[c] = near + mu.fraction * (far - near);
-        }
-    } else {
-        const auto [k, fraction] = azimuth_place(side, path.half_azimuth);
-        const CornerWeights<F> weight = corner_weights(mu.fraction, other.fraction);
-        for (int c = 0; c < steps; ++c) {
-            const auto at = row + k * channels, at_next = next + k * channels;
-            const float* const sample = side.sample + c;
-            const Neighbours<F> p = neighbours<channels, F>(sample, at);
-            const Neighbours<F> q = neighbours<channels, F>(sample + column, at);
-            const Neighbours<F> r = neighbours<channels, F>(sample, at_next);
-            const Neighbours<F> s = neighbours<channels, F>(sample + column, at_next);
-            const auto& w = weight.at;
-            const F near = (w[0] * p.here + w[1] * q.here) + (w[2] * r.here + w[3] * s.here);
-            const F far = (w[0] * p.next + w[1] * q.next) + (w[2] * r.next + w[3] * s.next);
-            value[c] = near + fraction * (far - near);
+        } else {
+            const auto at = row + azimuth.sample * channels,
+                       at_next = next + azimuth.sample * channels;
+            value[c] = trilinear<channels>(sample, column, at, at_next, mu.fraction, other.fraction,
+                                           azimuth.fraction);
         }
     }
 }
@@ -94,9 +114,7 @@ template <class F, class Of>
 STRATUS_INLINE F path_of_channel(const PathSheetView& sheet, const LightPathOf<F>& path,
                                  int channel, const Of& of) {
     if constexpr (std::is_same_v<F, ChannelLanes>) {  // each has a sheet and depths of its own
-        const auto angle =
-            path_angle(sheet, LightPath{path.mu_in.v[0], path.mu_out.v[0], path.forward.v[0],
-                                        path.backward.v[0], path.half_azimuth.v[0]});
+        const auto angle = path_angle(sheet, path_of_first(path));
         F value(0.0f);
         for (int k = 0; k < 3; ++k) value.v[k] = of(k, angle, [k](const F& x) { return x.v[k]; });
         return value;
@@ -130,15 +148,15 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
                 both.sum = attenuation(along_both);
             }
         } else {
-            const F in = directions.depth_in(depth), out = directions.depth_out(depth);
-            Attenuation<F> of[opposed ? 3 : 2];
+            const Pair<F> depths = directions.depths(depth);
             if constexpr (opposed) {
-                attenuate({in, out, (in + out) * 0.25f}, of);
+                Attenuation<F> of[3];
+                attenuate({depths.first(), depths.second(), sum(depths) * 0.25f}, of);
+                both = both_ways(of[0], of[1]);
                 quarter = of[2];
             } else {
-                attenuate({in, out}, of);
+                both = both_ways(attenuations(depths));
             }
-            both = both_ways(of[0], of[1]);
         }
         F single(0.0f);
         if constexpr (form == PhaseForm::of_stack) {
@@ -225,12 +243,12 @@ STRATUS_INLINE void evaluate_one(const SliceSide<channels>& view, const LightPat
         evaluate<side, form, orders>(view, path, value);
     } else {
         ChannelLanes here;
-        evaluate<side, form, orders>(
-            view,
-            LightPathOf<ChannelLanes>{ChannelLanes(path.mu_in), ChannelLanes(path.mu_out),
-                                      ChannelLanes(path.forward), ChannelLanes(path.backward),
-                                      ChannelLanes(path.half_azimuth)},
-            &here);
+        using F = ChannelLanes;
+        evaluate<side, form, orders>(view,
+                                     LightPathOf<F>{{F(path.mu_in()), F(path.mu_out())},
+                                                    {F(path.forward()), F(path.backward())},
+                                                    F(path.half_azimuth)},
+                                     &here);
         for (int c = 0; c < channels; ++c) value[c] = here.v[c];
     }
 }
@@ -247,10 +265,10 @@ void at_vectors(const SliceSide<channels>& view, const Vector& wi, const Vector&
 }
 
 void store(const LightPathOf<LookupLanes>& path, LightPaths& paths, int i) {
-    store(path.mu_in, paths.mu_in + i);
-    store(path.mu_out, paths.mu_out + i);
-    store(path.forward, paths.forward + i);
-    store(path.backward, paths.backward + i);
+    store(path.mu_in(), paths.mu_in + i);
+    store(path.mu_out(), paths.mu_out + i);
+    store(path.forward(), paths.forward + i);
+    store(path.backward(), paths.backward + i);
     store(path.half_azimuth, paths.half_azimuth + i);
 }
 
@@ -260,8 +278,8 @@ void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, int
     static_assert(most_lanes % lane_width == 0);
     for (int i = 0; i < count; i += lane_width) {
         const LightPathOf<LookupLanes> path{
-            load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i),
-            load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i),
+            {load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i)},
+            {load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i)},
             load<LookupLanes>(paths.half_azimuth + i)};
         LookupLanes here[channels];
         evaluate<side, form, orders>(view, path, here);
@@ -307,10 +325,10 @@ void paths_of_angles(const float* mu_in, const float* mu_out, const float* azimu
 /// Appends the paths of some lanes.
 STRATUS_INLINE void append(const LightPathOf<LookupLanes>& path, unsigned lanes, LightPaths& paths,
                            int& count) {
-    store_some(path.mu_in, lanes, paths.mu_in + count);
-    store_some(path.mu_out, lanes, paths.mu_out + count);
-    store_some(path.forward, lanes, paths.forward + count);
-    store_some(path.backward, lanes, paths.backward + count);
+    store_some(path.mu_in(), lanes, paths.mu_in + count);
+    store_some(path.mu_out(), lanes, paths.mu_out + count);
+    store_some(path.forward(), lanes, paths.forward + count);
+    store_some(path.backward(), lanes, paths.backward + count);
     store_some(path.half_azimuth, lanes, paths.half_azimuth + count);
     count += __builtin_popcount(lanes);
 }
@@ -318,8 +336,9 @@ STRATUS_INLINE void append(const LightPathOf<LookupLanes>& path, unsigned lanes,
 /// Fills the last register with the first path.
 void fill_last(LightPaths& paths, int count) {
     if (count == 0) return;
-    store({LookupLanes(paths.mu_in[0]), LookupLanes(paths.mu_out[0]), LookupLanes(paths.forward[0]),
-           LookupLanes(paths.backward[0]), LookupLanes(paths.half_azimuth[0])},
+    store({{LookupLanes(paths.mu_in[0]), LookupLanes(paths.mu_out[0])},
+           {LookupLanes(paths.forward[0]), LookupLanes(paths.backward[0])},
+           LookupLanes(paths.half_azimuth[0])},
           paths, count);
 }
 

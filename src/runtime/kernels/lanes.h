@@ -28,17 +28,26 @@ STRATUS_INLINE float square_root(float x) { return __builtin_sqrtf(x); }
 STRATUS_INLINE float reciprocal(float x) { return 1 / x; }
 STRATUS_INLINE float reciprocal_root(float x) { return 1 / __builtin_sqrtf(x); }
 
-#if defined(__SSE2__)  // where compilers would rather branch, and the branch would mispredict
+#if defined(__SSE2__)
+/// The register that a number is in, whatever is beside it: _mm_set_ss would clear that.
+STRATUS_INLINE __m128 register_of(float x) {
+    __m128 all;
+    asm("" : "=x"(all) : "0"(x));
+    return all;
+}
+// Compilers would rather branch, and the branch would mispredict.
 STRATUS_INLINE float maximum(float a, float b) {
-    return _mm_cvtss_f32(_mm_max_ss(_mm_set_ss(a), _mm_set_ss(b)));
+    return _mm_cvtss_f32(_mm_max_ss(register_of(a), register_of(b)));
 }
 STRATUS_INLINE float minimum(float a, float b) {
-    return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b)));
+    return _mm_cvtss_f32(_mm_min_ss(register_of(a), register_of(b)));
 }
 #else
 STRATUS_INLINE float maximum(float a, float b) { return a > b ? a : b; }
 STRATUS_INLINE float minimum(float a, float b) { return a < b ? a : b; }
 #endif
+
+STRATUS_INLINE float magnitude(float x) { return __builtin_fabsf(x); }
 
 /// Towards 0; |x| < 2^31.
 STRATUS_INLINE std::int32_t truncated(float x) { return static_cast<std::int32_t>(x); }
@@ -46,7 +55,7 @@ STRATUS_INLINE std::int32_t truncated(float x) { return static_cast<std::int32_t
 STRATUS_INLINE float as_float(std::int32_t n) { return static_cast<float>(n); }
 
 /// Of a number that is not negative.
-STRATUS_INLINE std::int32_t half_of(std::int32_t n) { return n / 2; }
+STRATUS_INLINE std::int32_t half_of(std::int32_t n) { return n >> 1; }
 
 /// Added to a small number and subtracted again, it rounds to an integer: 1.5 * 2^23.
 constexpr float rounding_shift = 12582912.0f;
@@ -192,6 +201,16 @@ STRATUS_INLINE SimdRegister<16>::Floats estimated_reciprocal_root(SimdRegister<1
 }
 #endif
 
+/// Sooner there than 1 / sqrt(x), which is exact.
+STRATUS_INLINE float prompt_reciprocal_root(float x) {
+#if defined(__SSE2__)
+    const float y = _mm_cvtss_f32(_mm_rsqrt_ss(register_of(x))), half = y * 0.5f;
+    return y + half * (1.0f - x * y * y);
+#else
+    return reciprocal_root(x);
+#endif
+}
+
 STRATUS_INLINE SimdRegister<4>::Floats rounded_root(SimdRegister<4>::Floats x) {
 #if defined(__SSE2__)
     return _mm_sqrt_ps(x);
@@ -213,6 +232,11 @@ struct IntLanes {
     STRATUS_FRIEND IntLanes operator+(IntLanes a, int b) { return {a.v + b}; }
     STRATUS_FRIEND IntLanes operator*(IntLanes a, int b) { return {a.v * b}; }
     STRATUS_FRIEND IntLanes half_of(IntLanes a) { return {a.v >> 1}; }
+    STRATUS_FRIEND IntLanes clamped(IntLanes a, int low, IntLanes high) {
+        const auto least = low + decltype(a.v){};
+        a.v = a.v < high.v ? a.v : high.v;
+        return {a.v > least ? a.v : least};
+    }
 };
 
 template <int width, LaneContent content>
@@ -246,6 +270,10 @@ struct FloatLanes {
     }
     STRATUS_FRIEND FloatLanes maximum(FloatLanes a, float b) { return maximum(a, FloatLanes(b)); }
     STRATUS_FRIEND FloatLanes minimum(FloatLanes a, float b) { return minimum(a, FloatLanes(b)); }
+    STRATUS_FRIEND FloatLanes magnitude(FloatLanes x) {
+        return FloatLanes(
+            reinterpret_cast<Floats>(reinterpret_cast<decltype(Ints::v)>(x.v) & 0x7fffffff));
+    }
     STRATUS_FRIEND Ints truncated(FloatLanes x) {
         return {__builtin_convertvector(x.v, decltype(Ints::v))};
     }
@@ -281,17 +309,23 @@ struct FloatLanes {
                 FloatLanes(reinterpret_cast<Floats>(0x7f000000 - exponent))};
     }
 
-    // 12 bits or more from the processor and one step of Newton: 2e-7, at a fraction of the time of
-    // a division or an exact root.
+    // Of lookups and channels 12 bits or more from the processor and one step of Newton: 2e-7, at a
+    // fraction of the time of a division or an exact root. Of quantities, as of a float.
     STRATUS_FRIEND FloatLanes reciprocal(FloatLanes x) {
+        if constexpr (content == LaneContent::quantities) return FloatLanes(1.0f / x.v);
         const Floats y = estimated_reciprocal(x.v);
         return FloatLanes(y + y * (1.0f - x.v * y));
     }
     STRATUS_FRIEND FloatLanes reciprocal_root(FloatLanes x) {
+        if constexpr (content == LaneContent::quantities)
+            return FloatLanes(1.0f / rounded_root(x.v));
+        return prompt_reciprocal_root(x);
+    }
+    STRATUS_FRIEND FloatLanes prompt_reciprocal_root(FloatLanes x) {
         const Floats y = estimated_reciprocal_root(x.v), half = y * 0.5f;
         return FloatLanes(y + half * (1.0f - x.v * y * y));
     }
-    /// Of numbers that are 0 or not below 1e-30; of quantities, exactly that of a float.
+    /// Of numbers that are 0 or not below 1e-30.
     STRATUS_FRIEND FloatLanes square_root(FloatLanes x) {
         if constexpr (content == LaneContent::quantities)
             return FloatLanes(rounded_root(x.v));
@@ -318,14 +352,15 @@ using ChannelLanes = FloatLanes<4, LaneContent::channels>;
 /// What one lookup needs more than once: up to four numbers for the time of one.
 using QuantityLanes = FloatLanes<4, LaneContent::quantities>;
 
-STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
-    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
-}
-
 // ---- any of them
 
 template <class F>
 STRATUS_INLINE F clamped(F x, float low, float high) {
+    return maximum(minimum(x, high), low);
+}
+template <int width, LaneContent content>
+STRATUS_INLINE FloatLanes<width, content> clamped(FloatLanes<width, content> x, float low,
+                                                  FloatLanes<width, content> high) {
     return maximum(minimum(x, high), low);
 }
 
@@ -362,33 +397,6 @@ STRATUS_INLINE unsigned lanes_less(LookupLanes a, LookupLanes b) {
     unsigned lanes = 0;
     for (int k = 0; k < lane_width; ++k) lanes |= (a.v[k] < b.v[k] ? 1u : 0u) << k;
     return lanes;
-#endif
-}
-
-/// Some lanes one after the other; what follows them, up to a whole register, may change.
-STRATUS_INLINE void store_some(LookupLanes x, unsigned lanes, float* to) {
-#if defined(__AVX512F__)
-    _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(lanes), x.v));
-#else
-    for (int k = 0; k < lane_width; ++k) {
-        *to = x.v[k];
-        to += lanes >> k & 1;
-    }
-#endif
-}
-
-/// Back from there, with 0 in the other lanes; a whole register is read.
-STRATUS_INLINE LookupLanes load_some(const float* from, unsigned lanes) {
-#if defined(__AVX512F__)
-    return LookupLanes(LookupLanes::Floats(
-        _mm512_maskz_expand_ps(static_cast<__mmask16>(lanes), _mm512_loadu_ps(from))));
-#else
-    LookupLanes::Floats y{};
-    for (int k = 0; k < lane_width; ++k) {
-        y[k] = lanes >> k & 1 ? *from : 0;
-        from += lanes >> k & 1;
-    }
-    return LookupLanes(y);
 #endif
 }
 
@@ -451,15 +459,6 @@ STRATUS_INLINE Neighbours<F> neighbours(const float* samples, Index index) {
     }
 #endif
     return {sample_at<F>(samples, index), sample_at<F>(samples + stride, index)};
-}
-
-/// The same of samples that all channels share.
-template <int stride, class F, class Index>
-STRATUS_INLINE Neighbours<F> shared_neighbours(const float* samples, Index index) {
-    if constexpr (std::is_same_v<F, ChannelLanes>)
-        return {F(samples[index.v[0]]), F(samples[index.v[0] + stride])};
-    else
-        return neighbours<stride, F>(samples, index);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct PhaseAngle {
     F sine, cosine;  // of a/2
 
     STRATUS_INLINE explicit PhaseAngle(const LightPathOf<F>& path)
-        : sine(square_root(path.backward * 0.5f)), cosine(square_root(path.forward * 0.5f)) {}
+        : sine(square_root(path.backward() * 0.5f)), cosine(square_root(path.forward() * 0.5f)) {}
     STRATUS_INLINE PhaseAngle(F sine_of_half, F cosine_of_half)
         : sine(sine_of_half), cosine(cosine_of_half) {}
 };
@@ -111,7 +111,7 @@ STRATUS_INLINE F opposition_bump(const OppositionTableView& table, const PhaseAn
 /// 4 mu mu0 / (mu + mu0)^2.
 template <class F>
 STRATUS_INLINE F path_eta(const ReflectedPath<F>& path) {
-    return path.mu_in * path.mu_out * (path.reciprocal_sum * path.reciprocal_sum) * 4.0f;
+    return product(path.mu) * (path.reciprocal_sum * path.reciprocal_sum) * 4.0f;
 }
 
 }  // namespace

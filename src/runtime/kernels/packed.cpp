@@ -10,106 +10,166 @@ namespace {
 
 // ---- sums of functions
 
-constexpr int words_of_row = functions / lane_width;
+// In registers of `lanes` numbers. One lookup takes the widest that all of a processor's vector units
+// work on, many those of all lanes.
 
-STRATUS_INLINE LookupLanes::Floats words(const CoefficientRow& row, int word) {
-    LookupLanes::Floats values;
-    __builtin_memcpy(&values, row.value + word * lane_width, sizeof values);
+template <int lanes>
+using Word = typename SimdRegister<lanes>::Floats;
+
+constexpr int word_width = lane_width < 8 ? lane_width : 8;
+
+template <int lanes>
+constexpr int words_of_row = functions / lanes;
+
+template <int lanes>
+STRATUS_INLINE Word<lanes> word_of(const float* row, int word) {
+    Word<lanes> values;
+    __builtin_memcpy(&values, row + word * lanes, sizeof values);
     return values;
 }
 
 /// Halves: the values are these times `half_scale`.
-STRATUS_INLINE LookupLanes::Floats words(const FunctionRowOf<Half>& row, int word) {
+template <int lanes>
+STRATUS_INLINE Word<lanes> word_of(const Half* row, int word) {
+    const Half* const from = row + word * lanes;
 #if defined(__AVX512F__)
-    static_cast<void>(word);
-    return _mm512_maskz_cvtph_ps(0xffff,
-                                 _mm256_load_si256(reinterpret_cast<const __m256i*>(row.value)));
-#else
-    using Bits = decltype(LookupLanes::Ints::v);
-    std::int16_t halves __attribute__((vector_size(2 * lane_width)));
-    __builtin_memcpy(&halves, row.value + word * lane_width, sizeof halves);
-    const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & half_mask;
-    return reinterpret_cast<LookupLanes::Floats>(shifted);
+    if constexpr (lanes == 16)
+        return _mm512_maskz_cvtph_ps(0xffff,
+                                     _mm256_load_si256(reinterpret_cast<const __m256i*>(from)));
+    else
 #endif
+    {
+#if defined(__F16C__)
+        return _mm256_cvtph_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(from)));
+#else
+        using Bits = typename SimdRegister<lanes>::Ints;
+        std::int16_t halves __attribute__((vector_size(2 * lanes)));
+        __builtin_memcpy(&halves, from, sizeof halves);
+        const Bits shifted = (__builtin_convertvector(halves, Bits) << half_shift) & half_mask;
+        return reinterpret_cast<Word<lanes> >(shifted);
+#endif
+    }
 }
-#if defined(__AVX512F__)
+#if defined(__F16C__)
 constexpr float half_scale = 1;
 #else
 constexpr float half_scale = half_unit;
 #endif
 
-STRATUS_INLINE LookupLanes::Floats words(const FunctionRowOf<float>& row, int word) {
-    LookupLanes::Floats values;
-    __builtin_memcpy(&values, row.value + word * lane_width, sizeof values);
-    return values;
-}
-
 template <int width>
-STRATUS_INLINE float sum_of(typename SimdRegister<width>::Floats lanes) {
+STRATUS_INLINE float sum_of(Word<width> lanes) {
     if constexpr (width == 4) {
         return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
     } else {
-        typename SimdRegister<width / 2>::Floats half[2];
+        Word<width / 2> half[2];
         __builtin_memcpy(half, &lanes, sizeof lanes);
         return sum_of<width / 2>(half[0] + half[1]);
     }
 }
 
-/// The coefficients of lookup n of a plan.
-template <int width>
-STRATUS_INLINE LookupLanes::Floats coefficients_of(const Plan<width>& plan, int n, int word) {
-    LookupLanes::Floats of_layers{};
-    for (int l = 0; l < stencil_size; ++l) {
-        const CoefficientRow* const row = plan.coefficient[n] + l * plan.coefficient_stride[n];
-        LookupLanes::Floats of_albedo{};
-        for (int t = 0; t < stencil_size; ++t)
-            of_albedo += plan.depth_weight[t][n] * words(row[t], word);
-        of_layers += plan.albedo_weight[l][n] * of_albedo;
+/// Registers of a row that are summed together: as many as there is room for.
+template <int lanes>
+constexpr int words_at_once = words_of_row<lanes> < 2 ? 1 : 2;
+
+template <int lanes>
+struct Words {
+    Word<lanes> word[words_at_once<lanes>];
+};
+
+/// Four sums side by side, so that none waits for another.
+template <int lanes>
+class Sums {
+  public:
+    template <class Number>
+    STRATUS_INLINE void add(int which, float weight, const Number* row) {
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            sum_[which].word[w] += weight * word_of<lanes>(row, w);
     }
-    return of_layers;
+    STRATUS_INLINE void scale(int which, float weight) {
+        for (Word<lanes>& word : sum_[which].word) word *= weight;
+    }
+    STRATUS_INLINE Words<lanes> total() const {
+        Words<lanes> total;
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            total.word[w] =
+                (sum_[0].word[w] + sum_[1].word[w]) + (sum_[2].word[w] + sum_[3].word[w]);
+        return total;
+    }
+
+  private:
+    Words<lanes> sum_[stencil_size] = {};
+};
+
+/// The coefficients of lookup n of a plan, from the `first` on.
+template <int lanes, int width>
+STRATUS_INLINE Words<lanes> coefficients_of(const Plan<width>& plan, int n, int first) {
+    Sums<lanes> sums;
+    const float* row = plan.coefficient[n]->value + first;
+    for (int l = 0; l < stencil_size; ++l) {
+        for (int t = 0; t < stencil_size; ++t)
+            sums.add(t, plan.layer_weight[stencil_size * l + t][n], row + t * functions);
+        row += plan.coefficient_stride[n];
+    }
+    return sums.total();
 }
 
-/// The functions at the directions of lookup n of a plan.
-template <class Number, bool azimuthal, int width>
-STRATUS_INLINE LookupLanes::Floats functions_of(const PackedSide& side, const Plan<width>& plan,
-                                                int n, int word) {
-    const int rows = rows_of<azimuthal>(side);
-    const auto* const function = reinterpret_cast<const FunctionRowOf<Number>*>(plan.function[n]);
-    LookupLanes::Floats of_directions{};
+/// The functions at the directions of lookup n of a plan, from the `first` on.
+template <int lanes, class Number, bool azimuthal, int width>
+STRATUS_INLINE Words<lanes> functions_of(const PackedSide& side, const Plan<width>& plan, int n,
+                                         int first) {
+    Sums<lanes> sums;
+    const std::ptrdiff_t column = std::ptrdiff_t{side.column_step} * functions;
+    const auto* row = reinterpret_cast<const Number*>(plan.function[n]) + first;
+    // Of symmetric R and T every row is one (mu, mu') longer than the one before.
+    const std::ptrdiff_t longer = side.symmetric ? rows_of<azimuthal>(side) * functions : 0;
+    std::ptrdiff_t next = std::ptrdiff_t{plan.next_mu[n]} * functions;
     for (int r = 0; r < stencil_size; ++r) {
-        const auto* const row = function + rows_to_mu(side, plan.next_mu[n], r, rows);
-        LookupLanes::Floats of_other{};
+        const Number* at = row;
         for (int c = 0; c < stencil_size; ++c) {
-            const auto* const at = row + c * side.column_step;
-            if constexpr (azimuthal) {
-                LookupLanes::Floats around{};
-                for (int a = 0; a < stencil_size; ++a)
-                    around += plan.azimuth_weight[a][n] * words(at[a], word);
-                of_other += plan.other_weight[c][n] * around;
-            } else {
-                of_other += plan.other_weight[c][n] * words(*at, word);
-            }
+            const float weight = plan.cosine_weight[stencil_size * r + c][n];
+            if constexpr (azimuthal)
+                for (int a = 0; a < stencil_size; ++a) sums.add(a, weight, at + a * functions);
+            else
+                sums.add(c, weight, at);
+            at += column;
         }
-        of_directions += plan.mu_weight[r][n] * of_other;
+        row += next;
+        next += longer;
     }
-    return of_directions;
+    if constexpr (azimuthal)
+        for (int a = 0; a < stencil_size; ++a) sums.scale(a, plan.azimuth_weight[a][n]);
+    return sums.total();
 }
 
 /// Orders n >= 2 of lookup n of a plan, but for the factor.
-template <class Number, bool azimuthal, int width>
+template <int lanes, class Number, bool azimuthal, int width>
 STRATUS_INLINE float contracted_rows(const PackedSide& side, const Plan<width>& plan, int n) {
-    LookupLanes::Floats sum{};
-    for (int word = 0; word < words_of_row; ++word)
-        sum +=
-            coefficients_of(plan, n, word) * functions_of<Number, azimuthal>(side, plan, n, word);
-    return sum_of<lane_width>(sum);
+    Word<lanes> sum{};
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+        const Words<lanes> coefficient = coefficients_of<lanes>(plan, n, first),
+                           function = functions_of<lanes, Number, azimuthal>(side, plan, n, first);
+        for (int w = 0; w < words_at_once<lanes>; ++w)
+            sum += coefficient.word[w] * function.word[w];
+    }
+    return sum_of<lanes>(sum);
 }
 
-template <bool azimuthal, int width>
+template <int lanes, bool azimuthal, int width>
 STRATUS_INLINE float contracted(const PackedSide& side, const Plan<width>& plan, int n) {
-    const float sum = side.halves ? half_scale * contracted_rows<Half, azimuthal>(side, plan, n)
-                                  : contracted_rows<float, azimuthal>(side, plan, n);
+    const float sum = side.halves
+                          ? half_scale * contracted_rows<lanes, Half, azimuthal>(side, plan, n)
+                          : contracted_rows<lanes, float, azimuthal>(side, plan, n);
     return plan.factor[n] * sum;
+}
+
+/// All words of a row times a factor: of(first) gives those from the `first` number on.
+template <int lanes, class Of>
+STRATUS_INLINE void store_row(float factor, const Of& of, float* row) {
+    for (int first = 0; first < functions; first += lanes * words_at_once<lanes>) {
+        Words<lanes> words = of(first);
+        for (Word<lanes>& word : words.word) word *= factor;
+        __builtin_memcpy(row + first, words.word, sizeof words.word);
+    }
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
@@ -117,7 +177,7 @@ void evaluate_one(const PackedSide& side, const PackedPoint& at, float* single_m
     Plan<1> plan;
     prepare<which, form, azimuthal>(side, at, 0, plan);
     single_multiple[0] = plan.single[0];
-    single_multiple[1] = contracted<azimuthal>(side, plan, 0) + plan.along_path[0];
+    single_multiple[1] = contracted<word_width, azimuthal>(side, plan, 0) + plan.along_path[0];
 }
 
 template <Side which, PhaseForm form, bool azimuthal>
@@ -144,7 +204,8 @@ void evaluate_many(const PackedSide& side, const PackedPoints& at, std::size_t c
         prepare_many<which, form, azimuthal>(side, at, first, plan);
         for (int n = 0; n < points_at_once; ++n)
             total[first + static_cast<std::size_t>(n)] =
-                plan.single[n] + (contracted<azimuthal>(side, plan, n) + plan.along_path[n]);
+                plan.single[n] +
+                (contracted<lane_width, azimuthal>(side, plan, n) + plan.along_path[n]);
     }
 }
 
@@ -153,7 +214,7 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
     const LightPath path = light_path<which>(at[0].mu_in, at[0].mu_out, at[0].azimuth);
     const DirectionWindow<float> directions =
         direction_window<azimuthal>(side, path, at[0].azimuth);
-    LookupLanes::Floats function[words_of_row];
+    float function[functions] = {};
     const char* summed = nullptr;
     for (int k = 0; k < 3; ++k) {
         if (k > 0 && at[k].albedo == at[k - 1].albedo &&
@@ -163,27 +224,41 @@ void evaluate_layers(const PackedSide& side, const PackedPoint (&at)[3], float (
         }
         Plan<1> plan;
         prepare<which, form, azimuthal>(side, at[k], path, directions, 0, plan);
-        if (plan.function[0] != summed)  // else of the same block
-            for (int word = 0; word < words_of_row; ++word)
-                function[word] =
-                    side.halves ? half_scale * functions_of<Half, azimuthal>(side, plan, 0, word)
-                                : functions_of<float, azimuthal>(side, plan, 0, word);
+        if (plan.function[0] != summed) {  // else of the same block
+            if (side.halves)
+                store_row<word_width>(
+                    half_scale,
+                    [&](int first) {
+                        return functions_of<word_width, Half, azimuthal>(side, plan, 0, first);
+                    },
+                    function);
+            else
+                store_row<word_width>(
+                    1,
+                    [&](int first) {
+                        return functions_of<word_width, float, azimuthal>(side, plan, 0, first);
+                    },
+                    function);
+        }
         summed = plan.function[0];
-        LookupLanes::Floats sum{};
-        for (int word = 0; word < words_of_row; ++word)
-            sum += coefficients_of(plan, 0, word) * function[word];
-        multiple[k] = plan.factor[0] * sum_of<lane_width>(sum) + plan.along_path[0];
+        float coefficient[functions];
+        store_row<word_width>(
+            1, [&](int first) { return coefficients_of<word_width>(plan, 0, first); }, coefficient);
+        Word<word_width> sum{};
+        for (int word = 0; word < words_of_row<word_width>; ++word)
+            sum += word_of<word_width>(coefficient, word) * word_of<word_width>(function, word);
+        multiple[k] = plan.factor[0] * sum_of<word_width>(sum) + plan.along_path[0];
     }
 }
 
 template <class Number>
-STRATUS_INLINE void sum_rows(const LookupLanes::Floats* coefficient,
-                             const FunctionRowOf<Number>* function, std::size_t rows,
-                             float* value) {
+STRATUS_INLINE void sum_rows(const float* coefficient, const FunctionRowOf<Number>* function,
+                             std::size_t rows, float* value) {
     for (std::size_t row = 0; row < rows; ++row) {
-        LookupLanes::Floats sum{};
-        for (int word = 0; word < words_of_row; ++word)
-            sum += coefficient[word] * words(function[row], word);
+        Word<lane_width> sum{};
+        for (int word = 0; word < words_of_row<lane_width>; ++word)
+            sum += word_of<lane_width>(coefficient, word) *
+                   word_of<lane_width>(function[row].value, word);
         value[row] = sum_of<lane_width>(sum);
     }
 }
@@ -196,10 +271,11 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
     float factor = plan.factor[0];
     if (side.divided) factor = factor / shares_at(at.optical_depth, at.mu_in, at.mu_out);
     if (side.halves) factor = factor * half_scale;
-    LookupLanes::Floats coefficient[words_of_row];
-    for (int word = 0; word < words_of_row; ++word)
-        coefficient[word] = factor * coefficients_of(plan, 0, word);
-    const auto cell = truncated(layer_window(side, at.co_albedo, at.optical_depth).cell);
+    float coefficient[functions];
+    store_row<word_width>(
+        factor, [&](int first) { return coefficients_of<word_width>(plan, 0, first); },
+        coefficient);
+    const auto cell = layer_window(side, at.co_albedo, at.optical_depth).cell;
     const LayerBlock& block = side.block[truncated(side.block_of_cell[cell])];
     if (side.halves)
         sum_rows(coefficient, static_cast<const FunctionRowOf<Half>*>(block.function), rows,

@@ -11,34 +11,64 @@
 namespace stratus {
 namespace {
 
+constexpr int stencil_area = stencil_size * stencil_size;
+
 /// What `width` lookups read, and the weights of it.
 template <int width>
 struct Plan {
-    alignas(64) float albedo_weight[stencil_size][width];
-    alignas(64) float depth_weight[stencil_size][width];
-    alignas(64) float mu_weight[stencil_size][width];
-    alignas(64) float other_weight[stencil_size][width];
+    alignas(64) float layer_weight[stencil_area][width];   // over (albedo, optical depth)
+    alignas(64) float cosine_weight[stencil_area][width];  // over (mu, mu')
     alignas(64) float azimuth_weight[stencil_size][width];
     alignas(64) float single[width], along_path[width], factor[width];
     CoefficientRow mixed[width][stencil_size];  // of lookups beyond the deepest sample
     const CoefficientRow* coefficient[width];   // first of the stencil
-    int coefficient_stride[width];              // from one albedo to the next
+    std::ptrdiff_t coefficient_stride[width];   // numbers from one albedo to the next
     const char* function[width];                // first of the stencils
     int next_mu[width];                         // rows of functions to the next mu
 };
 
-/// A coordinate on an axis: the sample before it, and the first of the cubic's.
-template <class F>
+/// A coordinate on its axis: the sample before it, the first of its cubic's, and the way from there.
+template <class F, class Index>
 struct CubicPlace {
-    F cell, first;
+    Index cell, first;
+    F way;
 };
 
 template <class F>
-STRATUS_INLINE CubicPlace<F> cubic_place(const PackedAxis& axis, F coordinate, F* weight) {
-    const F place = clamped((coordinate - axis.first) * axis.inverse_step, 0, axis.last);
-    const F cell = whole(place), first = clamped(cell - 1.0f, 0, axis.last - 3);
-    cubic_weights(place - first, weight);
-    return {cell, first};
+STRATUS_INLINE auto cubic_place(F place, F last) {
+    const auto cell = truncated(place);
+    const auto first = clamped(cell + -1, 0, truncated(last) + -3);
+    return CubicPlace<F, std::remove_const_t<decltype(first)>>{cell, first,
+                                                               place - as_float(first)};
+}
+
+template <class F>
+using IndexOf = std::remove_const_t<decltype(truncated(F()))>;
+
+/// Of two coordinates.
+template <class F>
+struct CubicPlaces {
+    CubicPlace<F, IndexOf<F>> a, b;
+};
+
+template <class F>
+STRATUS_INLINE CubicPlaces<F> cubic_places(const PackedAxis& a, const PackedAxis& b,
+                                           const Pair<F>& coordinate) {
+    const auto of_axes = [&](float PackedAxis::*number) {
+        return Pair<F>(F(a.*number), F(b.*number));
+    };
+    const Pair<F> last = of_axes(&PackedAxis::last);
+    const Pair<F> along =
+        (coordinate - of_axes(&PackedAxis::first)) * of_axes(&PackedAxis::inverse_step);
+    const Pair<F> place = each([](auto x, auto end) { return clamped(x, 0.0f, end); }, along, last);
+    if constexpr (std::is_same_v<F, float>) {
+        const auto both = cubic_place(place.lanes(), last.lanes());
+        return {{both.cell.v[0], both.first.v[0], both.way.v[0]},
+                {both.cell.v[1], both.first.v[1], both.way.v[1]}};
+    } else {
+        return {cubic_place(place.first(), last.first()),
+                cubic_place(place.second(), last.second())};
+    }
 }
 
 constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
@@ -47,9 +77,9 @@ constexpr float min_exponent = 1e-20f;  // of diffusion, in place of 0
 template <class F>
 struct LayerWindow {
     F of_albedo[stencil_size], of_depth[stencil_size];
-    F first_albedo, first_depth;
-    F cell;    // over (albedo, optical depth)
-    F within;  // optical depth clamped to the table
+    IndexOf<F> first_albedo, first_depth;
+    IndexOf<F> cell;  // over (albedo, optical depth)
+    F within;         // optical depth clamped to the table
     F diffusion_exponent;
 };
 
@@ -57,18 +87,20 @@ template <class F>
 STRATUS_INLINE LayerWindow<F> layer_window(const PackedSide& side, F co_albedo, F depth) {
     LayerWindow<F> at;
     const F root = square_root(maximum(co_albedo, 0.0f));
-    const CubicPlace<F> in_albedo = cubic_place(
-        side.albedo, (side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f, at.of_albedo);
     at.within = clamped(depth, 1e-30f, side.max_depth);
-    const CubicPlace<F> in_depth =
-        cubic_place(side.optical_depth, binary_logarithm(at.within), at.of_depth);
-    at.first_albedo = in_albedo.first;
-    at.first_depth = in_depth.first;
-    at.cell = in_albedo.cell * (side.optical_depth.last + 1) + in_depth.cell;
+    const CubicPlaces<F> places =
+        cubic_places(side.albedo, side.optical_depth,
+                     Pair<F>((side.fourth_root_of_albedo ? square_root(root) : root) * -1.0f,
+                             binary_logarithm(at.within)));
+    cubic_weights(places.a.way, at.of_albedo);
+    cubic_weights(places.b.way, at.of_depth);
+    at.first_albedo = places.a.first;
+    at.first_depth = places.b.first;
+    at.cell = places.a.cell * (truncated(side.optical_depth.last) + 1) + places.b.cell;
     F exponent(0.0f);
     for (int l = 0; l < stencil_size; ++l)
-        exponent = exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l,
-                                                             truncated(at.first_albedo));
+        exponent =
+            exponent + at.of_albedo[l] * sample_at<F>(side.diffusion_exponent + l, at.first_albedo);
     at.diffusion_exponent = maximum(exponent, min_exponent);
     return at;
 }
@@ -85,9 +117,10 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo,
                                                const LightPathOf<F>& path) {
     const ReflectedPath<F> directions(path);
     const F exponent = layers.diffusion_exponent;
+    const Pair<F> depths = directions.depths(depth);
     Attenuation<F> of[4];
-    attenuate({directions.depth_in(depth), directions.depth_out(depth),
-               exponent * (2 * side.extrapolation_length), exponent * layers.within * 2.0f},
+    attenuate({depths.first(), depths.second(), exponent * (2 * side.extrapolation_length),
+               exponent * layers.within * 2.0f},
               of);
     const auto& [in, out, length, deep] = of;
     const BothWays<F> both = both_ways(in, out);
@@ -99,8 +132,7 @@ STRATUS_INLINE ClosedForm<F> closed_reflection(const PackedSide& side, F albedo,
                             clamped(albedo, side.min_albedo, side.max_albedo)};
     if (!side.over_surface) return {single, F(1.0f)};
     // A surface alone scatters once; what a thin layer adds is what it takes out of the beams.
-    const F thinnest = attenuation(directions.depth_in(side.min_depth)).extinguished +
-                       attenuation(directions.depth_out(side.min_depth)).extinguished;
+    const F thinnest = sum(attenuations(directions.depths(side.min_depth)).extinguished);
     return {single, minimum((in.extinguished + out.extinguished) * reciprocal(thinnest), 1.0f)};
 }
 
@@ -132,7 +164,7 @@ template <int width>
 void follow_diffusion(const PackedSide& side, const LayerBlock& block, const PackedPoint& point,
                       int n, Plan<width>& plan) {
     const LayerWindow<float> at = layer_window(side, point.co_albedo, point.optical_depth);
-    const auto first = static_cast<int>(at.first_albedo);
+    const int first = at.first_albedo;
     const float exponent = at.diffusion_exponent;
     const float deficit =
         ReflectionDeficit<float>(attenuation(exponent * (2 * side.extrapolation_length)),
@@ -152,8 +184,7 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
                                  (own - share) * infinite->value[f];
     }
     // The first row alone counts, and the scale of the finite samples does not.
-    for (int s = 0; s < stencil_size; ++s)
-        plan.albedo_weight[s][n] = plan.depth_weight[s][n] = s == 0 ? 1.0f : 0.0f;
+    for (int s = 0; s < stencil_area; ++s) plan.layer_weight[s][n] = s == 0 ? 1.0f : 0.0f;
     plan.coefficient[n] = mixed;
     plan.coefficient_stride[n] = 0;
     if (side.divided)
@@ -164,7 +195,7 @@ void follow_diffusion(const PackedSide& side, const LayerBlock& block, const Pac
 /// Which function values of a block a lookup reads, and their weights.
 template <class F>
 struct DirectionWindow {
-    F mu, other_mu, first_azimuth;  // samples
+    IndexOf<F> mu, other_mu, first_azimuth;  // samples
     F of_mu[stencil_size], of_other[stencil_size], of_azimuth[stencil_size];
 };
 
@@ -172,27 +203,25 @@ template <bool azimuthal, class F>
 STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
                                                    const LightPathOf<F>& path, F azimuth) {
     DirectionWindow<F> at{};
-    F in = mu_angle(path.mu_in) * -1.0f, out = mu_angle(path.mu_out) * -1.0f;
-    if (side.symmetric) {
-        const F higher = maximum(in, out);
-        out = minimum(in, out);
-        in = higher;
-    }
-    at.mu = cubic_place(side.mu_in, in, at.of_mu).first;
-    at.other_mu = cubic_place(side.mu_out, out, at.of_other).first;
+    Pair<F> angles = each([](auto mu) { return mu_angle(mu) * -1.0f; }, path.mu);
+    if (side.symmetric) angles = higher_first(angles);
+    const CubicPlaces<F> places = cubic_places(side.mu_in, side.mu_out, angles);
+    cubic_weights(places.a.way, at.of_mu);
+    cubic_weights(places.b.way, at.of_other);
+    at.mu = places.a.first;
+    at.other_mu = places.b.first;
     if constexpr (azimuthal) {
         const float last = static_cast<float>(side.azimuths - 1) * (1 - 1e-6f);
-        const F turns = maximum(azimuth, azimuth * -1.0f) * static_cast<float>(0.5 / pi);
-        const F turn = turns - whole(turns + 0.5f);  // [-1/2, 1/2]
-        const F half_turn = maximum(turn, turn * -1.0f);
+        const F turns = magnitude(azimuth) * static_cast<float>(0.5 / pi);
+        const F half_turn = magnitude(turns - whole(turns + 0.5f));  // [0, 1/2]
         const F along =
             side.square_root_of_azimuth ? square_root(half_turn * 2.0f) : half_turn * 2.0f;
         const F place =
             clamped((along - side.azimuth_first) * side.azimuth_step_inverse, 0.0f, last);
         const F cell = whole(place);
         const F first = clamped(cell - 1.0f, side.azimuth_window, side.last_azimuth_window);
-        at.first_azimuth = first + 1.0f;  // a mirrored sample lies before the first
-        cubic_weights((place - cell) + (cell - first), at.of_azimuth);
+        at.first_azimuth = truncated(first + 1.0f);  // a mirrored sample lies before the first
+        cubic_weights(place - first, at.of_azimuth);
     }
     return at;
 }
@@ -200,6 +229,19 @@ STRATUS_INLINE DirectionWindow<F> direction_window(const PackedSide& side,
 template <int count, class F, int width>
 STRATUS_INLINE void store_weights(const F (&weight)[count], float (&to)[count][width], int n) {
     for (int k = 0; k < count; ++k) store(weight[k], to[k] + n);
+}
+
+/// Products of two cubics' weights.
+template <class F, int width>
+STRATUS_INLINE void store_products(const F (&a)[stencil_size], const F (&b)[stencil_size],
+                                   float (&to)[stencil_area][width], int n) {
+    if constexpr (std::is_same_v<F, float> && width == 1) {
+        const auto row = load<QuantityLanes>(b);
+        for (int k = 0; k < stencil_size; ++k) store(row * a[k], to[stencil_size * k]);
+    } else {
+        for (int k = 0; k < stencil_area; ++k)
+            store(a[k / stencil_size] * b[k % stencil_size], to[k] + n);
+    }
 }
 
 /// Function values of one (mu, mu').
@@ -210,11 +252,6 @@ STRATUS_INLINE int rows_of(const PackedSide& side) {
 
 STRATUS_INLINE int row_bytes(const PackedSide& side) {
     return functions * (side.halves ? int{sizeof(Half)} : int{sizeof(float)});
-}
-
-/// Rows of functions from the first sample of mu to the r-th.
-STRATUS_INLINE int rows_to_mu(const PackedSide& side, int next_mu, int r, int rows) {
-    return r * next_mu + (side.symmetric ? r * (r - 1) / 2 * rows : 0);
 }
 
 /// Samples that one lookup reads.
@@ -230,7 +267,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
     plan.coefficient[n] = block.coefficient +
                           (at.first_albedo - block.first_albedo) * block.depths + at.first_depth -
                           block.first_depth;
-    plan.coefficient_stride[n] = block.depths;
+    plan.coefficient_stride[n] = std::ptrdiff_t{block.depths} * functions;
     if (point.optical_depth > side.max_finite_depth) {
         if (side.ends_at_infinity)
             follow_diffusion(side, block, point, n, plan);
@@ -239,7 +276,7 @@ STRATUS_INLINE void set_addresses(const PackedSide& side, const SampleIndices& a
                               shares_at(point.optical_depth, point.mu_in, point.mu_out);
     }
     const int rows = rows_of<azimuthal>(side);
-    const int row = side.symmetric ? at.mu * (at.mu + 7) / 2 * rows : at.mu * side.row_step;
+    const int row = side.symmetric ? half_of(at.mu * (at.mu + 7)) * rows : at.mu * side.row_step;
     plan.function[n] =
         static_cast<const char*>(block.function) +
         static_cast<std::ptrdiff_t>(row + at.other_mu * side.column_step + at.first_azimuth) *
@@ -282,8 +319,7 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     constexpr int lanes = sizeof(F) / sizeof(float);  // NOLINT(bugprone-sizeof-expression): or one
     const F depth = clamped(point.optical_depth, 0, 1e30f);
     const LayerWindow<F> layers = layer_window(side, point.co_albedo, depth);
-    store_weights(layers.of_albedo, plan.albedo_weight, n);
-    store_weights(layers.of_depth, plan.depth_weight, n);
+    store_products(layers.of_albedo, layers.of_depth, plan.layer_weight, n);
     ClosedForm<F> closed;
     if constexpr (which == Side::reflection)
         closed = closed_reflection<form>(side, point.albedo, depth, layers, path);
@@ -295,24 +331,23 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
     store(along, plan.along_path + n);
     store(closed.factor, plan.factor + n);
 
-    const auto block = truncated(sample_at<F>(side.block_of_cell, truncated(layers.cell)));
-    store_weights(directions.of_mu, plan.mu_weight, n);
-    store_weights(directions.of_other, plan.other_weight, n);
+    const auto block = truncated(sample_at<F>(side.block_of_cell, layers.cell));
+    store_products(directions.of_mu, directions.of_other, plan.cosine_weight, n);
     if constexpr (azimuthal) store_weights(directions.of_azimuth, plan.azimuth_weight, n);
 
     std::int32_t index[6][lanes];
     store(block, index[0]);
-    store(truncated(layers.first_albedo), index[1]);
-    store(truncated(layers.first_depth), index[2]);
-    store(truncated(directions.mu), index[3]);
-    store(truncated(directions.other_mu), index[4]);
-    store(truncated(directions.first_azimuth), index[5]);
+    store(layers.first_albedo, index[1]);
+    store(layers.first_depth, index[2]);
+    store(directions.mu, index[3]);
+    store(directions.other_mu, index[4]);
+    store(directions.first_azimuth, index[5]);
     float number[5][lanes];
     store(point.albedo, number[0]);
     store(point.co_albedo, number[1]);
     store(depth, number[2]);
-    store(path.mu_in, number[3]);
-    store(path.mu_out, number[4]);
+    store(path.mu_in(), number[3]);
+    store(path.mu_out(), number[4]);
     for (int k = 0; k < lanes; ++k)
         set_addresses<azimuthal>(
             side, {index[0][k], index[1][k], index[2][k], index[3][k], index[4][k], index[5][k]},

@@ -18,10 +18,10 @@ struct PathAngle {
 template <class F>
 STRATUS_INLINE auto path_angle(const PathSheetView& sheet, const LightPathOf<F>& path) {
     // Not-a-number becomes an end, never an index.
-    const F x = clamped(minimum(path.forward, path.backward), 0.0f, 1.0f) + sheet.offset;
+    const F x = clamped(minimum(path.forward(), path.backward()), 0.0f, 1.0f) + sheet.offset;
     const auto place = octave_place<PathOrders::angle_bits>(x);
-    const auto sample =
-        place.sample + where_less(path.backward, path.forward, sheet.angles) + -sheet.first_angle;
+    const auto sample = place.sample + where_less(path.backward(), path.forward(), sheet.angles) +
+                        -sheet.first_angle;
     return PathAngle<F, std::remove_const_t<decltype(sample)>>{sample, place.fraction,
                                                                reciprocal(x)};
 }

@@ -10,9 +10,34 @@ namespace {
 
 template <class F>
 STRATUS_INLINE F lobe_value(const PhaseLobe& lobe, const LightPathOf<F>& path) {
-    const F r = reciprocal_root(path.forward * lobe.forward +
-                                (path.backward * lobe.backward + lobe.offset));
+    const F r = reciprocal_root(path.forward() * lobe.forward +
+                                (path.backward() * lobe.backward + lobe.offset));
     return r * r * (r * lobe.scale);
+}
+
+template <class F>
+STRATUS_INLINE F sum_of_lobes(const PhaseLobe (&lobe)[2], const LightPathOf<F>& path) {
+    if constexpr (std::is_same_v<F, float>) {
+        const auto of_both = [&](float PhaseLobe::*number) {
+            return Pair<F>(lobe[0].*number, lobe[1].*number);
+        };
+        const Pair<F> base =
+            scaled(of_both(&PhaseLobe::forward), path.forward()) +
+            (scaled(of_both(&PhaseLobe::backward), path.backward()) + of_both(&PhaseLobe::offset));
+        const Pair<F> r = each([](auto x) { return reciprocal_root(x); }, base);
+        return sum(r * r * (r * of_both(&PhaseLobe::scale)));
+    } else {
+        return lobe_value(lobe[0], path) + lobe_value(lobe[1], path);
+    }
+}
+
+/// Two neighbouring samples (lanes.h) of those that all channels share.
+template <int stride, class F, class Index>
+STRATUS_INLINE Neighbours<F> shared_neighbours(const float* samples, Index index) {
+    if constexpr (std::is_same_v<F, ChannelLanes>)
+        return {F(samples[index.v[0]]), F(samples[index.v[0] + stride])};
+    else
+        return neighbours<stride, F>(samples, index);
 }
 
 /// The `width` values side by side at a scattering angle.
@@ -20,7 +45,7 @@ template <int width, class F>
 STRATUS_INLINE void sampled_values(const PhaseCurveView& curve, const LightPathOf<F>& path,
                                    F* value) {
     const F x =
-        (square_root(path.forward * 0.5f) - square_root(path.backward * 0.5f)) * 0.5f + 0.5f;
+        (square_root(path.forward() * 0.5f) - square_root(path.backward() * 0.5f)) * 0.5f + 0.5f;
     // Stays below the last sample, so that there is a next one.
     const F place = clamped(x, 0.0f, 1 - 1e-6f) * static_cast<float>(curve.last);
     const auto index = truncated(place);
@@ -40,11 +65,10 @@ STRATUS_INLINE F phase_value(const PhaseCurveView& curve, const LightPathOf<F>& 
     } else if constexpr (form == PhaseForm::constant) {
         return F(curve.polynomial[0]);
     } else {
-        F value = path.forward * (path.forward * curve.polynomial[2] + curve.polynomial[1]) +
+        F value = path.forward() * (path.forward() * curve.polynomial[2] + curve.polynomial[1]) +
                   curve.polynomial[0];
-        if constexpr (form == PhaseForm::one_lobe || form == PhaseForm::two_lobes)
-            value = value + lobe_value(curve.lobe[0], path);
-        if constexpr (form == PhaseForm::two_lobes) value = value + lobe_value(curve.lobe[1], path);
+        if constexpr (form == PhaseForm::one_lobe) value = value + lobe_value(curve.lobe[0], path);
+        if constexpr (form == PhaseForm::two_lobes) value = value + sum_of_lobes(curve.lobe, path);
         return value;
     }
 }

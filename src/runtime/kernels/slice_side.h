@@ -15,11 +15,11 @@ enum class Orders {
     with_azimuth_and_path,  // the path law is added to what is stored
 };
 
-/// Places along a coordinate that samples lie evenly in: (coordinate - first) * step_inverse, at
-/// most `last`.
+/// Places along the coordinates that samples lie evenly in, of mu_in, mu_out and azimuth, and one
+/// to spare: coordinate * scale + offset, from 0 to `last`.
 struct SlicePlaces {
-    float first, step_inverse;
-    float last;  // a little below the last sample, so that there is a next one
+    float scale[4], offset[4];
+    float last[4];  // a little below the last sample, so that there is a next one
 };
 
 /// A layer of a stack, or a semi-infinite one that it lies on.
@@ -40,17 +40,15 @@ struct SliceSide {
     float surface_albedo[padded];           // lower boundary: R of a Lambert surface; 0: none
     float boundary_quarter_albedo[padded];  // lower boundary: w / 4 of a layer; 0: none
     const SliceLayer* layer;                // of_stack: as many as `layers`, alike in all channels
-    int layers;
 
     // Orders n >= 2 over (mu, mu', azimuth), channels innermost, with one number to spare at the
     // end. Where R and T are known for the same cosines on both ways they are symmetric in them:
     // row i over mu has mu' = 0 .. i + 1 alone, and a lookup takes the larger index for mu.
     // Elsewhere mu is that of the incident light, and every row has `columns`.
     const float* sample;
+    int layers, columns, azimuths;
     bool symmetric;
-    int columns, azimuths;
-    SlicePlaces mu_in, mu_out;  // the same where it is symmetric
-    SlicePlaces azimuth;        // along sin(azimuth / 2)
+    SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
 

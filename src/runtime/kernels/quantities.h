@@ -1,0 +1,53 @@
+// What one lookup needs more than once, side by side in a register: putting numbers there, moving
+// them about and adding them up.
+#pragma once
+
+#include "lanes.h"
+
+#include <cstdint>
+
+namespace stratus {
+namespace {
+
+STRATUS_INLINE QuantityLanes quantities(float a, float b, float c = 0, float d = 0) {
+    return QuantityLanes(QuantityLanes::Floats{a, b, c, d});
+}
+
+/// Two, and 0.
+STRATUS_INLINE QuantityLanes two_quantities(float a, float b) {
+#if defined(__SSE4_1__)
+    return QuantityLanes(
+        QuantityLanes::Floats(_mm_insert_ps(register_of(a), register_of(b), 0x1c)));
+#else
+    return quantities(a, b);
+#endif
+}
+
+/// The first of one, and what follows of another.
+STRATUS_INLINE QuantityLanes first_of(QuantityLanes x, QuantityLanes rest) {
+    return quantities(x.v[0], rest.v[1], rest.v[2], rest.v[3]);
+}
+
+/// The first two of either.
+STRATUS_INLINE QuantityLanes low_and_low(QuantityLanes a, QuantityLanes b) {
+    return quantities(a.v[0], a.v[1], b.v[0], b.v[1]);
+}
+
+/// Two numbers from either place.
+STRATUS_INLINE QuantityLanes two_pairs(const float* a, const float* b) {
+    std::int64_t pairs __attribute__((vector_size(16)));
+    std::int64_t low, high;
+    __builtin_memcpy(&low, a, sizeof low);
+    __builtin_memcpy(&high, b, sizeof high);
+    pairs[0] = low;
+    pairs[1] = high;
+    return QuantityLanes(reinterpret_cast<QuantityLanes::Floats>(pairs));
+}
+
+STRATUS_INLINE float sum_of_all(QuantityLanes x) {
+    const QuantityLanes halves = x + quantities(x.v[2], x.v[3], x.v[2], x.v[3]);
+    return halves.v[0] + halves.v[1];
+}
+
+}  // namespace
+}  // namespace stratus

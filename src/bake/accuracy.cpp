@@ -110,7 +110,8 @@ bool Verification::meets(double tolerance) const {
         });
         return static_cast<double>(count) >= share * static_cast<double>(some.size());
     };
-    return within(samples, 0.999) && (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance) &&
+    return within(samples, 0.999) &&
+           (samples.empty() || samples.back().error <= largest_over_tolerance * tolerance) &&
            within(forward, 0.99) && (!judges_grazing || within(grazing, 0.99));
 }
 

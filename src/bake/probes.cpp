@@ -373,7 +373,7 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
     std::vector<double> counts;
     for (const Errors& errors : lists) counts.push_back(static_cast<double>(errors.size()));
     const std::vector<std::vector<double>> counts_of_share = gather(probes, counts);
-    std::vector<std::size_t> places;  // of each list's quantile, among all errors in descending order
+    std::vector<std::size_t> places;  // of the quantiles, among all errors in descending order
     std::vector<double> largest;
     for (std::size_t n = 0; n < lists.size(); ++n) {
         std::size_t count = 0;
@@ -400,8 +400,8 @@ std::vector<double> quantiles_of_all(const Probes& probes, std::vector<Errors> l
             next[s] += told;
         }
         if (!all.empty())
-            std::ranges::nth_element(
-                all, all.begin() + static_cast<std::ptrdiff_t>(places[n]), std::greater{});
+            std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(places[n]),
+                                     std::greater{});
         quantiles.push_back(all.empty() ? 0 : all[places[n]]);
     }
     return quantiles;

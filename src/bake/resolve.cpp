@@ -124,8 +124,7 @@ std::vector<FamilyPoint> probed_points(const Recipe& recipe) {
     std::vector<std::pair<double, FamilyPoint>> peaks;
     for (const FamilyPoint& corner : corners_of(ends))
         peaks.emplace_back(std::abs(at_member(recipe, corner).phase_function.asymmetry()), corner);
-    std::ranges::stable_sort(peaks, std::ranges::greater{},
-                             &std::pair<double, FamilyPoint>::first);
+    std::ranges::stable_sort(peaks, std::ranges::greater{}, &std::pair<double, FamilyPoint>::first);
     return {peaks.front().second, FamilyPoint(middle), peaks.back().second};
 }
 

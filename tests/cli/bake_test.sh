@@ -230,7 +230,7 @@ expect_same resumed.h5 begun.h5
 rm resumed.h5 begun.h5
 # in the short time in which a file is written it waits
 for wait in 0.005 0.01 0.015 0.02 0.03 0.05; do
-    timeout -s INT $wait "$stratus" convert narrow.exr new.h5 >"$out" 2>"$err"
+    timeout --foreground -s INT $wait "$stratus" convert narrow.exr new.h5 >"$out" 2>"$err"
     [ -z "$(find . -name '.*.*')" ] || fail "a file of its own is left over after SIGINT"
     [ ! -e new.h5 ] || expect_same new.h5 narrow.h5
     rm -f new.h5

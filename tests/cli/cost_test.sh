@@ -71,7 +71,7 @@ echo older >older.csv
 cp older.csv older.svg
 before=$(snapshot)
 sed 's/isotropic/henyey_greenstein:g=0.9/; s/= 0.1$/= 1e-5/' tiny.toml >"$logs/long.toml"
-timeout -s INT 0.4 "$stratus" cost "$logs/long.toml" -o older.csv --svg older.svg >"$out" 2>"$err"
+timeout --foreground -s INT 0.4 "$stratus" cost "$logs/long.toml" -o older.csv --svg older.svg >"$out" 2>"$err"
 [ $? -eq 124 ] || fail "it must be interrupted by SIGINT"
 [ "$before" = "$(snapshot)" ] || fail "files differ after SIGINT"
 

@@ -29,11 +29,15 @@ STRATUS_INLINE float reciprocal(float x) { return 1 / x; }
 STRATUS_INLINE float reciprocal_root(float x) { return 1 / __builtin_sqrtf(x); }
 
 #if defined(__SSE2__)
-/// The register that a number is in, whatever is beside it: _mm_set_ss would clear that.
+/// The register that a number is in, whatever is beside it.
 STRATUS_INLINE __m128 register_of(float x) {
-    __m128 all;
+#if defined(__clang__)
+    return _mm_set_ss(x);  // it sees that what is beside is not used
+#else
+    __m128 all;  // _mm_set_ss would clear what is beside
     asm("" : "=x"(all) : "0"(x));
     return all;
+#endif
 }
 // Compilers would rather branch, and the branch would mispredict.
 STRATUS_INLINE float maximum(float a, float b) {

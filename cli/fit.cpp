@@ -156,17 +156,6 @@ std::string option_name(const LayerModel& model, int parameter) {
     return fit_parameter_names(model)[static_cast<std::size_t>(parameter)];
 }
 
-/// Parameters that a model has, in the order of the answer.
-std::vector<int> parameters_of(const LayerModel& model) {
-    if (model.kinds() == 0) return {fit_optical_depth};
-    std::vector<int> parameters{fit_w1, fit_optical_depth, fit_g1};
-    if (model.kinds() == 2) parameters = {fit_w1, fit_w2, fit_optical_depth, fit_g1, fit_g2};
-    for (const FamilyAxis& axis : model.family())
-        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
-            parameters.push_back(*of);
-    return parameters;
-}
-
 /// A parameter's value; of lengths um or nm may follow. Not-a-number where it is none.
 double value_of(const std::string& text, const std::string& name) {
     if (const auto parameter = parameter_named(name)) return parameter_value(text, *parameter);
@@ -179,7 +168,7 @@ double value_of(const std::string& text, const std::string& name) {
 int parameter_of(const std::string& option, const std::string& form, const LayerModel& model,
                  const std::string& name, const std::string& met) {
     std::vector<std::string> names;
-    for (const int p : parameters_of(model)) {
+    for (const int p : fit_parameters_of(model)) {
         names.push_back(option_name(model, p));
         if (names.back() == name) return p;
     }
@@ -266,7 +255,7 @@ Columns columns_of(const LayerModel& model, const std::array<bool, fit_parameter
                    const std::string& place) {
     Columns columns;
     columns.place = place;
-    for (const int p : parameters_of(model)) {
+    for (const int p : fit_parameters_of(model)) {
         if (p >= fit_g1 && !free[static_cast<std::size_t>(p)]) continue;
         columns.parameters.push_back(p);
         columns.names.push_back(fit_parameter_names(model)[static_cast<std::size_t>(p)]);

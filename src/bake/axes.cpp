@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 namespace stratus {
 
@@ -91,6 +93,18 @@ FamilyAxis ranging_axis(const FamilyRange& range, int samples) {
     return {range.parameter,
             make_axis(parameter_scale(range.parameter), range.range.min, range.range.max, samples),
             false};
+}
+
+std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe) {
+    std::vector<FamilyAxis> ends;
+    for (const FamilyRange& range : recipe.family) ends.push_back(ranging_axis(range, 2));
+    std::vector<std::pair<double, FamilyPoint>> peaks;
+    for (const FamilyPoint& corner : corners_of(ends))
+        peaks.emplace_back(std::abs(at_member(recipe, corner).phase_function.asymmetry()), corner);
+    std::ranges::stable_sort(peaks, std::ranges::greater{}, &std::pair<double, FamilyPoint>::first);
+    std::vector<FamilyPoint> corners;
+    for (const auto& [peak, corner] : peaks) corners.push_back(corner);
+    return corners;
 }
 
 FamilyAxis family_axis(const FamilyRange& range, int samples) {

@@ -63,6 +63,9 @@ Axis albedo_axis(Range range, int samples, std::optional<AxisScale> scale = std:
 /// Even in the scale of the parameter, from the first of its values to the last.
 FamilyAxis ranging_axis(const FamilyRange& range, int samples);
 
+/// Where all axes of a recipe's family end, the most peaked first; a point of no axes without one.
+std::vector<FamilyPoint> corners_by_peak(const Recipe& recipe);
+
 /// The same for a range; or just its values.
 FamilyAxis family_axis(const FamilyRange& range, int samples);
 

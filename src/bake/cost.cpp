@@ -59,17 +59,6 @@ void tell_distances(const CostBudget& budget, const std::vector<CostPoint>& solv
     }
 }
 
-/// The most peaked member at an end of a family's axes; the recipe itself without a family.
-Recipe most_peaked(const Recipe& recipe) {
-    std::vector<FamilyAxis> axes;
-    for (const FamilyRange& range : recipe.family) axes.push_back(ranging_axis(range, 2));
-    std::vector<Recipe> corners;
-    for (const FamilyPoint& corner : corners_of(axes)) corners.push_back(at_member(recipe, corner));
-    return *std::ranges::max_element(corners, {}, [](const Recipe& corner) {
-        return std::abs(corner.phase_function.asymmetry());
-    });
-}
-
 void append(std::vector<CostPoint>& points, const std::vector<CostPoint>& more) {
     points.insert(points.end(), more.begin(), more.end());
 }
@@ -82,7 +71,7 @@ CostStudy measure_cost(const Recipe& recipe, const CostOptions& options) {
     require(recipe.layers.empty(), "measure_cost", "layers", "absent: costs are of one layer",
             recipe.layers.size());
     const CostBudget budget(options);
-    const Recipe alone = most_peaked(recipe);
+    const Recipe alone = at_member(recipe, corners_by_peak(recipe).front());
     SolverSweep solvers(alone, budget);
     solvers.find_reference();
     solvers.sweep();

@@ -120,14 +120,8 @@ void TableSweep::solve_points(const Discretisation& chosen) {
 
 /// Which members of a family the points are of.
 void TableSweep::find_members(const std::vector<FamilyAxis>& family) {
-    const auto is_same = [&](const FamilyPoint& a, const FamilyPoint& b) {
-        for (std::size_t k = 0; k < family.size(); ++k)
-            if (a[k] != b[k]) return false;
-        return true;
-    };
     for (const ErrorSample& at : expected_) {
-        const auto found = std::ranges::find_if(
-            members_, [&](const FamilyPoint& member) { return is_same(member, at.member); });
+        const auto found = std::ranges::find(members_, at.member);
         member_of_.push_back(static_cast<std::size_t>(found - members_.begin()));
         if (found != members_.end()) continue;
         members_.push_back(at.member);

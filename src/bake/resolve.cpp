@@ -10,7 +10,6 @@
 #include "piece_of_work.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -114,18 +113,12 @@ Discretisation finer(const Discretisation& a, const Discretisation& b) {
 /// and the middle, the most peaked first; just one where the recipe has no family.
 std::vector<FamilyPoint> probed_points(const Recipe& recipe) {
     if (recipe.family.empty()) return {{}};
-    std::vector<FamilyAxis> ends;
     std::vector<double> middle;
-    for (const FamilyRange& range : recipe.family) {
-        ends.push_back(ranging_axis(range, 2));
+    for (const FamilyRange& range : recipe.family)
         middle.push_back(range.values.empty() ? ranging_axis(range, 3).axis.values[1]
                                               : range.values[range.values.size() / 2]);
-    }
-    std::vector<std::pair<double, FamilyPoint>> peaks;
-    for (const FamilyPoint& corner : corners_of(ends))
-        peaks.emplace_back(std::abs(at_member(recipe, corner).phase_function.asymmetry()), corner);
-    std::ranges::stable_sort(peaks, std::ranges::greater{}, &std::pair<double, FamilyPoint>::first);
-    return {peaks.front().second, FamilyPoint(middle), peaks.back().second};
+    const std::vector<FamilyPoint> corners = corners_by_peak(recipe);
+    return {corners.front(), FamilyPoint(middle), corners.back()};
 }
 
 /// "mixture 0.5", as pieces of work and notes name a point.

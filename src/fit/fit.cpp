@@ -88,6 +88,16 @@ std::array<const char*, fit_parameters> fit_parameter_names(const LayerModel& mo
     return {"optical_depth", "w1", "w2", "g1", "g2", "radius", "wavelength", "variance"};
 }
 
+std::vector<FitParameter> fit_parameters_of(const LayerModel& model) {
+    if (model.kinds() == 0) return {fit_optical_depth};
+    std::vector<FitParameter> parameters{fit_w1, fit_optical_depth, fit_g1};
+    if (model.kinds() == 2) parameters = {fit_w1, fit_w2, fit_optical_depth, fit_g1, fit_g2};
+    for (const FamilyAxis& axis : model.family())
+        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
+            parameters.push_back(*of);
+    return parameters;
+}
+
 std::array<bool, fit_parameters> free_parameters(const LayerModel& model,
                                                  const std::vector<Observation>& observations,
                                                  const FitOptions& options) {

@@ -138,7 +138,7 @@ class TableModel : public LayerModel {
             values.emplace_back();
             if (observed.light == Light::beam) continue;
             const FamilyPoint point = point_of(layer, observed);
-            if (views.empty() || !is_same(point, seen)) views = views_.at(seen = point);
+            if (views.empty() || !(point == seen)) views = views_.at(seen = point);
             const auto look_up = observed.light == Light::transmitted ? transmission : reflection;
             for (const auto& [weight, view] : views) {
                 const Scattered found =
@@ -155,12 +155,6 @@ class TableModel : public LayerModel {
     }
 
   private:
-    bool is_same(const FamilyPoint& a, const FamilyPoint& b) const {
-        for (std::size_t k = 0; k < family_.size(); ++k)
-            if (a[k] != b[k]) return false;
-        return true;
-    }
-
     /// What is known of an observation, and the layer's own values of all else.
     FamilyPoint point_of(const LayerParameters& layer, const Observation& observed) const {
         std::vector<double> values;

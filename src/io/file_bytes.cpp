@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstdlib>
 #include <fcntl.h>
+#include <string>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -22,6 +24,13 @@ std::system_error last_error() { return {errno, std::generic_category()}; }
 Descriptor::Descriptor(const std::filesystem::path& path, int flags)
     : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
     if (number_ < 0) throw last_error();
+}
+
+Descriptor Descriptor::unnamed_in(const std::filesystem::path& folder) {
+    std::string name = folder / ".stratus-samples-XXXXXX";
+    Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
+    if (file.number_ < 0 || ::unlink(name.c_str()) != 0) throw last_error();
+    return file;
 }
 
 Descriptor::~Descriptor() {

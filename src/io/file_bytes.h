@@ -38,6 +38,10 @@ class Descriptor {
   public:
     /// Errors   std::system_error.
     Descriptor(const std::filesystem::path& path, int flags);
+
+    /// A new file without a name in a folder, which goes when it is closed. Errors as above.
+    static Descriptor unnamed_in(const std::filesystem::path& folder);
+
     Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
     ~Descriptor();
     Descriptor& operator=(Descriptor&&) = delete;
@@ -65,6 +69,8 @@ class Descriptor {
     void close();
 
   private:
+    explicit Descriptor(int number) noexcept : number_(number) {}
+
     int number_;
 };
 

@@ -1,41 +1,36 @@
 #include <stratus/io/sample_files.h>
 
+#include "file_bytes.h"
+
 #include <algorithm>
 #include <cerrno>
-#include <cstdint>
-#include <cstdlib>
 #include <fcntl.h>
-#include <string>
 #include <sys/mman.h>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 namespace stratus {
 
 struct SampleFiles::File {
-    File() = default;
-    ~File() {
-        if (mapped != MAP_FAILED) ::munmap(mapped, size);
-        if (number >= 0) ::close(number);
+    /// Errors   std::system_error where the system refuses.
+    File(const std::filesystem::path& folder, const std::array<std::size_t, 2>& of_sides)
+        : descriptor(io::Descriptor::unnamed_in(folder)),
+          size(std::max<std::size_t>(1, of_sides[0] + of_sides[1]) * sizeof(float)),
+          first{0, of_sides[0]},
+          counts(of_sides) {
+        const int number = descriptor.number();
+        if (::fallocate(number, 0, 0, static_cast<off_t>(size)) == 0)
+            mapped = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, number, 0);
+        if (mapped == MAP_FAILED) throw std::system_error(errno, std::generic_category());
     }
+    ~File() { ::munmap(mapped, size); }
     File(const File&) = delete;
     File& operator=(const File&) = delete;
 
-    /// False where the system refuses.
-    bool open_in(const std::filesystem::path& folder) {
-        std::string name = folder / ".stratus-samples-XXXXXX";
-        number = ::mkostemp(name.data(), O_CLOEXEC);
-        if (number < 0 || ::unlink(name.c_str()) != 0) return false;
-        if (::fallocate(number, 0, 0, static_cast<off_t>(size)) != 0) return false;
-        mapped = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, number, 0);
-        return mapped != MAP_FAILED;
-    }
-
-    int number = -1;
+    const io::Descriptor descriptor;
+    const std::size_t size;                          // bytes
+    const std::array<std::size_t, 2> first, counts;  // samples of each side
     void* mapped = MAP_FAILED;
-    std::size_t size = 0;                          // bytes
-    std::array<std::size_t, 2> first{}, counts{};  // samples of each side
 };
 
 SampleFiles::SampleFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -43,27 +38,18 @@ SampleFiles::~SampleFiles() = default;
 
 bool SampleFiles::make_room(const std::array<std::size_t, 2>& counts) {
     file_.reset();
-    auto file = std::make_unique<File>();
-    file->counts = counts;
-    file->first = {0, counts[0]};
-    file->size = std::max<std::size_t>(1, counts[0] + counts[1]) * sizeof(float);
-    if (!file->open_in(folder_.empty() ? "." : folder_)) return false;
-    file_ = std::move(file);
+    try {
+        file_ = std::make_unique<File>(folder_.empty() ? "." : folder_, counts);
+    } catch (const std::system_error&) {
+        return false;
+    }
     return true;
 }
 
 void SampleFiles::write(Side side, std::size_t first, std::span<const float> samples) {
-    auto at =
-        static_cast<off_t>((file_->first[side == Side::transmission] + first) * sizeof(float));
-    const char* next = reinterpret_cast<const char*>(samples.data());
-    for (std::size_t left = samples.size_bytes(); left > 0;) {
-        const ssize_t put = ::pwrite(file_->number, next, left, at);
-        if (put < 0 && errno == EINTR) continue;
-        if (put < 0) throw std::system_error(errno, std::generic_category());
-        next += put;
-        at += put;
-        left -= static_cast<std::size_t>(put);
-    }
+    const std::size_t at = file_->first[side == Side::transmission] + first;
+    file_->descriptor.write_at(
+        at * sizeof(float), {reinterpret_cast<const char*>(samples.data()), samples.size_bytes()});
 }
 
 std::span<const float> SampleFiles::samples(Side side) const noexcept {

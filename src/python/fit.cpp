@@ -64,16 +64,13 @@ void set_known(const LayerModel& model, const std::map<std::string, Doubles>& kn
 /// The parameter of a name, as the model calls it.
 std::size_t parameter_of(const LayerModel& model, const std::string& name, const char* argument) {
     const auto names = fit_parameter_names(model);
-    std::vector<std::string> known{names[fit_optical_depth]};
-    for (const std::size_t p : {std::size_t{fit_w1}, std::size_t{fit_g1}})
-        for (int kind = 0; kind < model.kinds(); ++kind)
-            known.emplace_back(names[p + static_cast<std::size_t>(kind)]);
-    for (const FamilyAxis& axis : model.family())
-        if (const auto of = fit_parameter_of(axis.parameter); of && *of != fit_g1)
-            known.emplace_back(names[*of]);
-    const bool is_known = std::find(known.begin(), known.end(), name) != known.end();
-    require(is_known, "fit", argument, "out of " + joined(known), name);
-    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    std::vector<FitParameter> parameters = fit_parameters_of(model);
+    std::sort(parameters.begin(), parameters.end());  // as answers have them
+    std::vector<std::string> known;
+    for (const FitParameter p : parameters) known.emplace_back(names[p]);
+    const auto found = std::find(known.begin(), known.end(), name);
+    require(found != known.end(), "fit", argument, "out of " + joined(known), name);
+    return parameters[static_cast<std::size_t>(found - known.begin())];
 }
 
 FitOptions options_of(const LayerModel& model, const std::map<std::string, double>& fixed,

@@ -352,13 +352,6 @@ std::vector<PhaseKernels> DoublingLadder<Number>::kernels() const {
     return all;
 }
 
-Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane) {
-    Eigen::MatrixXd matrix(layer.directions, layer.directions);
-    for (int i = 0; i < layer.directions; ++i)
-        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
-    return matrix;
-}
-
 template class DoublingLadder<Pack>;
 template class DoublingLadder<double>;
 

@@ -79,7 +79,4 @@ class DoublingLadder {
     bool conservative_[lanes_of<Number>];  // mode 0 at w = 1
 };
 
-/// One lane of a kernel.
-Eigen::MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane);
-
 }  // namespace stratus

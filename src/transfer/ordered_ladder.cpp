@@ -24,6 +24,14 @@ std::vector<DoublingTask> conservative_tasks(const std::vector<int>& modes, doub
     return tasks;
 }
 
+/// One lane of a kernel.
+MatrixXd lane_matrix(const SimdLayer<Pack>& layer, const Pack* K, int lane) {
+    MatrixXd matrix(layer.directions, layer.directions);
+    for (int i = 0; i < layer.directions; ++i)
+        for (int j = 0; j < layer.directions; ++j) matrix(j, i) = K[i * layer.stride + j][lane];
+    return matrix;
+}
+
 }  // namespace
 
 // ---- series ------------------------------------------------------------------------------------

@@ -65,6 +65,14 @@ class FamilyPoint {
     double operator[](std::size_t axis) const noexcept { return value_[axis]; }
     double& operator[](std::size_t axis) noexcept { return value_[axis]; }
 
+    /// True where the values given are the same.
+    friend bool operator==(const FamilyPoint& a, const FamilyPoint& b) noexcept {
+        if (a.size_ != b.size_) return false;
+        for (std::size_t k = 0; k < a.size_ && k < max_family_axes; ++k)
+            if (a.value_[k] != b.value_[k]) return false;
+        return true;
+    }
+
   private:
     FamilyPoint(const double* values, std::size_t count) noexcept : size_(count) {
         for (std::size_t k = 0; k < count && k < max_family_axes; ++k) value_[k] = values[k];

@@ -76,23 +76,28 @@ STRATUS_INLINE Pair<F> swapped(const Pair<F>& p) {
     }
 }
 
+/// first(a, b) and second(a, b), which do not mind the order of a and b.
+template <class F, class First, class Second>
+STRATUS_INLINE Pair<F> combined(const Pair<F>& p, const First& first, const Second& second) {
+    if constexpr (std::is_same_v<F, float>) {
+        const QuantityLanes a = p.lanes(), b = swapped(p).lanes();
+        return Pair<F>(first_of(first(a, b), second(a, b)));
+    } else {
+        return {first(p.first(), p.second()), second(p.first(), p.second())};
+    }
+}
+
 template <class F>
 STRATUS_INLINE Pair<F> lower_first(const Pair<F>& p) {
-    const Pair<F> other = swapped(p);
-    if constexpr (std::is_same_v<F, float>)
-        return Pair<F>(
-            first_of(minimum(p.lanes(), other.lanes()), maximum(p.lanes(), other.lanes())));
-    else
-        return {minimum(p.first(), p.second()), maximum(p.first(), p.second())};
+    return combined(
+        p, [](auto a, auto b) { return minimum(a, b); },
+        [](auto a, auto b) { return maximum(a, b); });
 }
 template <class F>
 STRATUS_INLINE Pair<F> higher_first(const Pair<F>& p) {
-    const Pair<F> other = swapped(p);
-    if constexpr (std::is_same_v<F, float>)
-        return Pair<F>(
-            first_of(maximum(p.lanes(), other.lanes()), minimum(p.lanes(), other.lanes())));
-    else
-        return {maximum(p.first(), p.second()), minimum(p.first(), p.second())};
+    return combined(
+        p, [](auto a, auto b) { return maximum(a, b); },
+        [](auto a, auto b) { return minimum(a, b); });
 }
 
 template <class F>

@@ -36,7 +36,7 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
     const PackedSideKernels& kernels = which == Side::reflection ? all.reflected : all.transmitted;
     const bool azimuthal = table.azimuth.values.size() > 1;
     side.kernel = &kernels.of(side.phase.form(), azimuthal);
-    side.of_multiple = &kernels.of(PhaseForm::constant, azimuthal);
+    side.of_multiple = &kernels.of(PhaseForm::polynomial, azimuthal);
 }
 
 /// The axes of the coefficients and the scales along them.

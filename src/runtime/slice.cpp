@@ -253,6 +253,21 @@ namespace {
 /// Rows 0 and 1 over mu, 2 azimuths.
 constexpr std::size_t no_samples = (2 + 3) * 2;
 
+/// Samples without azimuth as samples at two azimuths, of which lookups stay at the first.
+template <int channels>
+void repeat_over_azimuth(RefinedSamples& refined) {
+    std::vector<float> twice;
+    for (std::size_t at = 0; at + channels < refined.sample.size(); at += channels) {
+        const float* const here = &refined.sample[at];
+        for (int azimuth = 0; azimuth < 2; ++azimuth)
+            twice.insert(twice.end(), here, here + channels);
+    }
+    twice.push_back(0);  // the number to spare
+    refined.sample = std::move(twice);
+    refined.azimuths = 2;
+    refined.places.scale[2] = refined.places.offset[2] = refined.places.last[2] = 0;
+}
+
 }  // namespace
 
 template <int channels>
@@ -270,6 +285,11 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
     side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
                   : table.azimuth.count > 1 ? Orders::with_azimuth
                                             : Orders::without_azimuth;
+    if (side.form == PhaseForm::constant && side.orders == Orders::with_azimuth)
+        side.form = PhaseForm::polynomial;
+    if (side.orders == Orders::with_azimuth_and_path &&
+        (side.form == PhaseForm::constant || side.form == PhaseForm::polynomial))
+        side.form = PhaseForm::one_lobe;  // of weight 0
     if (table.path_law != nullptr) {
         if (path_.sample_count() == 0)
             path_ = PathSheet(*table.path_law, medium_.albedo, channels, table.highest_order);
@@ -282,6 +302,10 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         set_kernels();
     }
     RefinedSamples refined = refine(table, orders, closed_form);
+    if (!has_kernel(side.form, side.orders)) {  // without azimuth
+        side.orders = Orders::with_azimuth;
+        repeat_over_azimuth<channels>(refined);
+    }
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
     side.view.symmetric = refined.symmetric;

@@ -289,13 +289,10 @@ void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, int
 
 template <Side side, PhaseForm form, Orders orders, int channels>
 constexpr SideKernel<channels> kernel() {
-    constexpr bool nothing = form == PhaseForm::none && orders == Orders::none;
     constexpr bool impossible =
         side == Side::transmission &&
         (form == PhaseForm::with_boundary || form == PhaseForm::with_opposition_and_boundary);
-    constexpr bool unknown =  // no stack has a path law
-        form == PhaseForm::of_stack && orders == Orders::with_azimuth_and_path;
-    if constexpr (nothing || impossible || unknown)
+    if constexpr (impossible || !has_kernel(form, orders))
         return {nullptr, nullptr, nullptr};
     else
         return {at_angles<side, form, orders, channels>, at_vectors<side, form, orders, channels>,

@@ -287,11 +287,11 @@ void evaluate_rows(const PackedSide& side, const PackedPoint& at, std::size_t ro
 
 template <Side which, PhaseForm form, bool azimuthal>
 constexpr PackedKernel kernel() {
-    if constexpr (form == PhaseForm::none || form == PhaseForm::of_stack ||
-                  form == PhaseForm::with_opposition_and_boundary ||
+    if constexpr (form != packed_form(form) || form == PhaseForm::none ||
+                  form == PhaseForm::of_stack || form == PhaseForm::with_opposition_and_boundary ||
                   (form == PhaseForm::with_boundary && which == Side::transmission))
         return {};
-    else if constexpr (form == PhaseForm::constant)  // which phase function does not matter
+    else if constexpr (form == PhaseForm::polynomial)  // which phase function does not matter
         return {evaluate_one<which, form, azimuthal>, evaluate_many<which, form, azimuthal>,
                 evaluate_layers<which, form, azimuthal>, evaluate_rows<which, form, azimuthal>};
     else

@@ -103,11 +103,18 @@ struct PackedKernel {
     void (*rows)(const PackedSide&, const PackedPoint&, std::size_t rows, float* multiple);
 };
 
+/// The form that a packed lookup evaluates: beside its sums, coefficients of 0 cost next to nothing.
+constexpr PhaseForm packed_form(PhaseForm form) {
+    if (form == PhaseForm::constant) return PhaseForm::polynomial;
+    if (form == PhaseForm::one_lobe) return PhaseForm::two_lobes;
+    return form;
+}
+
 struct PackedSideKernels {
     PackedKernel kernel[2 * phase_forms];
 
     const PackedKernel& of(PhaseForm form, bool azimuthal) const {
-        return kernel[2 * static_cast<int>(form) + (azimuthal ? 1 : 0)];
+        return kernel[2 * static_cast<int>(packed_form(form)) + (azimuthal ? 1 : 0)];
     }
 };
 

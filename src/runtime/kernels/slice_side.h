@@ -15,6 +15,19 @@ enum class Orders {
     with_azimuth_and_path,  // the path law is added to what is stored
 };
 
+/// Whether slices are looked up with kernels of their own for both. Other pairs, which are rare, are
+/// bound as one of these (slice.cpp).
+constexpr bool has_kernel(PhaseForm form, Orders orders) {
+    switch (orders) {
+        case Orders::without_azimuth: return form == PhaseForm::none || form == PhaseForm::constant;
+        case Orders::with_azimuth: return form != PhaseForm::constant;
+        case Orders::with_azimuth_and_path:
+            return form != PhaseForm::constant && form != PhaseForm::polynomial &&
+                   form != PhaseForm::of_stack;  // no stack has a path law
+        default: return form != PhaseForm::none;
+    }
+}
+
 /// Places along the coordinates that samples lie evenly in, of mu_in, mu_out and azimuth, and one
 /// to spare: coordinate * scale + offset, from 0 to `last`.
 struct SlicePlaces {

@@ -40,6 +40,12 @@ PhaseFunction::PhaseFunction() : PhaseFunction(Isotropic{}) {}
 
 PhaseFunction::PhaseFunction(Term term) { terms_.emplace_back(1.0, std::move(term)); }
 
+PhaseFunction::PhaseFunction(const PhaseFunction&) = default;
+PhaseFunction::PhaseFunction(PhaseFunction&&) noexcept = default;
+PhaseFunction& PhaseFunction::operator=(const PhaseFunction&) = default;
+PhaseFunction& PhaseFunction::operator=(PhaseFunction&&) noexcept = default;
+PhaseFunction::~PhaseFunction() = default;
+
 PhaseFunction PhaseFunction::isotropic() { return PhaseFunction(Isotropic{}); }
 
 PhaseFunction PhaseFunction::rayleigh() { return PhaseFunction(Rayleigh{}); }

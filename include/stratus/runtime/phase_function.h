@@ -40,6 +40,13 @@ class PhaseFunction {
     /// One of the kinds alone.
     explicit PhaseFunction(Term term);
 
+    // Defaulted, but compiled once: copies of the variant are long.
+    PhaseFunction(const PhaseFunction&);
+    PhaseFunction(PhaseFunction&&) noexcept;
+    PhaseFunction& operator=(const PhaseFunction&);
+    PhaseFunction& operator=(PhaseFunction&&) noexcept;
+    ~PhaseFunction();
+
     // The same by name; std::invalid_argument naming the allowed range, given with each kind.
     static PhaseFunction isotropic();
     static PhaseFunction rayleigh();

@@ -3,6 +3,7 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/transfer/solve.h>
 
 #include <algorithm>
 #include <cmath>

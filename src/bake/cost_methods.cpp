@@ -4,6 +4,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
+#include <stratus/transfer/solve.h>
 
 #include "cost_layers.h"
 

@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/transfer/solve.h>
 
 #include <algorithm>
 #include <cmath>

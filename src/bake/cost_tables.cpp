@@ -4,6 +4,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/packed_table.h>
+#include <stratus/transfer/solve.h>
 
 #include "axes.h"
 #include "family_section.h"

@@ -9,7 +9,7 @@
 #include <stratus/bake/work_log.h>
 #include <stratus/runtime/lookup.h>
 #include <stratus/runtime/table.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solver_options.h>
 
 #include <functional>
 #include <span>
@@ -17,6 +17,7 @@
 
 namespace stratus {
 
+class LayerSolution;  // transfer/solution.h
 class SampleFiles;
 
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least

@@ -7,7 +7,7 @@
 #include <stratus/runtime/phase_family.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/stack_layers.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solver_options.h>
 
 #include <array>
 #include <filesystem>

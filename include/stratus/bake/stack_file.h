@@ -13,7 +13,8 @@
 // that is read there alone.
 #pragma once
 
-#include <stratus/transfer/stack.h>
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/stack_layers.h>
 
 #include <filesystem>
 #include <string>

@@ -6,10 +6,8 @@
 #include "signals_held.h"
 #include "table_option.h"
 
-#include <filesystem>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 namespace stratus {
@@ -21,17 +19,9 @@ struct ConvertOptions {
     ReadOptions reading;
 };
 
-/// Refuses before a long read what the writer would refuse after it.
-void check_ending(const char* argument, const std::string& path) {
-    const std::string ending = std::filesystem::path(path).extension().string();
-    if (ending == ".h5" || ending == ".exr") return;
-    throw std::invalid_argument(std::string("convert: ") + argument +
-                                " must end in .h5 or .exr, got " + path);
-}
-
 void run_convert(const ConvertOptions& options) {
-    check_ending("IN", options.input);
-    check_ending("OUT", options.output);
+    require_table_ending("convert", "IN", options.input);
+    require_table_ending("convert", "OUT", options.output);
     require_different_files("convert", options.input, options.output);
     const Table table = read_noted_table(options.input, options.reading);
     const SignalsHeld held;

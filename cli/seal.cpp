@@ -6,9 +6,7 @@
 #include "signals_held.h"
 #include "table_option.h"
 
-#include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 namespace stratus {
@@ -19,17 +17,10 @@ struct SealOptions {
     ReadOptions reading;
 };
 
-void check_ending(const char* argument, const std::string& path) {
-    const std::string ending = std::filesystem::path(path).extension().string();
-    if (ending == ".h5" || ending == ".exr") return;
-    throw std::invalid_argument(std::string("seal: ") + argument +
-                                " must end in .h5 or .exr, got " + path);
-}
-
 void run_seal(const SealOptions& options) {
     const std::string output = options.output.empty() ? options.table : options.output;
-    check_ending("TABLE", options.table);
-    check_ending("--output", output);
+    require_table_ending("seal", "TABLE", options.table);
+    require_table_ending("seal", "--output", output);
     require_writable("seal", "--output", output);
     ReadOptions reading = options.reading;
     reading.ignore_checksums = true;

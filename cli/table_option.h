@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,14 @@ inline Table read_noted_table(const std::filesystem::path& path, ReadOptions opt
     Table table = read_table(path, options);
     for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
     return table;
+}
+
+/// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
+inline void require_table_ending(const char* command, const char* argument,
+                                 const std::filesystem::path& path) {
+    if (path.extension() == ".h5" || path.extension() == ".exr") return;
+    throw std::invalid_argument(std::string(command) + ": " + argument +
+                                " must end in .h5 or .exr, got " + path.string());
 }
 
 /// A table ready for lookups: a packed one mapped, another one read and packed.

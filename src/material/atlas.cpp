@@ -18,30 +18,30 @@
 namespace stratus {
 namespace {
 
-constexpr int cosine_count = 64, azimuth_count = 64;
+constexpr int atlas_cosines = 64, atlas_azimuths = 64;
 
 Image draw_tiles(const std::vector<LitSide>& rows, const std::vector<SolvedStack>& colours,
                  const std::vector<double>& mu, int threads) {
-    const std::vector<double> azimuths = even_azimuths(azimuth_count);
+    const std::vector<double> azimuths = even_azimuths(atlas_azimuths);
     const int row_count = static_cast<int>(rows.size());
-    Image image(cosine_count * azimuth_count, row_count * cosine_count);
-    parallel_for(row_count * cosine_count, threads, [&](int y) {
-        const LitSide& row = rows[static_cast<std::size_t>(y / cosine_count)];
-        const int out = y % cosine_count;
-        for (int in = 0; in < cosine_count; ++in) {
+    Image image(atlas_cosines * atlas_azimuths, row_count * atlas_cosines);
+    parallel_for(row_count * atlas_cosines, threads, [&](int y) {
+        const LitSide& row = rows[static_cast<std::size_t>(y / atlas_cosines)];
+        const int out = y % atlas_cosines;
+        for (int in = 0; in < atlas_cosines; ++in) {
             const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
             for (std::size_t c = 0; c < 3; ++c) {
                 const SolvedStack& colour = colours[colours.size() == 1 ? 0 : c];
                 if (colours.size() == 1 && c > 0) {
-                    for (int a = 0; a < azimuth_count; ++a) {
-                        float* const pixel = image.pixel(in * azimuth_count + a, y);
+                    for (int a = 0; a < atlas_azimuths; ++a) {
+                        float* const pixel = image.pixel(in * atlas_azimuths + a, y);
                         pixel[c] = pixel[0];
                     }
                     continue;
                 }
                 const std::vector<SolvedValue> values = (colour.*row.values)(in, out, azimuths);
-                for (int a = 0; a < azimuth_count; ++a)
-                    image.pixel(in * azimuth_count + a, y)[c] =
+                for (int a = 0; a < atlas_azimuths; ++a)
+                    image.pixel(in * atlas_azimuths + a, y)[c] =
                         static_cast<float>(sum * values[static_cast<std::size_t>(a)].total);
             }
         }
@@ -87,8 +87,8 @@ std::string atlas_json(const Material& material, const std::vector<LitSide>& row
     std::ostringstream json;
     json << "{\n  \"format\": \"stratus-atlas\",\n  \"version\": 1,\n  \"material\": "
          << quoted(describe(material)) << ",\n  \"rows\": [" << names
-         << "],\n  \"columns\": " << cosine_count << ",\n  \"tile_width\": " << azimuth_count
-         << ",\n  \"tile_height\": " << cosine_count
+         << "],\n  \"columns\": " << atlas_cosines << ",\n  \"tile_width\": " << atlas_azimuths
+         << ",\n  \"tile_height\": " << atlas_cosines
          << ",\n  \"texel\": \"pi f (mu_in + mu_out), f the BRDF or BTDF per steradian without the "
             "cosine; A is 1\",\n"
             "  \"column\": \"(columns - 1) asin(sqrt(mu_in)) 2 / pi; blend the two nearest\",\n"
@@ -119,7 +119,7 @@ std::string atlas_json(const Material& material, const std::vector<LitSide>& row
 MaterialFile make_atlas(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
     note_beam(material, file.notes);
-    const std::vector<double> mu = even_cosines(cosine_count);
+    const std::vector<double> mu = even_cosines(atlas_cosines);
     const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
     const std::vector<LitSide> rows = lit_sides(material, colours);
     const auto image =

@@ -6,11 +6,6 @@
 #include <cmath>
 
 namespace stratus {
-namespace {
-
-constexpr double grazing = 1e-9;  // solved for the limit at cosine 0
-
-}  // namespace
 
 std::vector<double> even_cosines(int count) {
     std::vector<double> mu;

@@ -10,6 +10,7 @@
 #include "cosine_series.h"
 #include "encoder.h"
 #include "formats.h"
+#include "solved_stack.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,18 +23,17 @@
 namespace stratus {
 namespace {
 
-constexpr int cosine_count = 64;           // above 0
+constexpr int fourier_cosines = 64;           // above 0
 constexpr double series_tolerance = 1e-4;  // relative, of every value
 constexpr double largest_mean = 8;         // of f |mu_i| over azimuth: samplers need it below 16
-constexpr double grazing = 1e-9;           // solved for the limit of f at cosine 0
 
 /// Ascending in (0, 1]: dense near the horizon, where splines meet 1 / (mu + mu0), and near the
 /// normal, where they meet the sines of series. The first is below 1e-3, because splines reach
 /// across 0 from there.
 std::vector<double> cosines_above_zero() {
     std::vector<double> mu;
-    for (int k = 1; k <= cosine_count; ++k) {
-        const double x = static_cast<double>(k) / cosine_count;
+    for (int k = 1; k <= fourier_cosines; ++k) {
+        const double x = static_cast<double>(k) / fourier_cosines;
         mu.push_back(std::cos(pi / 2 * std::pow(1 - x * x, 1.5)));
     }
     return mu;

@@ -8,6 +8,7 @@
 #include <stratus/runtime/constants.h>
 
 #include "formats.h"
+#include "solved_stack.h"
 
 #include <cmath>
 #include <memory>
@@ -16,12 +17,11 @@
 namespace stratus {
 namespace {
 
-constexpr int cosine_count = 101, azimuth_count = 72;  // 72: over 2 pi, the end left out
-constexpr double grazing = 1e-9;                       // solved for the limit of f at cosine 0
+constexpr int mqdiffuse_cosines = 101, mqdiffuse_azimuths = 72;  // 72: over 2 pi, the end left out
 
 /// Where both cosines are 0 f has no limit. A third of a step off it is such that lines between the
 /// samples meet 1 / (mu + mu0) amid the first cell.
-constexpr double corner = 1.0 / (3 * (cosine_count - 1));
+constexpr double corner = 1.0 / (3 * (mqdiffuse_cosines - 1));
 
 }  // namespace
 
@@ -32,25 +32,25 @@ MaterialFile make_mqdiffuse(const Material& material, const MaterialOptions& opt
     note_beam(material, file.notes);
     note_transmission(material, file.notes);
     std::vector<double> mu{grazing}, cosines{0}, phi, azimuths;
-    for (int k = 1; k < cosine_count; ++k) cosines.push_back(k / (cosine_count - 1.0));
+    for (int k = 1; k < mqdiffuse_cosines; ++k) cosines.push_back(k / (mqdiffuse_cosines - 1.0));
     mu.insert(mu.end(), cosines.begin() + 1, cosines.end());
     mu.push_back(corner);
-    for (int k = 0; k < azimuth_count; ++k) {
-        phi.push_back(2 * pi * k / azimuth_count);
+    for (int k = 0; k < mqdiffuse_azimuths; ++k) {
+        phi.push_back(2 * pi * k / mqdiffuse_azimuths);
         azimuths.push_back(std::abs(pi - phi.back()));
     }
     const SolvedStack solved = std::move(solve_colours(material, mu, options)[0]);
-    const auto count = static_cast<std::size_t>(cosine_count);
-    std::vector<float> brdf(count * azimuth_count * count);
-    parallel_for(cosine_count, options.threads, [&](int out) {
-        for (int in = out; in < cosine_count; ++in) {
+    const auto count = static_cast<std::size_t>(mqdiffuse_cosines);
+    std::vector<float> brdf(count * mqdiffuse_azimuths * count);
+    parallel_for(mqdiffuse_cosines, options.threads, [&](int out) {
+        for (int in = out; in < mqdiffuse_cosines; ++in) {
             const bool at_corner = in == 0 && out == 0;
             const std::vector<SolvedValue> values = solved.reflection(
-                at_corner ? cosine_count : in, at_corner ? cosine_count : out, azimuths);
-            for (std::size_t a = 0; a < azimuth_count; ++a) {
+                at_corner ? mqdiffuse_cosines : in, at_corner ? mqdiffuse_cosines : out, azimuths);
+            for (std::size_t a = 0; a < mqdiffuse_azimuths; ++a) {
                 const auto i = static_cast<std::size_t>(in), o = static_cast<std::size_t>(out);
-                brdf[(o * azimuth_count + a) * count + i] =
-                    brdf[(i * azimuth_count + a) * count + o] =
+                brdf[(o * mqdiffuse_azimuths + a) * count + i] =
+                    brdf[(i * mqdiffuse_azimuths + a) * count + o] =
                         static_cast<float>(values[a].total / pi);
             }
         }

@@ -12,7 +12,6 @@
 namespace stratus {
 namespace {
 
-constexpr double grazing = 1e-9;  // stands for cosine 0
 constexpr int points = 6;
 
 /// Lagrange's polynomial through the six samples around a place among evenly spaced ones.

@@ -17,9 +17,9 @@
 namespace stratus {
 namespace {
 
-constexpr int cosine_count = 64, azimuth_count = 65;
-constexpr auto cosines = static_cast<std::size_t>(cosine_count),
-               azimuths = static_cast<std::size_t>(azimuth_count);
+constexpr int slice_cosines = 64, slice_azimuths = 65;
+constexpr auto cosines = static_cast<std::size_t>(slice_cosines),
+               azimuths = static_cast<std::size_t>(slice_azimuths);
 
 /// Of one side over (colour, mu_in, mu_out, azimuth), times mu_in + mu_out.
 struct Samples {
@@ -28,14 +28,14 @@ struct Samples {
 
 Samples sample(const LitSide& side, const std::vector<SolvedStack>& colours,
                const std::vector<double>& mu, int threads) {
-    const std::vector<double> around = even_azimuths(azimuth_count);
+    const std::vector<double> around = even_azimuths(slice_azimuths);
     const std::size_t count = colours.size() * cosines * cosines * azimuths;
     Samples samples{std::vector<float>(count), std::vector<float>(count)};
-    parallel_for(static_cast<int>(colours.size()) * cosine_count, threads, [&](int row) {
-        const int in = row % cosine_count;
-        const SolvedStack& colour = colours[static_cast<std::size_t>(row / cosine_count)];
+    parallel_for(static_cast<int>(colours.size()) * slice_cosines, threads, [&](int row) {
+        const int in = row % slice_cosines;
+        const SolvedStack& colour = colours[static_cast<std::size_t>(row / slice_cosines)];
         std::size_t at = static_cast<std::size_t>(row) * cosines * azimuths;
-        for (int out = 0; out < cosine_count; ++out) {
+        for (int out = 0; out < slice_cosines; ++out) {
             const double sum = mu[static_cast<std::size_t>(in)] + mu[static_cast<std::size_t>(out)];
             for (const SolvedValue& value : (colour.*side.values)(in, out, around)) {
                 samples.all_orders[at] = static_cast<float>(sum * value.total);
@@ -82,7 +82,7 @@ void add_fluxes(const std::vector<SolvedStack>& colours, TensorWriter& file) {
 MaterialFile make_slice(const Material& material, const MaterialOptions& options) {
     MaterialFile file;
     note_beam(material, file.notes);
-    const std::vector<double> mu = even_cosines(cosine_count);
+    const std::vector<double> mu = even_cosines(slice_cosines);
     const std::vector<SolvedStack> colours = solve_colours(material, mu, options);
     TensorWriter tensors;
     set_strings(material, tensors);
@@ -90,7 +90,7 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
     axis[0] = 0;
     tensors.add("mu_in", {cosines}, axis);
     tensors.add("mu_out", {cosines}, axis);
-    tensors.add("azimuth", {azimuths}, even_azimuths(azimuth_count));
+    tensors.add("azimuth", {azimuths}, even_azimuths(slice_azimuths));
     tensors.add("optical_depth", {colours.size()}, beam_depths(material));
     add_fluxes(colours, tensors);
     for (const LitSide& side : lit_sides(material, colours)) {

@@ -11,6 +11,8 @@
 
 namespace stratus {
 
+constexpr double grazing = 1e-9;  // cosine that is solved for the limit at 0
+
 /// True where light passes through.
 bool is_transparent(const Stack& stack);
 

@@ -140,16 +140,16 @@ double reflected_share(const float* values, double mu_out) {
     return sum / (xs * ys);
 }
 
-/// Changes the samples of one theta within `grazing` of the horizon by a common share, fading
+/// Changes the samples of one theta within `near_horizon` of the horizon by a common share, fading
 /// away from it, so that they reflect in all what the material does: lines across the horizon lose
 /// or gain a few per cent of the light there, 1e-3 of all at most.
 void conserve(Grids& grids, const std::vector<SolvedStack>& solved, double mu_out, int t) {
-    constexpr double grazing = 0.15;  // cosine
+    constexpr double near_horizon = 0.15;  // cosine
     std::vector<double> near(grid_size);
     for (std::size_t at = 0; at < grid_size; ++at) {
         const double x = static_cast<double>(at % side) / (side - 1.0),
                      y = static_cast<double>(at / side) / (side - 1.0);
-        near[at] = std::max(0.0, 1 - std::abs(half_vector(mu_out, x, y).mu_in) / grazing);
+        near[at] = std::max(0.0, 1 - std::abs(half_vector(mu_out, x, y).mu_in) / near_horizon);
     }
     for (std::size_t c = 0; c < solved.size(); ++c) {
         float* const first =

@@ -4,6 +4,7 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/transfer/solve.h>
 
 #include "small_recipe.h"
 

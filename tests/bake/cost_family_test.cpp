@@ -4,6 +4,8 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 
+#include "cost_study.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,32 +18,13 @@ namespace {
 
 using Kind = CostPoint::Kind;
 
-/// One layer with these lines added.
-Recipe recipe_of(const std::string& lines, const std::string& phase_function) {
-    return parse_recipe("phase_function = '" + phase_function +
-                        "'\n"
-                        "tolerance = 0.1\n"
-                        "optical_depth = { min = 1.0, max = 1.0 }\n"
-                        "albedo = { min = 0.9, max = 0.9 }\n"
-                        "sides = ['reflection']\n" +
-                        lines);
-}
-
-/// Measured to the end of the sweeps.
-CostStudy study_of(const std::string& lines, const std::string& phase_function) {
-    CostOptions options;
-    options.seconds = 1e6;
-    options.rounds = 1;
-    return measure_cost(recipe_of(lines, phase_function), options);
-}
-
 // Directions are sampled so finely that the family alone leaves an error.
-const std::string lobes =
+const std::string lobe_family =
     "[family]\ng = [0.0, 0.7]\n[discretisation]\nmu_samples = 40\nazimuth_samples = 30\n";
 constexpr auto of_g = static_cast<std::size_t>(PhaseParameter::g);
 
 const CostStudy& study_of_lobes() {
-    static const CostStudy study = study_of(lobes, "henyey_greenstein:g=0.5");
+    static const CostStudy study = study_of(lobe_family, "henyey_greenstein:g=0.5");
     return study;
 }
 
@@ -72,7 +55,7 @@ TEST(CostOfFamily, VariesTheMembersOfAFamily) {
 // What the study says of a sampling, against layers of members solved one by one.
 TEST(CostOfFamily, ErrorsAlongAFamilyAreThoseOfItsMembers) {
     const CostPoint coarse = points_along(study_of_lobes().points, PhaseParameter::g).front();
-    Recipe resolved = recipe_of(lobes, "henyey_greenstein:g=0.5");
+    Recipe resolved = cost_recipe(lobe_family, "henyey_greenstein:g=0.5");
     resolved.discretisation = coarse.discretisation;
     const Table table = solve_table(resolved);
     SolverOptions solver;

@@ -3,6 +3,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 
+#include "cost_study.h"
 #include "refusal.h"
 #include "small_recipe.h"
 
@@ -402,21 +403,6 @@ TEST(Cost, TellsWhatGrows) {
         } else if (growth.of == "ranks") {  // never faster than their number
             EXPECT_GT(growth.law.exponent, -1);
         }
-}
-
-/// One layer with these lines added to its recipe.
-CostStudy study_of(const std::string& lines, const std::string& phase_function = "isotropic") {
-    CostOptions options;
-    options.seconds = 1e6;
-    options.rounds = 1;
-    return measure_cost(parse_recipe("phase_function = '" + phase_function +
-                                     "'\n"
-                                     "tolerance = 0.1\n"
-                                     "optical_depth = { min = 1.0, max = 1.0 }\n"
-                                     "albedo = { min = 0.9, max = 0.9 }\n"
-                                     "sides = ['reflection']\n" +
-                                     lines),
-                        options);
 }
 
 TEST(Cost, VariesTheSizeOfDroplets) {

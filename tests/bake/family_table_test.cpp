@@ -17,8 +17,8 @@ namespace stratus {
 namespace {
 
 /// Every choice spelled out but those of the family.
-Recipe recipe_of(const std::string& phase_function, const std::string& family,
-                 const std::string& samples) {
+Recipe family_recipe(const std::string& phase_function, const std::string& family,
+                     const std::string& samples) {
     return parse_recipe("phase_function = '" + phase_function +
                         "'\n"
                         "tolerance = 1e-2\n"
@@ -63,14 +63,15 @@ double worst_beside_single(const Recipe& recipe, const FamilyPoint& point) {
 }
 
 Recipe lobes(int samples) {
-    return recipe_of("henyey_greenstein:g=0.5", "g = [0.1, 0.7]\n",
-                     "g_samples = " + std::to_string(samples) + "\n");
+    return family_recipe("henyey_greenstein:g=0.5", "g = [0.1, 0.7]\n",
+                         "g_samples = " + std::to_string(samples) + "\n");
 }
 
 Recipe droplets() {
-    return recipe_of("mie:radius=0.3um,variance=0.1",
-                     "radius = ['0.2um', '0.4um']\nwavelength = { values = ['450nm', '0.65um'] }\n",
-                     "radius_samples = 5\n");
+    return family_recipe(
+        "mie:radius=0.3um,variance=0.1",
+        "radius = ['0.2um', '0.4um']\nwavelength = { values = ['450nm', '0.65um'] }\n",
+        "radius_samples = 5\n");
 }
 
 TEST(FamilyTable, HoldsTheTablesOfItsMembers) {
@@ -93,7 +94,8 @@ TEST(FamilyTable, OfDropletsJoinsSingleTables) {
 }
 
 TEST(FamilyTable, LeavesThePathLawToLookups) {
-    Recipe narrow = recipe_of("henyey_greenstein:g=0.9", "g = [0.86, 0.9]\n", "g_samples = 4\n");
+    Recipe narrow =
+        family_recipe("henyey_greenstein:g=0.9", "g = [0.86, 0.9]\n", "g_samples = 4\n");
     narrow.discretisation.nodes = 20;
     narrow.discretisation.modes = 40;
     narrow.discretisation.azimuth_samples = 24;

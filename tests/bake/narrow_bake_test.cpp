@@ -4,6 +4,7 @@
 #include <stratus/bake/forecast.h>
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/lookup.h>
+#include <stratus/transfer/solve.h>
 
 #include "refusal.h"
 #include "small_recipe.h"

@@ -20,7 +20,7 @@
 namespace stratus {
 namespace {
 
-Recipe recipe_of(const std::string& phase_function, const std::string& more = "") {
+Recipe path_law_recipe(const std::string& phase_function, const std::string& more = "") {
     return parse_recipe("phase_function = '" + phase_function +
                         "'\n"
                         "tolerance = 1e-2\n"
@@ -38,7 +38,7 @@ Recipe recipe_of(const std::string& phase_function, const std::string& more = ""
 }
 
 const Table& table() {
-    static const Table baked = solve_table(recipe_of("henyey_greenstein:g=0.9"));
+    static const Table baked = solve_table(path_law_recipe("henyey_greenstein:g=0.9"));
     return baked;
 }
 
@@ -155,7 +155,7 @@ TEST(PathLawTable, EffectsKeepTheirMeaning) {
 }
 
 TEST(PathLawTable, EndsWithTheHighestOrder) {
-    const Table table = solve_table(recipe_of("henyey_greenstein:g=0.9", "orders = 3\n"));
+    const Table table = solve_table(path_law_recipe("henyey_greenstein:g=0.9", "orders = 3\n"));
     const Geometry at{0.7, 0.72, 0.1};
     const double expected = solved(Side::transmission, 1, 2, at, 3);
     EXPECT_NEAR(transmission(table.view(), 1, 2, at).total(), expected, 5e-3 * expected);
@@ -179,8 +179,9 @@ TEST(PathLawTable, ComesBackFromFiles) {
 
 TEST(PathLawTable, IsForNarrowPeaksAloneThatNothingElseDisturbs) {
     const std::string peaked = "henyey_greenstein:g=0.9";
-    EXPECT_EQ(solve_table(recipe_of("henyey_greenstein:g=0.5")).path_law, nullptr);
-    EXPECT_EQ(solve_table(recipe_of(peaked, "[below]\nlambert_albedo = 0.3\n")).path_law, nullptr);
+    EXPECT_EQ(solve_table(path_law_recipe("henyey_greenstein:g=0.5")).path_law, nullptr);
+    EXPECT_EQ(solve_table(path_law_recipe(peaked, "[below]\nlambert_albedo = 0.3\n")).path_law,
+              nullptr);
 }
 
 }  // namespace

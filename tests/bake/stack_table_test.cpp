@@ -33,17 +33,17 @@ std::string layer(const std::string& phase_function, double albedo, const std::s
 const std::string air = layer("rayleigh", 1, "0.3"),
                   haze = layer("henyey_greenstein:g=0.7", 0.9, "1.5");
 
-Recipe recipe_of(const std::string& layers) {
+Recipe stack_recipe(const std::string& layers) {
     return parse_recipe("tolerance = " + std::to_string(tolerance) + "\n" + layers);
 }
 
 const Table& haze_under_air() {
-    static const Table baked = bake(recipe_of(air + haze));
+    static const Table baked = bake(stack_recipe(air + haze));
     return baked;
 }
 
 Table reversed(const Table& table) {
-    Recipe recipe = recipe_of(haze + air);
+    Recipe recipe = stack_recipe(haze + air);
     EXPECT_EQ(table.layers.size(), 2u);
     return bake(recipe);
 }
@@ -104,16 +104,16 @@ void expect_solved(const Table& table) {
 TEST(StackTable, MatchesTheSolver) { expect_solved(haze_under_air()); }
 
 TEST(StackTable, OverASurfaceMatchesTheSolver) {
-    expect_solved(bake(recipe_of(air + haze + "[below]\nlambert_albedo = 0.4\n")));
+    expect_solved(bake(stack_recipe(air + haze + "[below]\nlambert_albedo = 0.4\n")));
 }
 
 TEST(StackTable, OverASemiInfiniteLayerMatchesTheSolver) {
-    expect_solved(
-        bake(recipe_of(air + haze + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.7\n")));
+    expect_solved(bake(
+        stack_recipe(air + haze + "[below]\nphase_function = 'lambert_sphere'\nalbedo = 0.7\n")));
 }
 
 TEST(StackTable, OfInfiniteDepthMatchesTheSolver) {
-    const Table deep = bake(recipe_of(air + layer("lambert_sphere", 0.9, "inf")));
+    const Table deep = bake(stack_recipe(air + layer("lambert_sphere", 0.9, "inf")));
     EXPECT_TRUE(deep.transmission_multiple.empty());
     expect_solved(deep);
 }
@@ -122,7 +122,7 @@ TEST(StackTable, OfTwoLikeLayersIsOneOfTwiceTheDepth) {
     const std::string choices =
         "[discretisation]\nnodes = 16\nmodes = 16\nmu_samples = 20\nazimuth_samples = 13\n"
         "azimuth_scale = 'linear'\n";
-    const Table two = solve_table(recipe_of(haze + haze + choices));
+    const Table two = solve_table(stack_recipe(haze + haze + choices));
     Recipe one = parse_recipe(
         "phase_function = 'henyey_greenstein:g=0.7'\ntolerance = " + std::to_string(tolerance) +
         "\noptical_depth = { min = 3.0, max = 3.0 }\nalbedo = { min = 0.9, max = 0.9 }\n" +
@@ -166,7 +166,7 @@ TEST(StackTable, IsReciprocal) {
 }
 
 TEST(StackTable, LosesNothingWithoutAbsorption) {
-    const Table table = bake(recipe_of(air + layer("henyey_greenstein:g=0.7", 1, "1.5")));
+    const Table table = bake(stack_recipe(air + layer("henyey_greenstein:g=0.7", 1, "1.5")));
     const double depth = mean_layer(table.layers).optical_depth;
     for (std::size_t i = 0; i < table.mu_in.values.size(); ++i)
         EXPECT_NEAR(double{table.plane_albedo[i]} + double{table.diffuse_transmittance[i]} +

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# `./run bake` builds every program and library that `cmake --install` then copies: the README's two lines.
+# `./run install` builds every program and library that `cmake --install` then copies.
 #
 #     run_builds_what_is_installed.sh RUN BUILD NINJA
 set -euo pipefail
 run=$1 build=$2 ninja=$3
 
 # The target's name, from the one line of ./run that builds it.
-target=$(sed -n '/^run_bake()/,/^}/s/^ *build release build \([a-z_]*\)$/\1/p' "$run")
-[ -n "$target" ] || { echo "./run bake names no target"; exit 1; }
+target=$(sed -n '/^run_install()/,/^}/s/^ *build install build \([a-z_]*\)$/\1/p' "$run")
+[ -n "$target" ] || { echo "./run install names no target"; exit 1; }
 commands=$("$ninja" -C "$build" -t commands "$target")
 
 # Programs and libraries in the installation scripts that CMake has written.

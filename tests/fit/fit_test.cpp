@@ -21,13 +21,13 @@ namespace {
 using test::Ring;
 using test::ring_table;
 
-std::vector<Observation> seen(const Ring& ring, std::vector<Observation> views) {
+std::vector<Observation> seen_ring(const Ring& ring, std::vector<Observation> views) {
     test::solve_views(ring, views);
     return views;
 }
 
 Fit fit_of(const Ring& ring, const std::vector<Observation>& views) {
-    return fit_layer(ring_table().view(), seen(ring, views));
+    return fit_layer(ring_table().view(), seen_ring(ring, views));
 }
 
 /// The remark that begins so; empty when there is none.
@@ -82,7 +82,7 @@ TEST(Fit, RecoversTheLayerFromThreeToFiveObservationsOrRemarks) {
 }
 
 TEST(Fit, ErrorsFallAsTheRootOfTheNumberOfObservations) {
-    const std::vector<Observation> once = seen({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> once = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     std::vector<Observation> four_times;
     for (int n = 0; n < 4; ++n) four_times.insert(four_times.end(), once.begin(), once.end());
     const Fit a = fit_layer(ring_table().view(), once);
@@ -127,7 +127,7 @@ TEST(Fit, RemarksThatDepthAndAlbedoOfAThinLayerAreDegenerate) {
 }
 
 TEST(Fit, RemarksOnTheEdgeOfARange) {
-    std::vector<Observation> views = seen({0.6, 0.4, 1}, test::views(true));
+    std::vector<Observation> views = seen_ring({0.6, 0.4, 1}, test::views(true));
     for (Observation& view : views)
         view.brightness *= view.light == Light::transmitted ? 1 : 1.1;  // brighter than any layer
     const Fit fit = fit_layer(ring_table().view(), views);
@@ -175,7 +175,7 @@ FitOptions holding(std::optional<double> depth, std::optional<double> w1,
 }
 
 TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
-    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit all = fit_layer(ring_table().view(), views);
     struct Held {
         FitOptions options;
@@ -204,7 +204,7 @@ TEST(Fit, HoldingAParameterAtItsBestFitConditionsTheCovariance) {
 }
 
 TEST(Fit, HoldsAllParametersAndJudgesThem) {
-    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit right = fit_layer(ring_table().view(), views, holding(0.7, 0.5, 0.3));
     EXPECT_EQ(right.degrees_of_freedom, 48);
     EXPECT_LT(right.chi_square, 1);
@@ -295,7 +295,7 @@ TEST(LayerModel, SeesDensityAndOppositionAsSlicesDo) {
 }
 
 TEST(Fit, IsReproducibleToTheBit) {
-    const std::vector<Observation> views = seen({0.5, 0.3, 0.7}, test::views(true));
+    const std::vector<Observation> views = seen_ring({0.5, 0.3, 0.7}, test::views(true));
     const Fit a = fit_layer(ring_table().view(), views), b = fit_layer(ring_table().view(), views);
     EXPECT_EQ(a.w1().value, b.w1().value);
     EXPECT_EQ(a.optical_depth().sigma, b.optical_depth().sigma);

@@ -20,7 +20,7 @@
 #include <unistd.h>
 #include <vector>
 
-/// HDF5 itself leaks memory on damaged files.
+/// HDF5 itself leaks memory on damaged files; of all tests of the program.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 
 namespace stratus::test {

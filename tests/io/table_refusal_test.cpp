@@ -18,9 +18,6 @@
 #include <random>
 #include <string>
 
-/// HDF5 itself leaks memory on damaged files.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
-
 namespace stratus::test {
 namespace {
 

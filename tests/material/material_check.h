@@ -6,6 +6,7 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
 
 #include "temporary_folder.h"
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-/// Fontconfig never frees its cache.
+/// Fontconfig never frees its cache, in any test of the program.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 

@@ -8,10 +8,6 @@
 #include <string>
 #include <vector>
 
-/// Fontconfig never frees its cache.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
-
 namespace stratus {
 namespace {
 

@@ -10,10 +10,6 @@
 #include <stdexcept>
 #include <string>
 
-/// Fontconfig never frees its cache.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
-
 namespace stratus {
 namespace {
 

@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Bsdf, EveryMaterial, testing::ValuesIn(materials),
                          [](const auto& row) { return row.param.name; });
 
 /// The normal itself, beside it, and down to the horizon.
-constexpr float cosines[] = {1, 0.9995f, 0.99f, 0.8f, 0.45f, 0.2f, 0.05f, 0.01f, 0.001f};
+constexpr float bsdf_cosines[] = {1, 0.9995f, 0.99f, 0.8f, 0.45f, 0.2f, 0.05f, 0.01f, 0.001f};
 
 /// Integral of the density over cosines between the places `from` and `to` in v = sqrt(1 -
 /// sqrt(mu)) and over azimuths, by `n` x `n` midpoints. Azimuth / pi counts from 0 to 2.
@@ -153,7 +153,7 @@ TEST_P(EveryMaterial, SamplesFollowTheDensity) {
 
 TEST_P(EveryMaterial, SamplesCarryTheirValueAndDensity) {
     const Bsdf bsdf = GetParam().bsdf();
-    for (const float mu : cosines)
+    for (const float mu : bsdf_cosines)
         for (const double azimuth : {0.0, 2.0, 5.0}) {
             const Vector wi = direction(mu, azimuth, azimuth < 4);
             for (const RandomNumbers& u : evenly_spread(500)) {
@@ -169,7 +169,7 @@ TEST_P(EveryMaterial, SamplesCarryTheirValueAndDensity) {
 
 TEST_P(EveryMaterial, HasLowVariance) {
     const Bsdf bsdf = GetParam().bsdf();
-    for (const float mu : cosines) {
+    for (const float mu : bsdf_cosines) {
         const Estimate estimate = estimated(bsdf, direction(mu, 0.3, true), 1 << 13);
         const bool usual = mu >= 0.05f && mu <= 0.99f;
         EXPECT_LT(estimate.deviation, usual ? GetParam().deviation : GetParam().deviation_anywhere)
@@ -179,7 +179,7 @@ TEST_P(EveryMaterial, HasLowVariance) {
 
 TEST_P(EveryMaterial, EstimatesTheAlbedo) {
     const Bsdf bsdf = GetParam().bsdf();
-    for (const float mu : cosines) {
+    for (const float mu : bsdf_cosines) {
         const Vector wi = direction(mu, 0.3, true);
         const Estimate estimate = estimated(bsdf, wi, 1 << 14);
         const ScatteredShares<float> albedo = bsdf.albedo(wi);
@@ -314,7 +314,7 @@ TEST(Bsdf, ScattersToTheRequestedSideAlone) {
 TEST(Bsdf, TransmitsNothingThroughOpticalDepth1000) {
     const Bsdf bsdf = bsdf_of("henyey_greenstein:g=0.85", 1000, 1);
     const Bsdf endless = bsdf_of("henyey_greenstein:g=0.85", infinity, 1);
-    for (const float mu : cosines) {
+    for (const float mu : bsdf_cosines) {
         EXPECT_EQ(bsdf.albedo(mu).transmitted, 0);
         EXPECT_NEAR(bsdf.albedo(mu).reflected, endless.albedo(mu).reflected, 1e-6);
         for (const RandomNumbers& u : evenly_spread(100))

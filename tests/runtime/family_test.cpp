@@ -64,8 +64,7 @@ Table lobes() {
                         PhaseFunction::henyey_greenstein(0.5));
 }
 
-constexpr Geometry geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
-constexpr double rounding = 2e-6;  // samples are floats
+constexpr double family_rounding = 2e-6;  // samples are floats
 
 TEST(Family, OfGIsTheTableOfThatG) {
     const Table table = lobes();
@@ -73,12 +72,12 @@ TEST(Family, OfGIsTheTableOfThatG) {
         const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(g);
         const TableView view = table.view().at({g});
         for (const double depth : {0.05, 0.9, 8.0, 20.0, infinity})
-            for (const Geometry& at : geometries) {
+            for (const Geometry& at : three_geometries) {
                 const double scale =
                     level_of(phase_function) *
                     small_table_reflection_scale({0.9, depth, at.mu_in, at.mu_out, at.azimuth});
                 const Scattered found = reflection(view, 0.9, depth, at);
-                EXPECT_NEAR(found.multiple, scale, (depth > 8 ? 1e-3 : rounding) * scale);
+                EXPECT_NEAR(found.multiple, scale, (depth > 8 ? 1e-3 : family_rounding) * scale);
                 EXPECT_EQ(found.single,
                           single_reflection(phase_function(cos_scattering_angle_reflected(at)), 0.9,
                                             depth, at.mu_in, at.mu_out));
@@ -89,7 +88,7 @@ TEST(Family, OfGIsTheTableOfThatG) {
 TEST(Family, IsBoundByItsValues) {
     const Table table = lobes();
     const Slice slice = bind(table.view(), 0.9, 0.9, {0.6});
-    for (const Geometry& at : geometries) {
+    for (const Geometry& at : three_geometries) {
         const double R = reflection(table.view().at({0.6}), 0.9, 0.9, at).total();
         EXPECT_NEAR(
             double{slice.reflection(static_cast<float>(at.mu_in), static_cast<float>(at.mu_out),
@@ -109,11 +108,11 @@ TEST(Family, OfTwoAxesIsTheirProduct) {
             const TableView view = table.view().at({share, g});
             const PhaseFunction full = PhaseFunction::henyey_greenstein(g);
             const double level = share * level_of(full) + (1 - share) * level_of(even);
-            const Geometry at = geometries[0];
+            const Geometry at = three_geometries[0];
             const double expected =
                 level * small_table_reflection_scale({0.9, 1, at.mu_in, at.mu_out, at.azimuth});
             const Scattered found = reflection(view, 0.9, 1, at);
-            EXPECT_NEAR(found.multiple, expected, rounding * expected);
+            EXPECT_NEAR(found.multiple, expected, family_rounding * expected);
             const double phase = PhaseFunction::mixture(share, full, even)(0.3);
             EXPECT_NEAR(view.phase(0.3), phase, 1e-14 * phase);
         }
@@ -132,12 +131,13 @@ void expect_same_at(const Table& table, const FamilyPoint& point) {
     EXPECT_EQ(one.phase_function.text(), view.chosen_phase_function().text());
     for (const double w : table.albedo.values)
         for (const double depth : table.optical_depth.values)
-            for (const Geometry& at : geometries)
+            for (const Geometry& at : three_geometries)
                 for (const auto look_up : {reflection, transmission}) {
                     const Scattered expected = look_up(view, w, depth, at),
                                     found = look_up(one.view(), w, depth, at);
-                    EXPECT_NEAR(found.multiple, expected.multiple, rounding * expected.multiple);
-                    EXPECT_NEAR(found.single, expected.single, rounding * expected.single);
+                    EXPECT_NEAR(found.multiple, expected.multiple,
+                                family_rounding * expected.multiple);
+                    EXPECT_NEAR(found.single, expected.single, family_rounding * expected.single);
                 }
 }
 
@@ -181,7 +181,7 @@ TEST(Family, PackedIsThatOfItsTable) {
     EXPECT_EQ(packed.header().family.size(), 1u);
     EXPECT_EQ(packed.header().extrapolation_lengths, table.extrapolation_lengths);
     for (const double g : {0.2, 0.6})
-        for (const Geometry& at : geometries) {
+        for (const Geometry& at : three_geometries) {
             const Scattered expected = reflection(table.view().at({g}), 0.9, 1, at),
                             found = reflection(packed.view().at({g}), 0.9, 1, at);
             EXPECT_NEAR(found.multiple, expected.multiple, 4e-4 * expected.total());
@@ -192,12 +192,12 @@ TEST(Family, PackedIsThatOfItsTable) {
                                         static_cast<float>(at.azimuth))},
                 expected.total(), 2e-3 * expected.total());
         }
-    EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, geometries[0]).total()));
+    EXPECT_TRUE(std::isnan(packed.reflection(0.9, 1, three_geometries[0]).total()));
 }
 
 TEST(Family, NotChosenGivesNotANumberAndCannotBeBound) {
     const Table table = lobes();
-    EXPECT_TRUE(std::isnan(reflection(table.view(), 0.9, 1, geometries[0]).total()));
+    EXPECT_TRUE(std::isnan(reflection(table.view(), 0.9, 1, three_geometries[0]).total()));
     expect_refusal<Error>([&] { bind(table.view(), 1, 0.9); }, {"at", "g", "chosen", "nan"});
 }
 

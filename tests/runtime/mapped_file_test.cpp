@@ -29,7 +29,7 @@ std::string content(const MappedFile& file) {
     return {static_cast<const char*>(file.data()), file.bytes()};
 }
 
-void expect_refused(const std::string& path, const std::string& reason) {
+void expect_unmapped(const std::string& path, const std::string& reason) {
     expect_refusal<std::runtime_error>([&] { MappedFile{path}; }, {(path + ": " + reason).c_str()});
 }
 
@@ -70,13 +70,13 @@ TEST(MappedFile, CanBeMoved) {
 
 TEST(MappedFile, SaysWhyAFileCannotBeRead) {
     const std::string path = temporary_path();
-    expect_refused(path, "No such file or directory");
-    expect_refused(::testing::TempDir(), "is a directory");
+    expect_unmapped(path, "No such file or directory");
+    expect_unmapped(::testing::TempDir(), "is a directory");
     write(path, "");
-    expect_refused(path, "is empty");
+    expect_unmapped(path, "is empty");
     std::remove(path.c_str());
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);  // nobody writes into it
-    expect_refused(path, "is not a regular file");
+    expect_unmapped(path, "is not a regular file");
     std::remove(path.c_str());
 }
 

@@ -41,16 +41,15 @@ const Table& both() {
     return table;
 }
 
-constexpr Geometry geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
 constexpr double depths[] = {0.05, 0.9, 8, 20, 1e5, infinity};
 
 // Samples are floats.
-constexpr double rounding = 1e-6;
+constexpr double mixture_rounding = 1e-6;
 
 TEST(Mixture, GoesStraightFromOneKindToTheOther) {
     for (const double f : {0.0, 0.3, 0.75, 1.0})
         for (const double depth : depths)
-            for (const Geometry& at : geometries)
+            for (const Geometry& at : three_geometries)
                 for (const auto look_up : {reflection, transmission}) {
                     const Scattered a = look_up(first().view(), 0.9, depth, at);
                     const Scattered b = look_up(second().view(), 0.9, depth, at);
@@ -58,13 +57,13 @@ TEST(Mixture, GoesStraightFromOneKindToTheOther) {
                     const double expected = f * a.multiple + (1 - f) * b.multiple;
                     EXPECT_NEAR(found.single, f * a.single + (1 - f) * b.single,
                                 1e-14 * found.single);
-                    EXPECT_NEAR(found.multiple, expected, rounding * expected);
+                    EXPECT_NEAR(found.multiple, expected, mixture_rounding * expected);
                 }
 }
 
 TEST(Mixture, OfEachEndIsTheTableOfOneKindToTheBit) {
     for (const double depth : depths)
-        for (const Geometry& at : geometries)
+        for (const Geometry& at : three_geometries)
             for (const auto look_up : {reflection, transmission}) {
                 EXPECT_EQ(look_up(both().view().at_mixture(0), 0.9, depth, at).total(),
                           look_up(second().view(), 0.9, depth, at).total());
@@ -77,7 +76,7 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
     const TableView view = both().view().at_mixture(0.25);
     const Slice slice = bind(view, 0.9, 0.9);
     const RgbSlice rgb = bind_rgb(view, {0.9, 0.9, 8}, {0.9, 0.5, 0.9});
-    for (const Geometry& at : geometries) {
+    for (const Geometry& at : three_geometries) {
         const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out);
         const auto azimuth = static_cast<float>(at.azimuth);
         const double R = reflection(view, 0.9, 0.9, at).total();
@@ -92,8 +91,8 @@ TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
 }
 
 TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
-    EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, geometries[0]).total()));
-    EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, geometries[0]).total()));
+    EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
+    EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
     expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
                                           {"at_mixture", "mixture", "[0, 1]", "nan"});
     expect_refusal<std::invalid_argument>([] { bind(both().view().at_mixture(1.1), 1, 0.9); },
@@ -102,8 +101,8 @@ TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
 
 TEST(Mixture, IsIgnoredWhereNothingIsMixed) {
     const TableView view = first().view();
-    EXPECT_EQ(reflection(view.at_mixture(0.3), 0.9, 1, geometries[0]).total(),
-              reflection(view, 0.9, 1, geometries[0]).total());
+    EXPECT_EQ(reflection(view.at_mixture(0.3), 0.9, 1, three_geometries[0]).total(),
+              reflection(view, 0.9, 1, three_geometries[0]).total());
 }
 
 }  // namespace

@@ -18,18 +18,20 @@
 namespace stratus {
 namespace {
 
-constexpr double tolerance = 1e-3;
-
 /// Smooth, even in azimuth about 0 and pi, symmetric in the cosines.
-double shape(const Point& p) {
+double narrow_shape(const Point& p) {
     const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
     const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
     return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
            0.4 * sines * std::cos(p.azimuth) + 0.2 * sines * sines * std::cos(2 * p.azimuth);
 }
 
-double reflected(const Point& p) { return small_table_reflection_scale(p) * shape(p); }
-double transmitted(const Point& p) { return small_table_transmission_scale(p) * shape(p); }
+double narrow_reflected(const Point& p) {
+    return small_table_reflection_scale(p) * narrow_shape(p);
+}
+double narrow_transmitted(const Point& p) {
+    return small_table_transmission_scale(p) * narrow_shape(p);
+}
 
 struct Directions {
     const char* name;
@@ -46,12 +48,12 @@ Axis azimuths(double lowest, double highest, int count, AxisScale scale = AxisSc
 Table table_of(const Directions& directions, bool to_infinity = true) {
     Table table = empty_table({9, 12, 2, 2, 1}, {0.05, 8, to_infinity});
     table.phase_function = PhaseFunction::rayleigh();
-    table.tolerance = tolerance;
+    table.tolerance = small_table_tolerance;
     table.mu_in = directions.mu_in;
     table.mu_out = directions.mu_out;
     table.azimuth = directions.azimuth;
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
+    table.reflection_multiple = samples_of(table, narrow_reflected);
+    table.transmission_multiple = samples_of(table, narrow_transmitted);
     prepare(table);
     return table;
 }
@@ -116,7 +118,7 @@ TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
             const double found =
                 look(table_.view(), p.albedo, p.optical_depth, geometry(p)).total();
             // Both interpolate; the coarser has 28 cosines and 17 azimuths.
-            EXPECT_NEAR(found, expected, 0.5 * tolerance * expected)
+            EXPECT_NEAR(found, expected, 0.5 * small_table_tolerance * expected)
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
         }
 }
@@ -156,7 +158,7 @@ TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
                 const double found =
                     double{reflects ? slice.reflection(in[n], out[n], around[n])
                                     : slice.transmission(in[n], out[n], around[n])};
-                EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01));
+                EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
                 EXPECT_NEAR(many[n], found, 2e-6 * std::max(found, 0.01));
             }
         }
@@ -187,7 +189,7 @@ TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
                 (reflects ? packed.reflection(p.albedo, p.optical_depth, geometry(p))
                           : packed.transmission(p.albedo, p.optical_depth, geometry(p)))
                     .total();
-            EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01))
+            EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
                 << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
             EXPECT_NEAR(double{total[n]}, found, 2e-5 * std::max(found, 0.01));
         }

@@ -22,10 +22,10 @@
 namespace stratus {
 namespace {
 
-double reflected(const Point& p) {
+double packed_reflected(const Point& p) {
     return small_table_reflection_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
 }
-double transmitted(const Point& p) {
+double packed_transmitted(const Point& p) {
     return small_table_transmission_scale(p) * (2 + p.mu_in * p.mu_out * std::cos(p.azimuth));
 }
 
@@ -34,8 +34,8 @@ Table small(const char* phase = "henyey_greenstein:g=0.5") {
     table.phase_function = parse_phase_function(phase);
     table.tolerance = 1e-3;
     table.attributes["title"] = "small";
-    table.reflection_multiple = samples_of(table, reflected);
-    table.transmission_multiple = samples_of(table, transmitted);
+    table.reflection_multiple = samples_of(table, packed_reflected);
+    table.transmission_multiple = samples_of(table, packed_transmitted);
     prepare(table);
     return table;
 }
@@ -146,7 +146,7 @@ TEST(PackedFile, BindsAsTheTableDoes) {
     }
 }
 
-void expect_refused(const Forged& forged, const std::vector<const char*>& fragments) {
+void expect_forgery_refused(const Forged& forged, const std::vector<const char*>& fragments) {
     expect_refusal<std::invalid_argument>([&] { PackedTable{forged.bytes()}; }, fragments);
 }
 
@@ -212,7 +212,7 @@ TEST(PackedFile, ReadsTheFirstVersion) {
 TEST(PackedFile, RefusesManyOrdersWithoutTheirSheet) {
     Forged file(with_path_law("henyey_greenstein:g=0.95"));
     file.tensors_.erase(path_sheet_name);
-    expect_refused(file, {"path_sheet", "64"});
+    expect_forgery_refused(file, {"path_sheet", "64"});
 }
 
 /// Two members whose samples are alike but for a factor: one set of functions serves both.
@@ -245,7 +245,8 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
     for (const double share : {0.0, 0.4, 1.0})
         for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
             const double level = 1.5 - 0.5 * share;
-            const double expected = level * reflected({0.8, 2, at.mu_in, at.mu_out, at.azimuth});
+            const double expected =
+                level * packed_reflected({0.8, 2, at.mu_in, at.mu_out, at.azimuth});
             const TableView view = shared.view().at({share});
             EXPECT_NEAR(reflection(view, 0.8, 2, at).multiple, expected, 1e-3 * expected);
             EXPECT_EQ(reflection(view, 0.8, 2, at).multiple,
@@ -260,11 +261,12 @@ TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
         Forged forged(of_two_levels());
         forged.set("mixture_1/reflection/functions_of", 0, owner);
         SCOPED_TRACE(owner);
-        expect_refused(forged, {"mixture_1/reflection/functions_of", "an earlier member"});
+        expect_forgery_refused(forged, {"mixture_1/reflection/functions_of", "an earlier member"});
     }
     Forged without(of_two_levels());
     without.tensors_.erase("mixture_0/transmission/functions");
-    expect_refused(without, {"mixture_1/transmission/functions_of", "functions of its own"});
+    expect_forgery_refused(without,
+                           {"mixture_1/transmission/functions_of", "functions of its own"});
 }
 
 TEST(PackedFile, RefusesForgedStrings) {
@@ -287,11 +289,11 @@ TEST(PackedFile, RefusesForgedStrings) {
         forged.strings_[key] = text;
         if (std::string(key) == "below") forged.strings_["below_albedo"] = "0.5";
         SCOPED_TRACE(key);
-        expect_refused(forged, {});
+        expect_forgery_refused(forged, {});
     }
     Forged forged;
     forged.strings_.erase("phase_function");
-    expect_refused(forged, {"phase_function"});
+    expect_forgery_refused(forged, {"phase_function"});
 }
 
 TEST(PackedFile, RefusesForgedBlocks) {
@@ -301,15 +303,15 @@ TEST(PackedFile, RefusesForgedBlocks) {
             Forged forged;
             forged.set(side + "blocks", static_cast<std::size_t>(field), value);
             SCOPED_TRACE(std::to_string(field) + " = " + std::to_string(value));
-            expect_refused(forged, {side.c_str()});
+            expect_forgery_refused(forged, {side.c_str()});
         }
     Forged forged;
     forged.set(side + "blocks", 4, 0);  // not infinite, as its cells need
-    expect_refused(forged, {"packed table"});
+    expect_forgery_refused(forged, {"packed table"});
     for (const std::int32_t value : {-1, 1000}) {
         Forged other;
         other.set(side + "block_of_cell", 3, value);
-        expect_refused(other, {"block_of_cell"});
+        expect_forgery_refused(other, {"block_of_cell"});
     }
     for (const char* const name : {"functions", "coefficients", "block_of_cell", "blocks"}) {
         Forged other;
@@ -319,11 +321,11 @@ TEST(PackedFile, RefusesForgedBlocks) {
         else
             std::swap(shape[0], shape[1]);
         SCOPED_TRACE(name);
-        if (shape[0] != shape[1]) expect_refused(other, {name});
+        if (shape[0] != shape[1]) expect_forgery_refused(other, {name});
     }
     Forged without;
     without.tensors_.erase(side + "coefficients");
-    expect_refused(without, {"coefficients"});
+    expect_forgery_refused(without, {"coefficients"});
 }
 
 TEST(PackedFile, RefusesForgedAxesAndFluxes) {
@@ -332,11 +334,11 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
             Forged forged;
             forged.set(name, 1, value);
             SCOPED_TRACE(name);
-            expect_refused(forged, {name});
+            expect_forgery_refused(forged, {name});
         }
     Forged forged;
     forged.set("diffusion_exponent", 0, -1.0);
-    expect_refused(forged, {"diffusion_exponent"});
+    expect_forgery_refused(forged, {"diffusion_exponent"});
     const auto nothing = [](const char* side) {
         Forged other;
         for (auto held = other.tensors_.begin(); held != other.tensors_.end();)
@@ -347,7 +349,7 @@ TEST(PackedFile, RefusesForgedAxesAndFluxes) {
     Forged neither = nothing("transmission/");
     for (const char* const name : {"functions", "coefficients", "blocks", "block_of_cell"})
         neither.tensors_.erase(std::string("reflection/") + name);
-    expect_refused(neither, {"neither"});
+    expect_forgery_refused(neither, {"neither"});
 }
 
 TEST(PackedFile, SurvivesMutations) {

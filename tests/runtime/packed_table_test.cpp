@@ -18,8 +18,6 @@
 namespace stratus {
 namespace {
 
-constexpr double tolerance = 1e-3;
-
 /// Between 1 and 3, symmetric in the cosines: what is left of samples once they are divided by all
 /// that lookups divide by.
 double shape(const Point& p) {
@@ -37,10 +35,10 @@ double reflected_over(const Point& p) {
     return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
 }
 
-Table filled(const Counts& counts, const Depths& depths, const char* phase = "rayleigh") {
+Table packable(const Counts& counts, const Depths& depths, const char* phase = "rayleigh") {
     Table table = empty_table(counts, depths);
     table.phase_function = parse_phase_function(phase);
-    table.tolerance = tolerance;
+    table.tolerance = small_table_tolerance;
     table.reflection_multiple = samples_of(table, reflected);
     table.transmission_multiple = samples_of(table, transmitted);
     prepare(table);
@@ -51,7 +49,8 @@ constexpr Counts usual{9, 12, 16, 16, 9};
 constexpr Depths to_eight{0.05, 8, false}, to_infinity{0.05, 8, true};
 
 /// Random lookups, cosines evenly spread over their roots.
-std::vector<Point> points(const Table& table, int count, double shallowest, double deepest) {
+std::vector<Point> random_lookups(const Table& table, int count, double shallowest,
+                                  double deepest) {
     const TableView view = table.view();
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -83,7 +82,7 @@ void expect_lookups(const PackedTable& packed, const TableView& view,
              transmission(view, p.albedo, p.optical_depth, geometry(p))}};
         for (const auto& [found, expected] : both) {
             const double scale = std::max(expected.total(), 0.01);
-            EXPECT_NEAR(found.multiple, expected.multiple, tolerance * scale)
+            EXPECT_NEAR(found.multiple, expected.multiple, small_table_tolerance * scale)
                 << (&found == &both[0].first ? "R" : "T") << " at w " << p.albedo << " tau "
                 << p.optical_depth << " mu " << p.mu_in << " " << p.mu_out << " azimuth "
                 << p.azimuth;
@@ -104,8 +103,8 @@ class PackedTableShapes : public testing::TestWithParam<Shape> {};
 
 TEST_P(PackedTableShapes, AgreeWithLookups) {
     const Shape& of = GetParam();
-    const Table table = filled(of.counts, of.depths, of.phase);
-    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 400, 0.01, 20));
+    const Table table = packable(of.counts, of.depths, of.phase);
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.01, 20));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -136,7 +135,7 @@ Table forward_filled() {
     for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
         table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
     table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
-    table.tolerance = tolerance;
+    table.tolerance = small_table_tolerance;
     table.reflection_multiple = samples_of(table, reflected);
     table.transmission_multiple = samples_of(table, transmitted);
     prepare(table);
@@ -155,14 +154,14 @@ class PackedTableInstructionSets : public testing::TestWithParam<InstructionSet>
 };
 
 TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
-    const Table table = filled(usual, to_eight);
-    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 200, 0.05, 8));
+    const Table table = packable(usual, to_eight);
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 200, 0.05, 8));
 }
 
 TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
     const Table table = forward_filled();
     const PackedTable packed(pack(table));
-    std::vector<Point> at = points(table, 200, 0.05, 8);
+    std::vector<Point> at = random_lookups(table, 200, 0.05, 8);
     for (Point& p : at) p.azimuth *= p.azimuth / pi;  // many of them forward
     expect_lookups(packed, table.view(), at);
     for (Point& p : at) p.azimuth = 2 * pi - p.azimuth;
@@ -170,9 +169,10 @@ TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
 }
 
 TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
-    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
     const PackedTable packed(pack(table));
-    const std::vector<Point> at = points(table, 1003, 0.01, 40);  // no multiple of any width
+    const std::vector<Point> at =
+        random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
     std::vector<float> of[5];
     for (const Point& p : at) {
         const double quantities[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
@@ -193,9 +193,9 @@ TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
 }
 
 TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndThree) {
-    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
     const PackedTable packed(pack(table));
-    for (const Point& p : points(table, 200, 0.01, 40)) {
+    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
         // The second as the first, the third mostly in another block.
         const PackedLayers layers{{p.albedo, p.albedo, 1 - p.albedo},
                                   {p.optical_depth, p.optical_depth, 9 * p.optical_depth}};
@@ -232,15 +232,15 @@ void expect_layer(const Table& table, double albedo, double optical_depth) {
 }
 
 TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
-    const Table table = filled(usual, to_infinity);
+    const Table table = packable(usual, to_infinity);
     for (const double depth : {0.03, 1.7, 20.0, infinity}) expect_layer(table, 0.8, depth);
-    expect_layer(filled({9, 12, 3, 3, 3}, to_eight), 0.8, 1.7);  // axes that are sampled again
-    expect_layer(filled({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
+    expect_layer(packable({9, 12, 3, 3, 3}, to_eight), 0.8, 1.7);  // axes that are sampled again
+    expect_layer(packable({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
 }
 
 TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
-    const Table table = filled(usual, to_infinity, "henyey_greenstein:g=0.5");
-    const std::vector<Point> at = points(table, 200, 0.01, 40);
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const std::vector<Point> at = random_lookups(table, 200, 0.01, 40);
     const auto totals = [&] {  // kernels are chosen when a table is opened
         const PackedTable packed(pack(table));
         std::vector<double> all;
@@ -263,9 +263,9 @@ INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
                          [](const auto& row) { return name_of(row.param); });
 
 TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
-    const Table table = filled(usual, to_infinity);
+    const Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
-    for (const Point& p : points(table, 200, 0.01, 40)) {
+    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
         const Geometry back{p.mu_out, p.mu_in, p.azimuth};
         EXPECT_EQ(packed.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
                   packed.reflection(p.albedo, p.optical_depth, back).multiple);
@@ -275,7 +275,7 @@ TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
 }
 
 TEST(PackedTable, IsEvenAndPeriodicInAzimuth) {
-    const Table table = filled(usual, to_eight);
+    const Table table = packable(usual, to_eight);
     const PackedTable packed(pack(table));
     const double there = packed.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
     for (const double azimuth : {-1.2, 2 * pi - 1.2, 2 * pi + 1.2, 20 * pi + 1.2})
@@ -283,7 +283,7 @@ TEST(PackedTable, IsEvenAndPeriodicInAzimuth) {
 }
 
 TEST(PackedTable, ScattersNothingAtZeroDepthOrAlbedo) {
-    Table table = filled(usual, to_infinity);
+    Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
     EXPECT_EQ(packed.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
     EXPECT_EQ(packed.transmission(0.9, 0, {0.4, 0.7, 1}).total(), 0);
@@ -292,9 +292,9 @@ TEST(PackedTable, ScattersNothingAtZeroDepthOrAlbedo) {
 }
 
 TEST(PackedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
-    const Table table = filled(usual, to_infinity);
+    const Table table = packable(usual, to_infinity);
     const PackedTable packed(pack(table));
-    std::vector<Point> at = points(table, 100, 8, 1e5);
+    std::vector<Point> at = random_lookups(table, 100, 8, 1e5);
     for (int n = 0; n < 20; ++n) at[static_cast<std::size_t>(n)].optical_depth = infinity;
     at[0].albedo = at[30].albedo = 1;
     expect_lookups(packed, table.view(), at);
@@ -302,18 +302,18 @@ TEST(PackedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
 
 TEST(PackedTable, UsesNeighboursOfUnderflowingSamples) {
     // T of the lower albedos is below 1e-35 at the deepest samples.
-    const Table table = filled({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
+    const Table table = packable({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
     const PackedTable packed(pack(table));
-    for (const Point& p : points(table, 200, 20, 400)) {
+    for (const Point& p : random_lookups(table, 200, 20, 400)) {
         const double found = packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
         const double expected =
             transmission(table.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
-        EXPECT_NEAR(found, expected, tolerance * std::max(expected, 0.01));
+        EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
     }
 }
 
 TEST(PackedTable, GivesSingleScatteringAloneOfAMissingSide) {
-    Table table = filled(usual, to_eight);
+    Table table = packable(usual, to_eight);
     table.transmission_multiple.clear();
     const PackedTable packed(pack(table));
     const Scattered found = packed.transmission(0.9, 1, {0.4, 0.7, 1});
@@ -327,11 +327,11 @@ class PackedTableOverBoundary : public testing::TestWithParam<LowerBoundary> {};
 TEST_P(PackedTableOverBoundary, AgreeWithLookups) {
     Table table = empty_table(usual, to_infinity);
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
-    table.tolerance = tolerance;
+    table.tolerance = small_table_tolerance;
     table.lower_boundary = GetParam();
     table.reflection_multiple = samples_of(table, reflected_over);
     prepare(table);
-    expect_lookups(PackedTable(pack(table)), table.view(), points(table, 400, 0.005, 40));
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.005, 40));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PackedTableOverBoundary,
@@ -343,27 +343,29 @@ INSTANTIATE_TEST_SUITE_P(All, PackedTableOverBoundary,
                          });
 
 TEST(PackedTable, OutlivesItsTable) {
-    Table table = filled(usual, to_eight);
+    Table table = packable(usual, to_eight);
     const double expected = reflection(table.view(), 0.9, 1, {0.4, 0.7, 1}).total();
     PackedTable packed(pack(table));
     table = Table();
     const PackedTable moved = std::move(packed);
-    EXPECT_NEAR(moved.reflection(0.9, 1, {0.4, 0.7, 1}).total(), expected, tolerance * expected);
+    EXPECT_NEAR(moved.reflection(0.9, 1, {0.4, 0.7, 1}).total(), expected,
+                small_table_tolerance * expected);
     EXPECT_GT(moved.bytes(), 0u);
 }
 
 TEST(PackedTable, JoinsMixturesAsLookupsDo) {
-    const Table one = filled(usual, to_eight);
-    const Table other = filled(usual, to_eight, "henyey_greenstein:g=0.5");
+    const Table one = packable(usual, to_eight);
+    const Table other = packable(usual, to_eight, "henyey_greenstein:g=0.5");
     const Table table = mixed(one, other);
     const PackedTable packed(pack(table));
     for (const double mixture : {0.0, 0.3, 1.0})
-        for (const Point& p : points(table, 50, 0.05, 8)) {
+        for (const Point& p : random_lookups(table, 50, 0.05, 8)) {
             const Scattered found =
                 packed.reflection(p.albedo, p.optical_depth, geometry(p), mixture);
             const Scattered expected = reflection(table.view().at_mixture(mixture), p.albedo,
                                                   p.optical_depth, geometry(p));
-            EXPECT_NEAR(found.multiple, expected.multiple, tolerance * expected.total());
+            EXPECT_NEAR(found.multiple, expected.multiple,
+                        small_table_tolerance * expected.total());
             EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
         }
 }

@@ -16,8 +16,8 @@
 namespace stratus {
 namespace {
 
-const double cosines[] = {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
-const double depths[] = {1e-6, 0.01, 0.3, 1.0, 7.0, 40.0};
+const double scattering_cosines[] = {0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
+const double scattering_depths[] = {1e-6, 0.01, 0.3, 1.0, 7.0, 40.0};
 
 const std::map<std::string, std::string>& reference_phase_functions() {
     static const std::map<std::string, std::string> text = {
@@ -63,9 +63,9 @@ TEST(SingleScattering, EqualsTheReferenceRows) {
 }
 
 TEST(SingleScattering, IsReciprocal) {
-    for (const double tau : depths)
-        for (const double mu0 : cosines)
-            for (const double mu : cosines) {
+    for (const double tau : scattering_depths)
+        for (const double mu0 : scattering_cosines)
+            for (const double mu : scattering_cosines) {
                 EXPECT_EQ(single_reflection(1, 1, tau, mu0, mu),
                           single_reflection(1, 1, tau, mu, mu0));
                 EXPECT_EQ(single_transmission(1, 1, tau, mu0, mu),
@@ -101,8 +101,8 @@ TEST(SingleScattering, EqualsTheIntegralOfTheSourceOverDepth) {
 }
 
 TEST(SingleTransmission, HasItsLimitAtEqualCosines) {
-    for (const double tau : depths)
-        for (const double mu : cosines) {
+    for (const double tau : scattering_depths)
+        for (const double mu : scattering_cosines) {
             const double limit = 0.8 / 4 * 1.3 * tau * std::exp(-tau / mu) / (mu * mu);
             EXPECT_NEAR(single_transmission(1.3, 0.8, tau, mu, mu), limit, 1e-15 * limit);
         }
@@ -134,8 +134,8 @@ TEST(SingleTransmission, IsSmoothThroughEqualCosines) {
 
 TEST(SingleScattering, OfAThinLayerIsThatOfItsParticles) {
     for (const double tau : {1e-300, 1e-30, 1e-18})
-        for (const double mu0 : cosines)
-            for (const double mu : cosines) {
+        for (const double mu0 : scattering_cosines)
+            for (const double mu : scattering_cosines) {
                 const double particles = 0.25 * tau / (mu * mu0);
                 EXPECT_NEAR(single_reflection(1, 1, tau, mu0, mu) / particles, 1, 1e-15);
                 EXPECT_NEAR(single_transmission(1, 1, tau, mu0, mu) / particles, 1, 1e-15);
@@ -159,8 +159,8 @@ TEST(SingleScattering, IsZeroAtDepthZero) {
 }
 
 TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
-    for (const double mu0 : cosines)
-        for (const double mu : cosines) {
+    for (const double mu0 : scattering_cosines)
+        for (const double mu : scattering_cosines) {
             EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu0, mu) /
                             brightness_semi_infinite(1.7, 0.9, mu0, mu),
                         1, 1e-15);
@@ -171,7 +171,7 @@ TEST(SingleScattering, OfASemiInfiniteLayerIsHapkeIrvine) {
 
 TEST(SingleScattering, MakesTheFullMoonAFlatDisk) {
     // [Blinn82] 2.7: with E = L the brightness is w phi / 2 wherever one looks
-    for (const double mu : cosines)
+    for (const double mu : scattering_cosines)
         EXPECT_NEAR(brightness_top_lit(1.7, 0.9, infinity, mu, mu), 0.9 * 1.7 / 2, 1e-15);
 }
 
@@ -216,8 +216,8 @@ TEST(Brightness, IsBlinnsFormula) {
 }
 
 TEST(Transparency, IsTheBeamAndBottomLitLightFromTheSameDirection) {
-    for (const double tau : depths)
-        for (const double mu : cosines) {
+    for (const double tau : scattering_depths)
+        for (const double mu : scattering_cosines) {
             const double beam = std::exp(-tau / mu);
             const double expected = beam + brightness_bottom_lit(4.2, 0.9, tau, mu, mu);
             EXPECT_NEAR(source_seen_through(4.2, 0.9, tau, mu), expected, 1e-14 * expected);
@@ -230,7 +230,7 @@ TEST(Transparency, IsOneAtDepthZeroAndZeroAtInfinity) {
 }
 
 TEST(ScatteringAngle, IsBackwardForLightThatReturns) {
-    for (const double mu : cosines) {
+    for (const double mu : scattering_cosines) {
         EXPECT_NEAR(cos_scattering_angle_reflected({mu, mu, pi}), -1, 1e-15);
         EXPECT_NEAR(cos_scattering_angle_transmitted({mu, mu, 0}), 1, 1e-15);
     }

@@ -27,6 +27,9 @@ struct Depths {
     bool and_infinity;
 };
 
+constexpr Geometry three_geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
+
+constexpr double small_table_tolerance = 1e-3;
 constexpr double small_table_length = 0.7;
 
 /// A diffusion exponent that a cubic in sqrt(1 - albedo) follows exactly.
@@ -134,7 +137,7 @@ inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale
         return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
     });
     if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();
-    table.tolerance = 1e-3;
+    table.tolerance = small_table_tolerance;
     prepare(table);
     return table;
 }

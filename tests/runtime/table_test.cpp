@@ -104,13 +104,13 @@ TEST(Table, IsSeenByItsViewWithoutCopies) {
     EXPECT_EQ(view.extrapolation_length, small_table_length);
 }
 
-struct Refusal {
+struct Refused {
     const char* name;
     std::function<void(Table&)> spoil;
     std::vector<const char*> fragments;
 };
 
-class PrepareRefuses : public testing::TestWithParam<Refusal> {};
+class PrepareRefuses : public testing::TestWithParam<Refused> {};
 
 TEST_P(PrepareRefuses, NamingTheDatasetAndWhatWasMet) {
     Table table = good_table();
@@ -124,35 +124,35 @@ const float float_infinity = std::numeric_limits<float>::infinity();
 INSTANTIATE_TEST_SUITE_P(
     Axes, PrepareRefuses,
     testing::Values(
-        Refusal{"NoAlbedo", [](Table& t) { t.albedo.values.clear(); }, {"albedo", "none"}},
-        Refusal{"AlbedoBelowZero",
+        Refused{"NoAlbedo", [](Table& t) { t.albedo.values.clear(); }, {"albedo", "none"}},
+        Refused{"AlbedoBelowZero",
                 [](Table& t) { t.albedo = make_axis(t.albedo.scale, -0.1, 1, 3); },
                 {"albedo", "[0, 1]", "-0.1"}},
-        Refusal{"AlbedoInAnotherScale",
+        Refused{"AlbedoInAnotherScale",
                 [](Table& t) { t.albedo.scale = AxisScale::linear; },
                 {"scale of axis albedo", "square_root_of_complement", "linear"}},
-        Refusal{"UnevenDepths",
+        Refused{"UnevenDepths",
                 [](Table& t) { t.optical_depth.values[1] *= 1.01; },
                 {"optical_depth", "uniform"}},
-        Refusal{"CosineInAnotherScale",
+        Refused{"CosineInAnotherScale",
                 [](Table& t) { t.mu_in.scale = AxisScale::logarithmic; },
                 {"scale of axis mu_in", "arcsine_of_fourth_root", "logarithmic"}},
-        Refusal{"CosineZero",
+        Refused{"CosineZero",
                 [](Table& t) { t.mu_in = make_axis(t.mu_in.scale, 0, 1, 2); },
                 {"mu_in", "(0, 1]", "got 0"}},
-        Refusal{"CosineAboveOne",
+        Refused{"CosineAboveOne",
                 [](Table& t) { t.mu_out.values.back() = 1.125; },
                 {"mu_out", "[0, 1]", "got 1.125"}},
-        Refusal{"CosineToInfinity",
+        Refused{"CosineToInfinity",
                 [](Table& t) { t.mu_out.values.back() = infinity; },
                 {"mu_out", "finite unless logarithmic", "inf"}},
-        Refusal{"AzimuthBeyondPi",
+        Refused{"AzimuthBeyondPi",
                 [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 4, 6); },
                 {"azimuth", "[0, 3.14", "got 3.2"}},
-        Refusal{"FewAzimuthsShortOfPi",
+        Refused{"FewAzimuthsShortOfPi",
                 [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0, 3, 3); },
                 {"samples of azimuth", "1, or 4 at least", "got 3"}},
-        Refusal{"FewAzimuthsNotFromZero",
+        Refused{"FewAzimuthsNotFromZero",
                 [](Table& t) { t.azimuth = make_axis(t.azimuth.scale, 0.5, pi, 2); },
                 {"samples of azimuth", "1, or 4 at least", "got 2"}}),
     [](const auto& row) { return row.param.name; });
@@ -160,69 +160,69 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Mixtures, PrepareRefuses,
     testing::Values(
-        Refusal{"AboveOne",
+        Refused{"AboveOne",
                 [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1.5, 2)); },
                 {"mixture", "[0, 1]", "got 1.5"}},
-        Refusal{"BelowZero",
+        Refused{"BelowZero",
                 [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, -0.5, 1, 2)); },
                 {"mixture", "[0, 1]", "got -0.5"}},
-        Refusal{"Descending",
+        Refused{"Descending",
                 [](Table& t) {
                     set_mixture(t, {AxisScale::linear, {0.5, 0.25}});
                 },
                 {"mixture", "ascending", "got 0.25"}},
-        Refusal{"InAnotherScale",
+        Refused{"InAnotherScale",
                 [](Table& t) { set_mixture(t, make_axis(AxisScale::logarithmic, 0.5, 1, 2)); },
                 {"scale of axis mixture", "linear", "logarithmic"}},
-        Refusal{"Alone",
+        Refused{"Alone",
                 [](Table& t) {
                     set_mixture(t, {AxisScale::linear, {0.5}});
                 },
                 {"mixture", "two samples", "got 1"}},
-        Refusal{"WithoutSamplesOfTheirOwn",
+        Refused{"WithoutSamplesOfTheirOwn",
                 [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2)); },
                 {"length of plane_albedo", "60", "got 30"}},
-        Refusal{"WithoutASecondLength",
+        Refused{"WithoutASecondLength",
                 [](Table& t) { t.second_extrapolation_length = 0; },
                 {"second_extrapolation_length", "(0, inf)", "got 0"}}),
     [](const auto& row) { return row.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Datasets, PrepareRefuses,
-    testing::Values(Refusal{"NoSide",
+    testing::Values(Refused{"NoSide",
                             [](Table& t) {
                                 t.reflection_multiple.clear();
                                 t.transmission_multiple.clear();
                             },
                             {"reflection_multiple or transmission_multiple", "neither"}},
-                    Refusal{"ShortReflection",
+                    Refused{"ShortReflection",
                             [](Table& t) { t.reflection_multiple.pop_back(); },
                             {"length of reflection_multiple", "900", "got 899"}},
-                    Refusal{"LongTransmission",
+                    Refused{"LongTransmission",
                             [](Table& t) { t.transmission_multiple.push_back(0); },
                             {"length of transmission_multiple", "900", "got 901"}},
-                    Refusal{"ShortPlaneAlbedo",
+                    Refused{"ShortPlaneAlbedo",
                             [](Table& t) { t.plane_albedo.pop_back(); },
                             {"plane_albedo", "30", "got 29"}},
-                    Refusal{"ShortTransmittance",
+                    Refused{"ShortTransmittance",
                             [](Table& t) { t.diffuse_transmittance.pop_back(); },
                             {"diffuse_transmittance", "30", "got 29"}},
-                    Refusal{"ShortSphericalAlbedo",
+                    Refused{"ShortSphericalAlbedo",
                             [](Table& t) { t.spherical_albedo.pop_back(); },
                             {"spherical_albedo", "15", "got 14"}},
-                    Refusal{"ShortExponents",
+                    Refused{"ShortExponents",
                             [](Table& t) { t.diffusion_exponent.pop_back(); },
                             {"diffusion_exponent", "3", "got 2"}},
-                    Refusal{"NoExponents",
+                    Refused{"NoExponents",
                             [](Table& t) { t.diffusion_exponent.clear(); },
                             {"diffusion_exponent", "3", "got 0"}},
-                    Refusal{"ReflectionNotANumber",
+                    Refused{"ReflectionNotANumber",
                             [](Table& t) { t.reflection_multiple[17] = float_nan; },
                             {"reflection_multiple", "sample 17", "finite", "nan"}},
-                    Refusal{"TransmissionInfinite",
+                    Refused{"TransmissionInfinite",
                             [](Table& t) { t.transmission_multiple[3] = -float_infinity; },
                             {"transmission_multiple", "sample 3", "finite", "-inf"}},
-                    Refusal{"FluxNotANumber",
+                    Refused{"FluxNotANumber",
                             [](Table& t) { t.spherical_albedo[2] = float_nan; },
                             {"spherical_albedo", "sample 2", "nan"}}),
     [](const auto& row) { return row.param.name; });
@@ -230,32 +230,32 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Numbers, PrepareRefuses,
     testing::Values(
-        Refusal{"NegativeExponent",
+        Refused{"NegativeExponent",
                 [](Table& t) { t.diffusion_exponent[1] = -1e-9; },
                 {"diffusion_exponent", "[0, 1000]", "-1"}},
-        Refusal{"HugeExponent",
+        Refused{"HugeExponent",
                 [](Table& t) { t.diffusion_exponent[1] = 1001; },
                 {"diffusion_exponent", "[0, 1000]", "1001"}},
-        Refusal{"NoLength",
+        Refused{"NoLength",
                 [](Table& t) { t.extrapolation_length = 0; },
                 {"extrapolation_length", "(0, inf)", "got 0"}},
-        Refusal{"LengthNotANumber",
+        Refused{"LengthNotANumber",
                 [](Table& t) { t.extrapolation_length = std::nan(""); },
                 {"extrapolation_length", "(0, inf)", "nan"}},
-        Refusal{"NegativeTolerance", [](Table& t) { t.tolerance = -1; }, {"tolerance", "got -1"}},
-        Refusal{"ErrorNotANumber",
+        Refused{"NegativeTolerance", [](Table& t) { t.tolerance = -1; }, {"tolerance", "got -1"}},
+        Refused{"ErrorNotANumber",
                 [](Table& t) { t.measured_error = std::nan(""); },
                 {"measured_error", "nan"}},
-        Refusal{"WhiterThanWhite",
+        Refused{"WhiterThanWhite",
                 [](Table& t) {
                     t.transmission_multiple.clear();
                     t.lower_boundary = LowerBoundary::surface(1.01);
                 },
                 {"lower boundary", "[0, 1]", "1.01"}},
-        Refusal{"TransmissionThroughGround",
+        Refused{"TransmissionThroughGround",
                 [](Table& t) { t.lower_boundary = LowerBoundary::surface(0.5); },
                 {"transmission_multiple", "absent", "given"}},
-        Refusal{"NegativeOrder",
+        Refused{"NegativeOrder",
                 [](Table& t) { t.highest_order = -2; },
                 {"highest_order", "at least 0", "got -2"}}),
     [](const auto& row) { return row.param.name; });

@@ -92,11 +92,11 @@ const test::KeyedFile rings({{"camera.position", "[4, 0, 1]"},
                              {"rings.surface", "0.5"},
                              {"rings.flattening", "0.1"}});
 
-const test::KeyedFile lobes({{"lobes.phase_function", "'isotropic'"},
-                             {"lobes.incident_deg", "[30]"},
-                             {"lobes.optical_depths", "[1]"},
-                             {"lobes.albedos", "[1]"},
-                             {"lobes.common_scale", "true"}});
+const test::KeyedFile keyed_lobes({{"lobes.phase_function", "'isotropic'"},
+                                   {"lobes.incident_deg", "[30]"},
+                                   {"lobes.optical_depths", "[1]"},
+                                   {"lobes.albedos", "[1]"},
+                                   {"lobes.common_scale", "true"}});
 
 const test::KeyedFile lambert({{"lambert.phase_function", "'isotropic'"},
                                {"lambert.albedo", "1"},
@@ -112,7 +112,7 @@ TEST(SceneKeys, AreAllRead) {
                       "[[layers]]\nphase_function = 'isotropic'\nalbedo = 0.5\n"
                       "optical_depth = 1.0\n");
     test::expect_keys_are_read(
-        scene_keys(), "scene", {slab, planet, painted, stacked, rings, lobes, lambert},
+        scene_keys(), "scene", {slab, planet, painted, stacked, rings, keyed_lobes, lambert},
         [&](const std::string& text) { parse_scene(text, folder.path().string()); },
         [](const Key& key) {
             return (key.section == std::string("surface") ? "planet." : "") + full_name(key);

@@ -54,21 +54,21 @@ std::vector<Layer> list_layers() {
 
 // ---- compared quantities -----------------------------------------------------------------------
 
-const std::vector<double> cosines{0.1, 0.5, 1};
+const std::vector<double> compared_cosines{0.1, 0.5, 1};
 constexpr int cosine_count = 3;
 
 struct Place {
-    int in, out;  // of cosines
+    int in, out;  // of compared_cosines
     double azimuth;
 };
 
-/// Every pair of cosines once (reciprocity has tests of its own); one azimuth at mu = 1.
+/// Every pair of them once (reciprocity has tests of its own); one azimuth at mu = 1.
 const std::vector<Place> places = [] {
     std::vector<Place> all;
     for (int in = 0; in < cosine_count; ++in)
         for (int out = 0; out <= in; ++out)
             for (const double azimuth : {0.0, pi / 3, pi})
-                if (azimuth == 0 || cosines[static_cast<std::size_t>(in)] < 1)
+                if (azimuth == 0 || compared_cosines[static_cast<std::size_t>(in)] < 1)
                     all.push_back({in, out, azimuth});
     return all;
 }();
@@ -80,12 +80,12 @@ const std::vector<std::string> quantities = [] {
     for (const char* what : {"R ", "T "})
         for (const Place& at : places) {
             std::ostringstream name;
-            name << what << cosines[static_cast<std::size_t>(at.in)] << ' '
-                 << cosines[static_cast<std::size_t>(at.out)] << ' ' << at.azimuth;
+            name << what << compared_cosines[static_cast<std::size_t>(at.in)] << ' '
+                 << compared_cosines[static_cast<std::size_t>(at.out)] << ' ' << at.azimuth;
             all.push_back(name.str());
         }
     for (const char* what : {"plane albedo ", "diffuse transmittance "})
-        for (const double mu : cosines) all.push_back(what + std::to_string(mu));
+        for (const double mu : compared_cosines) all.push_back(what + std::to_string(mu));
     all.insert(all.end(), {"spherical albedo", "total transmittance"});
     return all;
 }();
@@ -190,7 +190,7 @@ SolverOptions with_few() {
 }
 
 LayerSolution solve(const Layer& of, const SolverOptions& options) {
-    return solve_layer(of.phase_function, of.albedo, of.optical_depth, cosines, options);
+    return solve_layer(of.phase_function, of.albedo, of.optical_depth, compared_cosines, options);
 }
 
 /// Error of few nodes and modes: 1.5 times the change to 12 nodes and all modes.
@@ -226,7 +226,7 @@ Answer stack(const Layer& of) {
     const double rest = is_finite(of) ? 0.625 * of.optical_depth : infinity;
     const StackSolution solution =
         solve_stack({{of.phase_function, of.albedo, first}, {of.phase_function, of.albedo, rest}},
-                    {}, cosines, with_enough(of));
+                    {}, compared_cosines, with_enough(of));
     return answer("stack", enough_nodes(of.phase_function), values_of(solution), 1e-12,
                   left_by_enough);
 }
@@ -259,11 +259,11 @@ int orders_needed(const Layer& of) {
 std::vector<double> sum_orders(const Layer& of, SolverOptions options, int last,
                                std::vector<double>* last_order = nullptr) {
     std::vector<double> sum(quantities.size(), 0.0);
-    sum.back() =
-        solve_layer(of.phase_function, 0, of.optical_depth, cosines, options).total_transmittance;
+    sum.back() = solve_layer(of.phase_function, 0, of.optical_depth, compared_cosines, options)
+                     .total_transmittance;
     options.orders = last;
     for (const LayerSolution& order :
-         solve_orders(of.phase_function, of.albedo, of.optical_depth, cosines, options)) {
+         solve_orders(of.phase_function, of.albedo, of.optical_depth, compared_cosines, options)) {
         const std::vector<double> values = values_of(order);
         for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += values[q];
         if (last_order) *last_order = values;
@@ -281,7 +281,8 @@ Answer orders(const Layer& of) {
 
 /// H, or X and Y: 1e-10 (isotropic.h).
 Answer chandrasekhar(const Layer& of) {
-    const IsotropicSolution solution = solve_isotropic(of.albedo, of.optical_depth, cosines);
+    const IsotropicSolution solution =
+        solve_isotropic(of.albedo, of.optical_depth, compared_cosines);
     std::vector<double> values;
     for (const Place& at : places) values.push_back(solution.reflection(at.in, at.out));
     for (const Place& at : places) values.push_back(solution.transmission(at.in, at.out));
@@ -300,7 +301,7 @@ Answer markov(const Layer& of, int highest_order = 0) {
     options.sublayers = 32;
     options.orders = highest_order;
     const MarkovSolution chain =
-        solve_markov(of.phase_function, of.albedo, of.optical_depth, cosines, options);
+        solve_markov(of.phase_function, of.albedo, of.optical_depth, compared_cosines, options);
     Answer all = answer("Markov", options.nodes, values_of(chain.layer), 1e-12,
                         left_by_few(of, highest_order));
     std::size_t q = 0;
@@ -317,8 +318,8 @@ Answer markov(const Layer& of, int highest_order = 0) {
 Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
     std::vector<Geometry> geometries;
     for (const Place& at : places)
-        geometries.push_back({cosines[static_cast<std::size_t>(at.in)],
-                              cosines[static_cast<std::size_t>(at.out)], at.azimuth});
+        geometries.push_back({compared_cosines[static_cast<std::size_t>(at.in)],
+                              compared_cosines[static_cast<std::size_t>(at.out)], at.azimuth});
     PhotonOptions options;
     options.photons = count;
     options.highest_order = highest_order;
@@ -338,7 +339,7 @@ Answer photons(const Layer& of, std::uint64_t count, int highest_order = 0) {
         state(at.transmission.value.total, few ? infinity : at.transmission.standard_error);
     }
     std::vector<PhotonFluxes> plane;
-    for (const double mu : cosines)
+    for (const double mu : compared_cosines)
         plane.push_back(solution.plane[static_cast<std::size_t>(
             std::find(solution.mu_in.begin(), solution.mu_in.end(), mu) - solution.mu_in.begin())]);
     for (const PhotonFluxes& of_mu : plane) state(of_mu.albedo.value, of_mu.albedo.standard_error);

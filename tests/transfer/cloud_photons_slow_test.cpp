@@ -17,10 +17,10 @@ namespace {
 /// As few as a cloud needs: the peak is cut off early, and the path law carries it.
 constexpr int nodes = 24;
 
-const std::vector<double> cosines{0.7, 0.72, 0.66, 0.76};  // the first is mu_in
+const std::vector<double> cloud_cosines{0.7, 0.72, 0.66, 0.76};  // the first is mu_in
 
 struct Direction {
-    int out;  // index into cosines
+    int out;  // index into cloud_cosines
     double azimuth_deg;
 };
 const std::vector<Direction> aureole{{0, 0.5}, {1, 0}, {2, 1}, {0, 4}, {0, 8}};
@@ -43,13 +43,14 @@ TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
         read_phase_function("moments:file=water_cloud_10um_moments.csv", STRATUS_REFERENCE_FOLDER);
     SolverOptions solver;
     solver.nodes = nodes;
-    const LayerSolution layer = solve_layer(phase_function, albedo, optical_depth, cosines, solver);
+    const LayerSolution layer =
+        solve_layer(phase_function, albedo, optical_depth, cloud_cosines, solver);
 
     std::vector<Geometry> geometries;
     for (const auto& directions : {aureole, glory})
         for (const auto& [out, azimuth_deg] : directions)
-            geometries.push_back(
-                {cosines[0], cosines[static_cast<std::size_t>(out)], radians(azimuth_deg)});
+            geometries.push_back({cloud_cosines[0], cloud_cosines[static_cast<std::size_t>(out)],
+                                  radians(azimuth_deg)});
     PhotonOptions options;
     options.photons = 100'000;
     options.backward_collisions = 8;

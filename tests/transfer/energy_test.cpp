@@ -12,7 +12,7 @@
 namespace stratus {
 namespace {
 
-const std::vector<double> cosines{1e-3, 0.02, 0.1, 0.3, 0.5, 0.8, 1.0};
+const std::vector<double> energy_cosines{1e-3, 0.02, 0.1, 0.3, 0.5, 0.8, 1.0};
 
 struct Medium {
     const char* name;
@@ -50,15 +50,15 @@ class ConservativeLayer : public testing::TestWithParam<Medium> {
 TEST_P(ConservativeLayer, ConservesEnergyAtEveryOctave) {
     // 2^80 = 1.2e24: from 1e-12 to 1e12
     const auto solutions = solve_ladder(parse_phase_function(GetParam().phase_function), {1},
-                                        {1e-12, 81, true}, cosines, options());
+                                        {1e-12, 81, true}, energy_cosines, options());
     ASSERT_EQ(solutions[0].size(), 82u);
     for (const LayerSolution& layer : solutions[0]) expect_balance(layer);
 }
 
 TEST_P(ConservativeLayer, ConservesEnergyWhereTheDoublingCountChanges) {
     for (const double tau : {1e-12, 1e-6, 0.01, 1.0, 100.0, 1e6, 1e12})
-        expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau, cosines,
-                                   options()));
+        expect_balance(solve_layer(parse_phase_function(GetParam().phase_function), 1, tau,
+                                   energy_cosines, options()));
 }
 
 std::vector<Medium> media() {
@@ -81,7 +81,7 @@ TEST(AbsorbingLayer, AbsorbsLight) {
     for (const double w : {0.2, 0.9, 1 - 1e-6})
         for (const double tau : {0.1, 2.0, 50.0}) {
             const LayerSolution layer =
-                solve_layer(PhaseFunction::henyey_greenstein(0.75), w, tau, cosines);
+                solve_layer(PhaseFunction::henyey_greenstein(0.75), w, tau, energy_cosines);
             EXPECT_LT(layer.spherical_albedo + layer.total_transmittance, 1);
             for (int i = 0; i < layer.mu.size(); ++i) {
                 EXPECT_GT(layer.plane_albedo(i), 0);

@@ -4,6 +4,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -14,10 +15,10 @@
 namespace stratus {
 namespace {
 
-const std::vector<double> cosines{0.02, 0.4, 1.0};
-const std::vector<double> azimuths{0, 0.3, 2, pi};
-const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.95);  // truncated with 16 nodes
+const std::vector<double> grid_cosines{0.02, 0.4, 1.0};
+const std::vector<double> grid_azimuths{0, 0.3, 2, pi};
 
+/// Of them the peaked phase function is truncated.
 SolverOptions few_nodes() {
     SolverOptions options;
     options.nodes = 16;
@@ -25,14 +26,15 @@ SolverOptions few_nodes() {
 }
 
 void expect_values_of_pairs(const LayerSolution& layer) {
-    const DirectionGrid grid(layer.phase_function, layer.lower_boundary, cosines, azimuths, 32);
+    const DirectionGrid grid(layer.phase_function, layer.lower_boundary, grid_cosines,
+                             grid_azimuths, 32);
     for (const Side side : {Side::reflection, Side::transmission}) {
         const GridValues values = evaluate(layer, side, grid);
         EXPECT_EQ(evaluate_tabulated(layer, side, grid), values.tabulated);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 for (int k = 0; k < 4; ++k) {
-                    const double phi = azimuths[static_cast<std::size_t>(k)];
+                    const double phi = grid_azimuths[static_cast<std::size_t>(k)];
                     const SolvedValue expected = side == Side::reflection
                                                      ? layer.reflection(i, j, phi)
                                                      : layer.transmission(i, j, phi);
@@ -46,30 +48,31 @@ void expect_values_of_pairs(const LayerSolution& layer) {
 }
 
 TEST(FourierSum, OverAGridEqualsPairByPair) {
-    expect_values_of_pairs(solve_layer(PhaseFunction::rayleigh(), 0.9, 1, cosines, few_nodes()));
-    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, cosines, few_nodes()));
+    expect_values_of_pairs(
+        solve_layer(PhaseFunction::rayleigh(), 0.9, 1, grid_cosines, few_nodes()));
+    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, grid_cosines, few_nodes()));
     SolverOptions four_orders = few_nodes();
     four_orders.orders = 4;
-    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, cosines, four_orders));
+    expect_values_of_pairs(solve_layer(peaked, 0.9, 4, grid_cosines, four_orders));
 }
 
 TEST(FourierSum, OverAGridEqualsPairByPairAboveALowerBoundary) {
     for (const LowerBoundary& boundary :
          {LowerBoundary::surface(0.4), LowerBoundary::layer(peaked, 0.8)})
-        expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, cosines, few_nodes(), boundary));
+        expect_values_of_pairs(solve_layer(peaked, 0.9, 0.5, grid_cosines, few_nodes(), boundary));
 }
 
 TEST(FourierSum, RefusesAGridOfOtherCosinesOrTooFewModes) {
-    const LayerSolution layer = solve_layer(peaked, 0.9, 1, cosines, few_nodes());
+    const LayerSolution layer = solve_layer(peaked, 0.9, 1, grid_cosines, few_nodes());
     const LowerBoundary none;
     expect_refusal<std::invalid_argument>(
         [&] {
-            evaluate(layer, Side::reflection, {peaked, none, {0.5}, azimuths, 32});
+            evaluate(layer, Side::reflection, {peaked, none, {0.5}, grid_azimuths, 32});
         },
         {"cosines of the solution", "got 3"});
     expect_refusal<std::invalid_argument>(
         [&] {
-            evaluate(layer, Side::reflection, {peaked, none, cosines, azimuths, 2});
+            evaluate(layer, Side::reflection, {peaked, none, grid_cosines, grid_azimuths, 2});
         },
         {"modes of the solution", "at most 2"});
 }

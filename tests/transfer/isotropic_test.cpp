@@ -17,7 +17,7 @@
 namespace stratus {
 namespace {
 
-const std::vector<double> cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
+const std::vector<double> isotropic_cosines{0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
 
 TEST(HFunction, HasThePublishedValueAtNormalDirection) {
     EXPECT_NEAR(HFunction(1)(1), 2.907810529, 5e-10);  // the digits printed
@@ -47,8 +47,8 @@ TEST_P(SemiInfiniteLayer, MatchesTheHFunctions) {
     SolverOptions options;
     options.nodes = 24;
     const LayerSolution layer =
-        solve_layer(PhaseFunction::isotropic(), w, infinity, cosines, options);
-    const IsotropicSolution exact = solve_isotropic(w, infinity, cosines);
+        solve_layer(PhaseFunction::isotropic(), w, infinity, isotropic_cosines, options);
+    const IsotropicSolution exact = solve_isotropic(w, infinity, isotropic_cosines);
     for (int i = 0; i < layer.mu.size(); ++i) {
         for (int j = 0; j < layer.mu.size(); ++j)  // error of 24 nodes
             EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-10)
@@ -69,8 +69,8 @@ TEST_P(IsotropicLayer, MatchesDoubling) {
     options.nodes = 48;
     for (const double tau : {1e-12, 1e-3, 0.1, 1.0, 8.0, 64.0}) {
         const LayerSolution layer =
-            solve_layer(PhaseFunction::isotropic(), w, tau, cosines, options);
-        const IsotropicSolution exact = solve_isotropic(w, tau, cosines);
+            solve_layer(PhaseFunction::isotropic(), w, tau, isotropic_cosines, options);
+        const IsotropicSolution exact = solve_isotropic(w, tau, isotropic_cosines);
         for (int i = 0; i < layer.mu.size(); ++i) {
             for (int j = 0; j < layer.mu.size(); ++j) {  // error of 48 nodes in thin layers
                 EXPECT_NEAR(layer.reflection(i, j, 1).total / exact.reflection(i, j), 1, 1e-9)
@@ -104,7 +104,7 @@ TEST_P(IsotropicLayer, IsConvergedInNodes) {
 /// (w/4) (X Y0 - Y X0) / (mu0 - mu); the solution integrates T over depth instead.
 TEST_P(IsotropicLayer, TransmitsAsXAndY) {
     for (const double tau : {0.1, 1.0, 8.0}) {
-        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, cosines);
+        const IsotropicSolution layer = solve_isotropic(GetParam(), tau, isotropic_cosines);
         for (int i = 0; i < layer.mu.size(); ++i)
             for (int j = 0; j < i; ++j)  // cancellation loses a factor below 1e3
                 EXPECT_NEAR(GetParam() / 4 * (layer.X(i) * layer.Y(j) - layer.Y(i) * layer.X(j)) /
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(OfAlbedo, IsotropicLayer, testing::Values(0.3, 0.9, 0.9
 
 TEST(SolveIsotropic, ConservesEnergyWithoutAbsorption) {
     for (const double tau : {1e-300, 1e-6, 0.1, 1.0, 8.0, 64.0}) {
-        const IsotropicSolution layer = solve_isotropic(1, tau, cosines);
+        const IsotropicSolution layer = solve_isotropic(1, tau, isotropic_cosines);
         EXPECT_NEAR(layer.spherical_albedo + layer.total_transmittance, 1, 1e-12) << tau;
         for (int i = 0; i < layer.mu.size(); ++i)
             EXPECT_NEAR(layer.plane_albedo(i) + layer.diffuse_transmittance(i) +
@@ -147,7 +147,7 @@ TEST(SolveIsotropic, ConservesEnergyWithoutAbsorption) {
 }
 
 TEST(SolveIsotropic, ApproachesTheSemiInfiniteLayer) {
-    const IsotropicSolution deep = solve_isotropic(0.9, 64, cosines);
+    const IsotropicSolution deep = solve_isotropic(0.9, 64, isotropic_cosines);
     for (int i = 0; i < deep.mu.size(); ++i) {
         EXPECT_NEAR(deep.X(i), HFunction(0.9)(deep.mu(i)), 1e-12) << deep.mu(i);
         EXPECT_NEAR(deep.Y(i), 0, 1e-12) << deep.mu(i);  // exp(-0.525 * 64) = 3e-15
@@ -164,7 +164,7 @@ TEST(SolveIsotropic, AcceptsRepeatedCosines) {
 }
 
 TEST(SolveIsotropic, TransmitsOnlyTheBeamAtDepthZero) {
-    const IsotropicSolution layer = solve_isotropic(1, 0, cosines);
+    const IsotropicSolution layer = solve_isotropic(1, 0, isotropic_cosines);
     EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
     EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
     EXPECT_EQ(layer.spherical_albedo, 0);
@@ -174,7 +174,7 @@ TEST(SolveIsotropic, TransmitsOnlyTheBeamAtDepthZero) {
 }
 
 TEST(SolveIsotropic, TransmitsOnlyTheBeamAtAlbedoZero) {
-    const IsotropicSolution layer = solve_isotropic(0, 2, cosines);
+    const IsotropicSolution layer = solve_isotropic(0, 2, isotropic_cosines);
     EXPECT_EQ(layer.reflection.cwiseAbs().maxCoeff(), 0);
     EXPECT_EQ(layer.transmission.cwiseAbs().maxCoeff(), 0);
     for (int i = 0; i < layer.mu.size(); ++i)

@@ -6,6 +6,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <boost/math/special_functions/expint.hpp>
@@ -13,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -22,12 +22,10 @@
 namespace stratus {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+const std::vector<double> chain_cosines{0.1, 0.3, 0.5, 0.8, 1.0};
+const std::vector<double> chain_azimuths{0, 1, pi};
 
-const std::vector<double> cosines{0.1, 0.3, 0.5, 0.8, 1.0};
-const std::vector<double> azimuths{0, 1, pi};
-
-MarkovOptions with(int nodes, int sublayers, int orders = 0) {
+MarkovOptions chain_of(int nodes, int sublayers, int orders = 0) {
     MarkovOptions options;
     options.nodes = nodes;
     options.sublayers = sublayers;
@@ -37,7 +35,7 @@ MarkovOptions with(int nodes, int sublayers, int orders = 0) {
 
 // ---- against the solver ------------------------------------------------------------------------
 
-struct Layer {
+struct ChainedLayer {
     const char* name;
     const char* phase_function;
     int nodes;
@@ -45,25 +43,25 @@ struct Layer {
     double optical_depth;
 };
 
-void PrintTo(const Layer& of, std::ostream* out) {
+void PrintTo(const ChainedLayer& of, std::ostream* out) {
     *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
 }
 
-class MarkovChain : public testing::TestWithParam<Layer> {};
+class MarkovChain : public testing::TestWithParam<ChainedLayer> {};
 
 TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
-    const Layer& of = GetParam();
+    const ChainedLayer& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
     SolverOptions same;  // as the chain: its nodes, no truncation
     same.nodes = of.nodes;
     same.truncate = Truncate::nothing;
     const LayerSolution layer =
-        solve_layer(phase_function, of.albedo, of.optical_depth, cosines, same);
-    const MarkovSolution chain =
-        solve_markov(phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, 32));
+        solve_layer(phase_function, of.albedo, of.optical_depth, chain_cosines, same);
+    const MarkovSolution chain = solve_markov(phase_function, of.albedo, of.optical_depth,
+                                              chain_cosines, chain_of(of.nodes, 32));
     for (int in = 0; in < 5; ++in)
         for (int out = 0; out < 5; ++out)
-            for (const double azimuth : azimuths) {
+            for (const double azimuth : chain_azimuths) {
                 const auto meets = [&](const MarkovValue& value, const SolvedValue& expected) {
                     // 1e-10: omitted modes
                     EXPECT_NEAR(value.value.total, expected.total,
@@ -87,22 +85,23 @@ TEST_P(MarkovChain, MatchesTheSolverWithinItsStatedError) {
 }
 
 /// All modes; six of them, and other layers, in agreement_test.
-std::vector<Layer> layers() {
-    std::vector<Layer> all;
+std::vector<ChainedLayer> chained_layers() {
+    std::vector<ChainedLayer> all;
     for (const double optical_depth : {0.1, 1.0, 8.0})
         all.push_back({"saturn", "0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5",
                        8, 0.99, optical_depth});
     return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(layers()), [](const auto& row) {
-    return row.param.name + std::to_string(row.index);
-});
+INSTANTIATE_TEST_SUITE_P(Layer, MarkovChain, testing::ValuesIn(chained_layers()),
+                         [](const auto& row) {
+                             return row.param.name + std::to_string(row.index);
+                         });
 
 TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
     // The nodes of either cause 1e-9; K = 32 causes 4e-6, most of it at mu = mu0 = 0.1.
-    const LayerSolution layer = solve_layer({}, 0.99, 1, cosines);
-    const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, with(24, 32));
+    const LayerSolution layer = solve_layer({}, 0.99, 1, chain_cosines);
+    const MarkovSolution chain = solve_markov({}, 0.99, 1, chain_cosines, chain_of(24, 32));
     for (int in = 0; in < 5; ++in)
         for (int out = 0; out < 5; ++out) {
             const double R = layer.reflection(in, out, 0).total;
@@ -117,12 +116,12 @@ TEST(MarkovChainAlone, MatchesTheConvergedSolverTo1e5) {
 TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
     // Orders decay faster than w^n: 300 of them suffice for 1e-14.
-    const MarkovSolution all = solve_markov(phase_function, 0.9, 2, cosines, with(6, 4));
+    const MarkovSolution all = solve_markov(phase_function, 0.9, 2, chain_cosines, chain_of(6, 4));
     const MarkovSolution one_by_one =
-        solve_markov(phase_function, 0.9, 2, cosines, with(6, 4, 300));
+        solve_markov(phase_function, 0.9, 2, chain_cosines, chain_of(6, 4, 300));
     ASSERT_EQ(one_by_one.order.size(), 299u);
     for (int in = 0; in < 5; ++in)
-        for (const double azimuth : azimuths) {
+        for (const double azimuth : chain_azimuths) {
             double R = 0, T = 0;
             for (int n = 300; n > 0; --n) {
                 R += one_by_one.reflection_of_order(n, in, 2, azimuth);
@@ -136,8 +135,8 @@ TEST(MarkovChainAlone, SumsItsOrdersToItsInverse) {
 }
 
 TEST(MarkovChainAlone, GrowsOrderNAsAlbedoToTheN) {
-    const MarkovSolution whole = solve_markov({}, 1, 1, cosines, with(6, 8, 5));
-    const MarkovSolution half = solve_markov({}, 0.5, 1, cosines, with(6, 8, 5));
+    const MarkovSolution whole = solve_markov({}, 1, 1, chain_cosines, chain_of(6, 8, 5));
+    const MarkovSolution half = solve_markov({}, 0.5, 1, chain_cosines, chain_of(6, 8, 5));
     for (int n = 1; n <= 5; ++n)
         EXPECT_NEAR(half.reflection_of_order(n, 1, 3, 0) * std::pow(2, n) /
                         whole.reflection_of_order(n, 1, 3, 0),
@@ -174,11 +173,11 @@ SolvedValue second_order(double albedo, double tau, double mu0, double mu, bool 
 
 TEST(MarkovChainAlone, HasTheSecondOrderOfTheIsotropicLayer) {
     for (const double tau : {0.1, 1.0, 4.0}) {
-        const MarkovSolution chain = solve_markov({}, 0.8, tau, cosines, with(24, 32, 2));
+        const MarkovSolution chain = solve_markov({}, 0.8, tau, chain_cosines, chain_of(24, 32, 2));
         for (int in = 0; in < 5; ++in)
             for (int out = 0; out < 5; ++out) {
-                const double mu0 = cosines[static_cast<std::size_t>(in)];
-                const double mu = cosines[static_cast<std::size_t>(out)];
+                const double mu0 = chain_cosines[static_cast<std::size_t>(in)];
+                const double mu = chain_cosines[static_cast<std::size_t>(out)];
                 const double R = second_order(0.8, tau, mu0, mu, true).multiple;
                 const double T = second_order(0.8, tau, mu0, mu, false).multiple;
                 // 1e-8: error of 24 nodes
@@ -197,11 +196,11 @@ TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
     SolverOptions same;
     same.nodes = 8;
     same.truncate = Truncate::nothing;
-    const LayerSolution layer = solve_layer({}, 0.99, 1, cosines, same);
+    const LayerSolution layer = solve_layer({}, 0.99, 1, chain_cosines, same);
     const auto errors = [&](int sublayers, bool extrapolate) {
-        MarkovOptions options = with(8, sublayers);
+        MarkovOptions options = chain_of(8, sublayers);
         options.extrapolate = extrapolate;
-        const MarkovSolution chain = solve_markov({}, 0.99, 1, cosines, options);
+        const MarkovSolution chain = solve_markov({}, 0.99, 1, chain_cosines, options);
         double sum = 0;
         for (int in = 1; in < 5; ++in)
             sum += std::abs(chain.reflection(in, 2, 0).value.total -
@@ -218,7 +217,7 @@ TEST(MarkovChainAlone, ConvergesAsTheSquareOfTheSublayers) {
 
 TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
     const MarkovSolution chain =
-        solve_markov(PhaseFunction::rayleigh(), 1, 1, cosines, with(8, 16));
+        solve_markov(PhaseFunction::rayleigh(), 1, 1, chain_cosines, chain_of(8, 16));
     for (int in = 0; in < 5; ++in)
         for (int out = 0; out < in; ++out) {
             const double R = chain.reflection(in, out, 1).value.total;
@@ -232,12 +231,12 @@ TEST(MarkovChainAlone, IsReciprocalAndConservesEnergy) {
 }
 
 TEST(MarkovChainAlone, VanishesWithoutScattering) {
-    const MarkovSolution empty = solve_markov({}, 1, 0, cosines);
+    const MarkovSolution empty = solve_markov({}, 1, 0, chain_cosines);
     EXPECT_EQ(empty.reflection(0, 1, 0).value.total, 0);
     EXPECT_EQ(empty.transmission(0, 0, 0).value.total, 0);
     EXPECT_EQ(empty.layer.spherical_albedo, 0);
     EXPECT_NEAR(empty.layer.total_transmittance, 1, 1e-15);
-    const MarkovSolution black = solve_markov({}, 0, 1, cosines);
+    const MarkovSolution black = solve_markov({}, 0, 1, chain_cosines);
     EXPECT_EQ(black.reflection(0, 1, 0).value.total, 0);
     EXPECT_EQ(black.layer.plane_albedo(2), 0);
     // 16 nodes integrate the beam to 1e-9
@@ -250,7 +249,7 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
     same.truncate = Truncate::nothing;
     for (const double tau : {1e-140, 1e-12, 1e-9, 1e-3}) {
         const LayerSolution layer = solve_layer({}, 1, tau, {0.5}, same);
-        const MarkovSolution chain = solve_markov({}, 1, tau, {0.5}, with(8, 16));
+        const MarkovSolution chain = solve_markov({}, 1, tau, {0.5}, chain_of(8, 16));
         EXPECT_NEAR(chain.layer.plane_albedo(0) / layer.plane_albedo(0), 1, 1e-6) << tau;
         const SolvedValue R = layer.reflection(0, 0, 0);
         EXPECT_NEAR(chain.reflection(0, 0, 0).value.total / R.total, 1, 1e-6) << tau;
@@ -265,7 +264,7 @@ TEST(MarkovChainAlone, KeepsItsRelativeAccuracyInThinLayers) {
 }
 
 TEST(MarkovChainAlone, StopsAfterOrderOne) {
-    const MarkovSolution once = solve_markov({}, 1, 1, cosines, with(8, 16, 1));
+    const MarkovSolution once = solve_markov({}, 1, 1, chain_cosines, chain_of(8, 16, 1));
     EXPECT_EQ(once.reflection(1, 2, 0).value.multiple, 0);
     EXPECT_EQ(once.reflection_of_order(1, 1, 2, 0), once.reflection(1, 2, 0).value.single);
     EXPECT_EQ(once.reflection(1, 2, 0).error, 0);
@@ -273,9 +272,9 @@ TEST(MarkovChainAlone, StopsAfterOrderOne) {
 }
 
 TEST(MarkovChainAlone, UsesTheGaussNodesByDefault) {
-    const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, with(8, 16));
+    const MarkovSolution chain = solve_markov({}, 0.9, 1, {}, chain_of(8, 16));
     ASSERT_EQ(chain.layer.mu.size(), 8);
-    const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, with(8, 16));
+    const MarkovSolution asked = solve_markov({}, 0.9, 1, {chain.layer.mu(5)}, chain_of(8, 16));
     EXPECT_NEAR(chain.reflection(5, 5, 0).value.total / asked.reflection(0, 0, 0).value.total, 1,
                 1e-13);
     EXPECT_NEAR(chain.layer.plane_albedo(5), asked.layer.plane_albedo(0), 1e-13);
@@ -297,18 +296,18 @@ TEST(MarkovChainAlone, RefusesArgumentsOutOfRange) {
     expect_markov_refuses(0.5, not_a_number, {1}, {}, {"optical_depth", "nan"});
     expect_markov_refuses(0.5, infinity, {1}, {}, {"optical_depth", "semi-infinite", "got inf"});
     expect_markov_refuses(0.5, 1, {0}, {}, {"mu", "[1e-100, 1]", "got 0"});
-    expect_markov_refuses(0.5, 1, {1}, with(0, 32), {"markov", "nodes", "[1, 512]", "got 0"});
-    expect_markov_refuses(0.5, 1, {1}, with(513, 4), {"markov", "nodes", "[1, 512]", "513"});
-    expect_markov_refuses(0.5, 1, {1}, with(8, 2), {"markov", "sublayers", "even", "got 2"});
-    expect_markov_refuses(0.5, 1, {1}, with(8, 15), {"markov", "sublayers", "even", "got 15"});
-    expect_markov_refuses(0.5, 1, {1}, with(8, 16, -1), {"markov", "orders", ">= 0", "-1"});
+    expect_markov_refuses(0.5, 1, {1}, chain_of(0, 32), {"markov", "nodes", "[1, 512]", "got 0"});
+    expect_markov_refuses(0.5, 1, {1}, chain_of(513, 4), {"markov", "nodes", "[1, 512]", "513"});
+    expect_markov_refuses(0.5, 1, {1}, chain_of(8, 2), {"markov", "sublayers", "even", "got 2"});
+    expect_markov_refuses(0.5, 1, {1}, chain_of(8, 15), {"markov", "sublayers", "even", "got 15"});
+    expect_markov_refuses(0.5, 1, {1}, chain_of(8, 16, -1), {"markov", "orders", ">= 0", "-1"});
     MarkovOptions options;
     options.modes = -1;
     expect_markov_refuses(0.5, 1, {1}, options, {"markov", "modes", ">= 0", "-1"});
 }
 
 TEST(MarkovChainAlone, RefusesMatricesBeyondMemory) {
-    expect_markov_refuses(0.5, 1, {1}, with(64, 66),
+    expect_markov_refuses(0.5, 1, {1}, chain_of(64, 66),
                           {"markov", "2 sublayers x nodes", "at most 8192", "got 8448"});
 }
 

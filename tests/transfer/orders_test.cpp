@@ -13,10 +13,10 @@
 namespace stratus {
 namespace {
 
-const std::vector<double> cosines{1e-4, 0.02, 0.3, 0.8, 1};
-const std::vector<double> azimuths{0, 1.1, 3.14};
+const std::vector<double> order_cosines{1e-4, 0.02, 0.3, 0.8, 1};
+const std::vector<double> order_azimuths{0, 1.1, 3.14};
 
-SolverOptions with(int nodes, int orders) {
+SolverOptions up_to_order(int nodes, int orders) {
     SolverOptions options;
     options.nodes = nodes;
     options.orders = orders;
@@ -35,12 +35,13 @@ class NeumannOrders : public testing::TestWithParam<Case> {};
 TEST_P(NeumannOrders, SumToTheLayer) {
     const Case& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase);
-    const LayerSolution expected =
-        solve_layer(phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, 0));
-    const std::vector<LayerSolution> orders = solve_orders(
-        phase_function, of.albedo, of.optical_depth, cosines, with(of.nodes, of.orders));
+    const LayerSolution expected = solve_layer(phase_function, of.albedo, of.optical_depth,
+                                               order_cosines, up_to_order(of.nodes, 0));
+    const std::vector<LayerSolution> orders =
+        solve_orders(phase_function, of.albedo, of.optical_depth, order_cosines,
+                     up_to_order(of.nodes, of.orders));
     ASSERT_EQ(orders.size(), static_cast<std::size_t>(of.orders));
-    for (int i = 0; i < static_cast<int>(cosines.size()); ++i) {
+    for (int i = 0; i < static_cast<int>(order_cosines.size()); ++i) {
         double plane_albedo = 0, transmittance = 0;
         for (const LayerSolution& order : orders) {
             plane_albedo += order.plane_albedo(i);
@@ -48,8 +49,8 @@ TEST_P(NeumannOrders, SumToTheLayer) {
         }
         EXPECT_NEAR(plane_albedo, expected.plane_albedo(i), 1e-10);
         EXPECT_NEAR(transmittance, expected.diffuse_transmittance(i), 1e-10);
-        for (int j = i; j < static_cast<int>(cosines.size()); ++j)
-            for (const double azimuth : azimuths) {
+        for (int j = i; j < static_cast<int>(order_cosines.size()); ++j)
+            for (const double azimuth : order_azimuths) {
                 double R = 0, T = 0;
                 for (const LayerSolution& order : orders) {
                     R += order.reflection(i, j, azimuth).total;
@@ -79,10 +80,11 @@ INSTANTIATE_TEST_SUITE_P(Layer, NeumannOrders,
 TEST(NeumannOrders, StartWithTheClosedForm) {
     for (const char* text : {"rayleigh", "henyey_greenstein:g=0.95"}) {
         const PhaseFunction phase_function = parse_phase_function(text);
-        const LayerSolution first = solve_orders(phase_function, 0.9, 0.7, cosines, with(12, 1))[0];
+        const LayerSolution first =
+            solve_orders(phase_function, 0.9, 0.7, order_cosines, up_to_order(12, 1))[0];
         for (int i = 0; i < 5; ++i)
-            for (const double azimuth : azimuths) {
-                const Geometry at{cosines[static_cast<std::size_t>(i)], 0.3, azimuth};
+            for (const double azimuth : order_azimuths) {
+                const Geometry at{order_cosines[static_cast<std::size_t>(i)], 0.3, azimuth};
                 const double R = single_reflection(
                     phase_function(cos_scattering_angle_reflected(at)), 0.9, 0.7, at.mu_in, 0.3);
                 const double T = single_transmission(
@@ -97,7 +99,7 @@ TEST(NeumannOrders, StartWithTheClosedForm) {
 TEST(NeumannOrders, HaveTheSecondOfTheSemiInfiniteIsotropicLayer) {
     // R = (w/4) H H0 / (mu + mu0) with H = 1 + w (mu/2) log(1 + 1/mu) + O(w^2)  [C60]
     const LayerSolution second = solve_orders(PhaseFunction::isotropic(), 0.5, infinity,
-                                              {0.02, 0.3, 0.8, 1}, with(24, 2))[1];
+                                              {0.02, 0.3, 0.8, 1}, up_to_order(24, 2))[1];
     const auto h = [](double mu) { return mu / 2 * std::log1p(1 / mu); };
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {
@@ -110,8 +112,8 @@ TEST(NeumannOrders, HaveTheSecondOfTheSemiInfiniteIsotropicLayer) {
 
 TEST(NeumannOrders, AreTheSameForEveryAlbedo) {
     const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.8);
-    const auto strong = solve_orders(phase_function, 1, 3, cosines, with(12, 5));
-    const auto weak = solve_orders(phase_function, 1e-3, 3, cosines, with(12, 5));
+    const auto strong = solve_orders(phase_function, 1, 3, order_cosines, up_to_order(12, 5));
+    const auto weak = solve_orders(phase_function, 1e-3, 3, order_cosines, up_to_order(12, 5));
     for (std::size_t n = 0; n < 5; ++n) {
         const double expected = strong[n].reflection(2, 3, 1).total;
         EXPECT_NEAR(weak[n].reflection(2, 3, 1).total * std::pow(1e3, static_cast<double>(n + 1)),
@@ -122,7 +124,8 @@ TEST(NeumannOrders, AreTheSameForEveryAlbedo) {
 TEST(NeumannOrders, KeepRelativeAccuracyWhenWeak) {
     // In a thin layer every order is some tau log(1/tau) times the one before; adding two halves of
     // it must give the same.
-    const auto orders = solve_orders(PhaseFunction::isotropic(), 1, 1e-9, {0.3, 0.8}, with(8, 8));
+    const auto orders =
+        solve_orders(PhaseFunction::isotropic(), 1, 1e-9, {0.3, 0.8}, up_to_order(8, 8));
     for (std::size_t n = 1; n < orders.size(); ++n) {
         const double ratio = orders[n].plane_albedo(0) / orders[n - 1].plane_albedo(0);
         EXPECT_GT(ratio, 1e-9);
@@ -133,9 +136,11 @@ TEST(NeumannOrders, KeepRelativeAccuracyWhenWeak) {
 TEST(SolveLayer, StopsAtTheRequestedOrder) {
     const PhaseFunction phase_function = PhaseFunction::henyey_greenstein(0.9);
     for (const double tau : {0.0, 1e-290, 0.5, infinity}) {
-        const LayerSolution stopped = solve_layer(phase_function, 0.9, tau, cosines, with(10, 3));
-        const auto orders = solve_orders(phase_function, 0.9, tau, cosines, with(10, 3));
-        for (const double azimuth : azimuths) {
+        const LayerSolution stopped =
+            solve_layer(phase_function, 0.9, tau, order_cosines, up_to_order(10, 3));
+        const auto orders =
+            solve_orders(phase_function, 0.9, tau, order_cosines, up_to_order(10, 3));
+        for (const double azimuth : order_azimuths) {
             double R = 0, T = 0;
             for (const LayerSolution& order : orders) {
                 R += order.reflection(1, 3, azimuth).total;
@@ -153,7 +158,7 @@ TEST(SolveLayer, OmitsHigherOrders) {
     double missing = 1;
     for (int n = 1; n <= 5; ++n) {
         const LayerSolution layer =
-            solve_layer(PhaseFunction::isotropic(), 1, 0.5, {}, with(16, n));
+            solve_layer(PhaseFunction::isotropic(), 1, 0.5, {}, up_to_order(16, n));
         const double now = 1 - layer.spherical_albedo - layer.total_transmittance;
         EXPECT_GT(now, 0);
         EXPECT_LT(now, 0.6 * missing) << n;
@@ -162,7 +167,7 @@ TEST(SolveLayer, OmitsHigherOrders) {
 }
 
 TEST(SolveLayer, RefusesOrdersOutsideTheirRange) {
-    SolverOptions options = with(8, 201);
+    SolverOptions options = up_to_order(8, 201);
     expect_refusal<std::invalid_argument>(
         [&] { solve_layer(PhaseFunction::isotropic(), 1, 1, {}, options); }, {"orders", "201"});
     options.orders = 0;

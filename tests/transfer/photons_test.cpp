@@ -7,11 +7,11 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <ostream>
 #include <stdexcept>
 #include <string>
@@ -21,15 +21,13 @@
 namespace stratus {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-const std::vector<double> cosines{0.15, 0.5, 0.9, 1.0};
+const std::vector<double> photon_cosines{0.15, 0.5, 0.9, 1.0};
 const std::vector<Geometry> geometries{
     {0.5, 0.9, 0}, {0.5, 0.5, 2}, {0.5, 0.15, 1}, {0.15, 0.5, pi}, {0.5, 1.0, 0}};
 
 int index_of(double mu) {
-    for (std::size_t i = 0; i < cosines.size(); ++i)
-        if (cosines[i] == mu) return static_cast<int>(i);
+    for (std::size_t i = 0; i < photon_cosines.size(); ++i)
+        if (photon_cosines[i] == mu) return static_cast<int>(i);
     return -1;
 }
 
@@ -49,14 +47,14 @@ void expect_meets(const Estimate& estimate, double expected, const std::string& 
 
 // ---- against the solver ------------------------------------------------------------------------
 
-struct Layer {
+struct LitLayer {
     const char* name;
     const char* phase_function;
     double albedo;
     double optical_depth;
 };
 
-void PrintTo(const Layer& of, std::ostream* out) {
+void PrintTo(const LitLayer& of, std::ostream* out) {
     *out << of.phase_function << " w " << of.albedo << " tau " << of.optical_depth;
 }
 
@@ -75,13 +73,13 @@ void expect_radiances(const PhotonSolution& photons, const LayerSolution& layer)
     }
 }
 
-class PhotonsInALayer : public testing::TestWithParam<Layer> {
+class PhotonsInALayer : public testing::TestWithParam<LitLayer> {
   protected:
     PhotonSolution solve(const PhotonOptions& options) const {
         return solve_photons(phase_function, of.albedo, of.optical_depth, geometries, options);
     }
 
-    const Layer& of = GetParam();
+    const LitLayer& of = GetParam();
     const PhaseFunction phase_function = parse_phase_function(of.phase_function);
 };
 
@@ -97,7 +95,8 @@ TEST_P(PhotonsInALayer, MatchTheClosedFormOfOrderOne) {
 
 TEST_P(PhotonsInALayer, MatchTheSolver) {
     const PhotonSolution photons = solve(with_photons(10'000));
-    const LayerSolution layer = solve_layer(phase_function, of.albedo, of.optical_depth, cosines);
+    const LayerSolution layer =
+        solve_layer(phase_function, of.albedo, of.optical_depth, photon_cosines);
     expect_radiances(photons, layer);
     for (std::size_t b = 0; b < photons.mu_in.size(); ++b) {
         const int in = index_of(photons.mu_in[b]);
@@ -115,7 +114,7 @@ TEST_P(PhotonsInALayer, MatchTheSolverFromBothEnds) {
     PhotonOptions options = with_photons(5000);
     options.backward_collisions = 3;
     expect_radiances(solve(options),
-                     solve_layer(phase_function, of.albedo, of.optical_depth, cosines));
+                     solve_layer(phase_function, of.albedo, of.optical_depth, photon_cosines));
 }
 
 TEST_P(PhotonsInALayer, ConserveEnergy) {
@@ -134,8 +133,8 @@ TEST_P(PhotonsInALayer, ConserveEnergy) {
 }
 
 /// Broader phase functions are compared with all other methods in agreement_test.
-std::vector<Layer> layers() {
-    std::vector<Layer> all;
+std::vector<LitLayer> lit_layers() {
+    std::vector<LitLayer> all;
     for (const double albedo : {0.5, 0.99, 1.0})
         for (const double optical_depth : {0.05, 1.0, 8.0, infinity})
             if (albedo < 1 || optical_depth < infinity)
@@ -143,9 +142,10 @@ std::vector<Layer> layers() {
     return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Layer, PhotonsInALayer, testing::ValuesIn(layers()), [](const auto& row) {
-    return row.param.name + std::to_string(row.index);
-});
+INSTANTIATE_TEST_SUITE_P(Layer, PhotonsInALayer, testing::ValuesIn(lit_layers()),
+                         [](const auto& row) {
+                             return row.param.name + std::to_string(row.index);
+                         });
 
 // ---- properties --------------------------------------------------------------------------------
 
@@ -187,7 +187,7 @@ TEST(Photons, AcceptNegativeSeriesAndTables) {
     for (const PhaseFunction& phase_function : {series, table}) {
         SolverOptions options;
         options.nodes = 96;
-        const LayerSolution layer = solve_layer(phase_function, 0.95, 2, cosines, options);
+        const LayerSolution layer = solve_layer(phase_function, 0.95, 2, photon_cosines, options);
         const PhotonSolution photons =
             solve_photons(phase_function, 0.95, 2, geometries, with_photons(50'000));
         for (const PhotonGeometry& at : photons.geometries) {
@@ -272,7 +272,8 @@ TEST(Photons, MatchTheMarkovChainOrderByOrder) {
     const PhaseFunction phase_function = PhaseFunction::rayleigh();
     MarkovOptions chain_options;  // error of 16 nodes and 32 sublayers: 1e-5
     chain_options.orders = 4;
-    const MarkovSolution chain = solve_markov(phase_function, 0.9, 1, cosines, chain_options);
+    const MarkovSolution chain =
+        solve_markov(phase_function, 0.9, 1, photon_cosines, chain_options);
     double R = 0, T = 0;
     for (int n = 1; n <= 4; ++n) {
         PhotonOptions options = with_photons(100'000);

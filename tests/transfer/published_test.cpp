@@ -15,7 +15,7 @@
 namespace stratus {
 namespace {
 
-PhaseFunction phase_function_of(const std::string& name) {
+PhaseFunction published_phase_function(const std::string& name) {
     static const std::map<std::string, std::string> texts{
         {"isotropic", "isotropic"},
         {"hg50", "henyey_greenstein:g=0.5"},
@@ -38,13 +38,13 @@ double fourier(int mode, Value value) {
     return sum / count;
 }
 
-double solve(const std::map<std::string, std::string>& row) {
+double published_quantity(const std::map<std::string, std::string>& row) {
     const double mu0 = std::stod(row.at("mu0"));
     const std::string &quantity = row.at("quantity"), &mu = row.at("mu");
     SolverOptions options;
     options.nodes = 48;
     const LayerSolution layer =
-        solve_layer(phase_function_of(row.at("phase")), std::stod(row.at("w")),
+        solve_layer(published_phase_function(row.at("phase")), std::stod(row.at("w")),
                     std::stod(row.at("tau")), {mu0, mu.empty() ? 1 : std::stod(mu)}, options);
     if (quantity == "plane_albedo") return layer.plane_albedo(0);
     if (quantity == "total_transmittance")
@@ -61,7 +61,7 @@ double solve(const std::map<std::string, std::string>& row) {
     return intensity * (mode ? 2 : 1) * fourier(mode, value);
 }
 
-std::vector<std::string> split(const std::string& line) {
+std::vector<std::string> fields_of(const std::string& line) {
     std::vector<std::string> fields(1);
     for (const char c : line) {
         if (c == ',')
@@ -81,7 +81,7 @@ TEST_P(PublishedValues, AreMatchedToTheDigitsPrinted) {
     int rows = 0;
     while (std::getline(file, line)) {
         if (line[0] == '#') continue;
-        const std::vector<std::string> fields = split(line);
+        const std::vector<std::string> fields = fields_of(line);
         if (columns.empty()) {
             columns = fields;
             continue;
@@ -93,7 +93,7 @@ TEST_P(PublishedValues, AreMatchedToTheDigitsPrinted) {
         const std::string& printed = row.at("value");
         const double unit =
             std::pow(10.0, -static_cast<double>(printed.size() - printed.find('.') - 1));
-        EXPECT_NEAR(solve(row), std::stod(printed), 0.51 * unit) << line;
+        EXPECT_NEAR(published_quantity(row), std::stod(printed), 0.51 * unit) << line;
         ++rows;
     }
     EXPECT_GE(rows, 20);

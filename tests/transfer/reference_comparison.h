@@ -5,6 +5,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "../reference/discrete_ordinates.h"
+#include "usual_layers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,12 +31,6 @@ struct Compared {
 
 inline double relative_error(double found, double expected, double stated) {
     return std::max(0.0, std::abs(found - expected) - 3 * stated) / std::abs(expected);
-}
-
-inline SolverOptions with_nodes(int nodes) {
-    SolverOptions options;
-    options.nodes = nodes;
-    return options;
 }
 
 inline std::string name_row(const ReferenceLayer& layer, const std::vector<double>& row) {

@@ -17,7 +17,7 @@ namespace {
 /// A cloud of water droplets whose peak of 7400 takes 768 moments.
 const char* const water_cloud = "moments:file=water_cloud_10um_moments.csv";
 
-PhaseFunction phase_function_of(const std::string& text) {
+PhaseFunction read_beside_reference(const std::string& text) {
     return read_phase_function(text, STRATUS_REFERENCE_FOLDER);
 }
 
@@ -37,7 +37,7 @@ TEST(PhaseValues, OfLegendreSeriesKeepSevenDigitsOfTheirSum) {
     for (const char* const series :
          {water_cloud, "moments:file=haze_l_moments.csv", "moments:chi=1 0.4 0.1",
           "0.3*moments:file=water_cloud_10um_moments.csv + 0.7*henyey_greenstein:g=0.8"})
-        EXPECT_LT(largest_error(phase_function_of(series)), 1e-7) << series;  // 2e-8 measured
+        EXPECT_LT(largest_error(read_beside_reference(series)), 1e-7) << series;  // 2e-8 measured
 }
 
 TEST(PhaseValues, OfASeriesCutOffAreWithinAShareOfItsLastMoment) {
@@ -53,7 +53,7 @@ TEST(PhaseValues, OfClosedFormsAreExact) {
     for (const char* const closed :
          {"isotropic", "rayleigh", "henyey_greenstein:g=0.999", "lambert_sphere",
           "0.5*henyey_greenstein:g=0.9 + 0.5*rayleigh"})
-        EXPECT_EQ(largest_error(phase_function_of(closed)), 0) << closed;
+        EXPECT_EQ(largest_error(read_beside_reference(closed)), 0) << closed;
 }
 
 double legendre(int l, double x) {
@@ -68,7 +68,7 @@ double legendre(int l, double x) {
 
 class AngleSamplerOf : public testing::TestWithParam<const char*> {
   protected:
-    const PhaseFunction phase_function = phase_function_of(GetParam());
+    const PhaseFunction phase_function = read_beside_reference(GetParam());
     const PhaseValues phase{phase_function};
     const AngleSampler sampler{phase};
     std::mt19937_64 engine{7};

@@ -3,17 +3,14 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <stdexcept>
 
 namespace stratus {
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-const PhaseFunction isotropic;
 
 void expect_solve_refusal(double albedo, double optical_depth, const std::vector<double>& mu,
                           const SolverOptions& options, const std::vector<const char*>& fragments) {

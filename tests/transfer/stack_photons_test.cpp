@@ -2,6 +2,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/stack.h>
 
+#include "usual_layers.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,10 +12,6 @@
 
 namespace stratus {
 namespace {
-
-const PhaseFunction isotropic = PhaseFunction::isotropic();
-const PhaseFunction rayleigh = PhaseFunction::rayleigh();
-const LowerBoundary nothing;
 
 struct Fate {
     double reflected = 0, transmitted = 0, absorbed_below = 0;  // shares of the photons

@@ -8,6 +8,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"
+#include "usual_layers.h"
 
 #include <gtest/gtest.h>
 
@@ -21,16 +22,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
-const std::vector<double> azimuths{0, 1, 2, pi};
-
-const PhaseFunction isotropic = PhaseFunction::isotropic();
-const PhaseFunction rayleigh = PhaseFunction::rayleigh();
-const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.85);
+const PhaseFunction haze = PhaseFunction::henyey_greenstein(0.85);
 const PhaseFunction dust = PhaseFunction::lambert_sphere();
-const LowerBoundary nothing;
 
-SolverOptions with_nodes(int nodes) {
+SolverOptions stack_options(int nodes) {
     SolverOptions options;
     options.nodes = nodes;
     options.truncate = Truncate::delta_m;  // as stacks do
@@ -41,7 +36,7 @@ SolverOptions with_nodes(int nodes) {
 /// mu_in: rounding stays the same where a phase function vanishes, as that of dust does at forward
 /// directions.
 template <class A, class B>
-double difference(const A& a, const B& b) {
+double difference_of_stacks(const A& a, const B& b) {
     double worst = 0;
     for (int in = 0; in < a.mu.size(); ++in) {
         auto compare = [&](auto value) {
@@ -66,7 +61,7 @@ double difference(const A& a, const B& b) {
     return worst;
 }
 
-double difference(const VectorXd& a, const VectorXd& b) {
+double difference_of_stacks(const VectorXd& a, const VectorXd& b) {
     return ((a - b).array() / b.array()).abs().maxCoeff();
 }
 
@@ -80,16 +75,16 @@ std::vector<StackLayer> split(const StackLayer& layer, const std::vector<double>
 // ---- one layer ---------------------------------------------------------------------------------
 
 TEST(Stack, OfOneLayerEqualsTheLayer) {
-    for (const PhaseFunction& phase_function : {isotropic, rayleigh, forward})
+    for (const PhaseFunction& phase_function : {isotropic, rayleigh, haze})
         for (const double w : {0.0, 0.9, 1.0})
             for (const double tau : {0.0, 1e-300, 1e-6, 0.7, 50.0, infinity}) {
                 const LayerSolution layer =
-                    solve_layer(phase_function, w, tau, cosines, with_nodes(16));
+                    solve_layer(phase_function, w, tau, cosines, stack_options(16));
                 const StackSolution stack =
-                    solve_stack({{phase_function, w, tau}}, nothing, cosines, with_nodes(16));
+                    solve_stack({{phase_function, w, tau}}, nothing, cosines, stack_options(16));
                 // At w = 0, R is rounding alone.
                 if (w > 0) {
-                    EXPECT_LE(difference(stack, layer), 1e-13) << w << ' ' << tau;
+                    EXPECT_LE(difference_of_stacks(stack, layer), 1e-13) << w << ' ' << tau;
                 }
                 EXPECT_LE((stack.plane_albedo - layer.plane_albedo).cwiseAbs().maxCoeff(), 1e-15);
                 EXPECT_LE((stack.diffuse_transmittance - layer.diffuse_transmittance)
@@ -105,19 +100,19 @@ TEST(Stack, OfOneLayerEqualsTheLayer) {
 
 TEST(Stack, OfOneConservativeLayerEqualsItBeyondTheDepthWhereDoublingStops) {
     const double tau = 1e10;
-    const LayerSolution layer = solve_layer(forward, 1, tau, cosines, with_nodes(16));
-    const StackSolution stack = solve_stack({{forward, 1, tau}}, nothing, cosines, with_nodes(16));
+    const LayerSolution layer = solve_layer(haze, 1, tau, cosines, stack_options(16));
+    const StackSolution stack = solve_stack({{haze, 1, tau}}, nothing, cosines, stack_options(16));
     // T goes on from the difference of 1/T between 2^11 and 2^12 reduced depths: 1e-16 times that
-    EXPECT_LE(difference(stack, layer), 1e-11);
+    EXPECT_LE(difference_of_stacks(stack, layer), 1e-11);
     EXPECT_NEAR(stack.total_transmittance / layer.total_transmittance, 1, 1e-11);
 }
 
 TEST(Stack, IsUnchangedBySplittingALayer) {
-    for (const PhaseFunction& phase_function : {isotropic, rayleigh, forward, dust})
+    for (const PhaseFunction& phase_function : {isotropic, rayleigh, haze, dust})
         for (const double w : {0.6, 1.0})
             for (const double tau : {1e-4, 0.3, 8.0, 300.0}) {
                 const StackLayer layer{phase_function, w, tau};
-                const SolverOptions options = with_nodes(16);
+                const SolverOptions options = stack_options(16);
                 const StackSolution whole = solve_stack({layer}, nothing, cosines, options);
                 for (const auto& shares : {std::vector<double>{0.5, 0.5},
                                            {0.3, 0.7},
@@ -126,16 +121,17 @@ TEST(Stack, IsUnchangedBySplittingALayer) {
                                            {0.1, 0.2, 0.3, 0.4}}) {
                     const StackSolution parts =
                         solve_stack(split(layer, shares), nothing, cosines, options);
-                    EXPECT_LE(difference(parts, whole), 1e-12)
+                    EXPECT_LE(difference_of_stacks(parts, whole), 1e-12)
                         << phase_function.text() << ' ' << w << ' ' << tau << ' ' << shares[0];
-                    EXPECT_LE(difference(parts.plane_albedo, whole.plane_albedo), 1e-12);
-                    EXPECT_LE(difference(parts.diffuse_transmittance, whole.diffuse_transmittance),
+                    EXPECT_LE(difference_of_stacks(parts.plane_albedo, whole.plane_albedo), 1e-12);
+                    EXPECT_LE(difference_of_stacks(parts.diffuse_transmittance,
+                                                   whole.diffuse_transmittance),
                               1e-12);
                     EXPECT_NEAR(parts.spherical_albedo_below / whole.spherical_albedo, 1, 1e-12);
                 }
             }
     // with 16 nodes HG 0.85 is truncated
-    EXPECT_GT(solve_stack({{forward, 1, 1}}, nothing, {1}, with_nodes(16)).truncations[0].fraction,
+    EXPECT_GT(solve_stack({{haze, 1, 1}}, nothing, {1}, stack_options(16)).truncations[0].fraction,
               1e-3);
 }
 
@@ -143,11 +139,11 @@ TEST(Stack, IsUnchangedBySplittingADeepConservativeLayer) {
     // Light is reflected some tau times between two such layers: the rounding of T grows as tau, as
     // it does when one layer is doubled.
     for (const double tau : {1e4, 1e6, 1e9}) {
-        const StackLayer layer{forward, 1, tau};
-        const StackSolution whole = solve_stack({layer}, nothing, cosines, with_nodes(16));
+        const StackLayer layer{haze, 1, tau};
+        const StackSolution whole = solve_stack({layer}, nothing, cosines, stack_options(16));
         for (const double share : {1e-6, 0.3}) {
             const StackSolution parts =
-                solve_stack(split(layer, {share, 1 - share}), nothing, cosines, with_nodes(16));
+                solve_stack(split(layer, {share, 1 - share}), nothing, cosines, stack_options(16));
             for (int in = 0; in < whole.mu.size(); ++in)
                 for (int out = 0; out < whole.mu.size(); ++out) {
                     const double R = whole.reflection(in, out, 1).total;
@@ -161,22 +157,22 @@ TEST(Stack, IsUnchangedBySplittingADeepConservativeLayer) {
 }
 
 TEST(Stack, EqualsTheSemiInfiniteLayerOverItsContinuation) {
-    for (const PhaseFunction& phase_function : {rayleigh, forward})
+    for (const PhaseFunction& phase_function : {rayleigh, haze})
         for (const double w : {0.5, 0.99, 1.0}) {
             const LayerSolution whole =
-                solve_layer(phase_function, w, infinity, cosines, with_nodes(16));
+                solve_layer(phase_function, w, infinity, cosines, stack_options(16));
             for (const double tau : {1e-6, 0.5, 20.0}) {
                 const StackSolution over =
                     solve_stack({{phase_function, w, tau}}, LowerBoundary::layer(phase_function, w),
-                                cosines, with_nodes(16));
+                                cosines, stack_options(16));
                 const StackSolution last =
                     solve_stack({{phase_function, w, tau}, {phase_function, w, infinity}}, nothing,
-                                cosines, with_nodes(16));
+                                cosines, stack_options(16));
                 // At w = 1 doubling to infinity stops 1e-9 short in R - T, and R + T is as exact
                 // as rounding.
-                EXPECT_LE(difference(over, whole), 1e-12) << w << ' ' << tau;
-                EXPECT_LE(difference(last, whole), 1e-12) << w << ' ' << tau;
-                EXPECT_LE(difference(over.plane_albedo, whole.plane_albedo), 1e-12);
+                EXPECT_LE(difference_of_stacks(over, whole), 1e-12) << w << ' ' << tau;
+                EXPECT_LE(difference_of_stacks(last, whole), 1e-12) << w << ' ' << tau;
+                EXPECT_LE(difference_of_stacks(over.plane_albedo, whole.plane_albedo), 1e-12);
                 EXPECT_EQ(over.ground_absorptance.size(), 5);
                 EXPECT_EQ(last.ground_absorptance.size(), 0);
             }
@@ -187,7 +183,7 @@ TEST(Stack, EqualsTheSemiInfiniteLayerOverItsContinuation) {
 
 std::vector<StackLayer> twenty_layers() {
     std::vector<StackLayer> layers;
-    const PhaseFunction kinds[] = {isotropic, rayleigh, forward, dust};
+    const PhaseFunction kinds[] = {isotropic, rayleigh, haze, dust};
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(0, 1);
     for (int k = 0; k < 20; ++k)
@@ -198,9 +194,9 @@ std::vector<StackLayer> twenty_layers() {
 
 TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
     std::vector<StackLayer> layers = twenty_layers();
-    const StackSolution above = solve_stack(layers, nothing, cosines, with_nodes(16));
+    const StackSolution above = solve_stack(layers, nothing, cosines, stack_options(16));
     std::reverse(layers.begin(), layers.end());
-    const StackSolution under = solve_stack(layers, nothing, cosines, with_nodes(16));
+    const StackSolution under = solve_stack(layers, nothing, cosines, stack_options(16));
     EXPECT_GT(std::abs(above.spherical_albedo - under.spherical_albedo), 0.01);  // the sides differ
     EXPECT_NEAR(above.spherical_albedo_below, under.spherical_albedo, 1e-13);
     EXPECT_NEAR(under.spherical_albedo_below, above.spherical_albedo, 1e-13);
@@ -222,11 +218,11 @@ TEST(Stack, OfManyLayersIsReciprocalFromBothSides) {
 // ---- ground ------------------------------------------------------------------------------------
 
 TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
-    for (const PhaseFunction& phase_function : {isotropic, forward})
+    for (const PhaseFunction& phase_function : {isotropic, haze})
         for (const double w : {0.7, 1.0})
             for (const double tau : {0.0, 1e-3, 1.0, 30.0})
                 for (const double A : {0.0, 0.3, 1.0}) {
-                    const SolverOptions options = with_nodes(24);
+                    const SolverOptions options = stack_options(24);
                     const LayerSolution layer =
                         solve_layer(phase_function, w, tau, cosines, options);
                     const StackSolution over = solve_stack(
@@ -266,11 +262,11 @@ TEST(Stack, OverALambertSurfaceEqualsItsClosedForm) {
 /// Incident = reflected + absorbed by the layer + absorbed by the ground, the layer's share
 /// computed from the layer alone; and the ground absorbs 1 - A of the light incident on it.
 TEST(Stack, BalancesTheFluxIncidentOnTheGround) {
-    for (const PhaseFunction& phase_function : {isotropic, forward})
+    for (const PhaseFunction& phase_function : {isotropic, haze})
         for (const double w : {0.7, 1.0})
             for (const double tau : {0.0, 1e-3, 1.0, 30.0})
                 for (const double A : {0.0, 0.3, 0.9}) {
-                    const SolverOptions options = with_nodes(24);
+                    const SolverOptions options = stack_options(24);
                     const LayerSolution alone =
                         solve_layer(phase_function, w, tau, cosines, options);
                     const LayerSolution over = solve_layer(phase_function, w, tau, cosines, options,
@@ -294,12 +290,12 @@ TEST(Stack, BalancesTheFluxIncidentOnTheGround) {
 }
 
 TEST(SolveLayer, SolvesTheLowerBoundaryWithClassicDoubling) {
-    SolverOptions classic = with_nodes(16);
+    SolverOptions classic = stack_options(16);
     classic.scheme = Scheme::classic;
     for (const double tau : {1e-290, 0.5, infinity}) {
         const LowerBoundary surface = LowerBoundary::surface(0.5);
         const LayerSolution expected =
-            solve_layer(rayleigh, 0.9, tau, cosines, with_nodes(16), surface);
+            solve_layer(rayleigh, 0.9, tau, cosines, stack_options(16), surface);
         const LayerSolution found = solve_layer(rayleigh, 0.9, tau, cosines, classic, surface);
         // The diamond start has an error of 1e-6.
         EXPECT_NEAR(found.spherical_albedo, expected.spherical_albedo, 1e-5);
@@ -312,7 +308,7 @@ TEST(Stack, ReflectsAllLightOverAWhiteSurface) {
         for (const double tau : {0.0, 1e-9, 0.5, 40.0, 1e6, 1e12}) {
             const StackSolution stack =
                 solve_stack({{rayleigh, 1, 0.2}, {isotropic, 1, tau}, {dust, 1, 1e-3}},
-                            LowerBoundary::surface(1), cosines, with_nodes(nodes));
+                            LowerBoundary::surface(1), cosines, stack_options(nodes));
             EXPECT_NEAR(stack.spherical_albedo, 1, 1e-13) << nodes << ' ' << tau;
             EXPECT_EQ(stack.spherical_ground_absorptance, 0);
             for (int i = 0; i < stack.mu.size(); ++i) EXPECT_NEAR(stack.plane_albedo(i), 1, 1e-13);
@@ -323,10 +319,10 @@ TEST(Stack, BalancesEnergyOverEveryGround) {
     for (const double tau : {0.0, 0.01, 3.0, 1e3, 1e6})
         for (const LowerBoundary& boundary :
              {LowerBoundary::surface(0), LowerBoundary::surface(0.5),
-              LowerBoundary::surface(1 - 1e-9), LowerBoundary::layer(forward, 0.9),
+              LowerBoundary::surface(1 - 1e-9), LowerBoundary::layer(haze, 0.9),
               LowerBoundary::layer(rayleigh, 0), LowerBoundary::layer(dust, 1)}) {
-            const StackSolution stack = solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}},
-                                                    boundary, cosines, with_nodes(16));
+            const StackSolution stack = solve_stack({{haze, 1, tau}, {rayleigh, 1, 0.4}}, boundary,
+                                                    cosines, stack_options(16));
             EXPECT_NEAR(stack.spherical_albedo + stack.spherical_ground_absorptance, 1, 1e-13)
                 << tau << ' ' << boundary.albedo;
             for (int i = 0; i < stack.mu.size(); ++i)
@@ -338,8 +334,8 @@ TEST(Stack, BalancesEnergyOverEveryGround) {
 TEST(Stack, ConservesEnergyThroughDifferentLayers) {
     for (const double tau : {1e-9, 0.3, 100.0, 1e6}) {
         const StackSolution stack =
-            solve_stack({{forward, 1, tau}, {rayleigh, 1, 0.4}, {dust, 1, tau}}, nothing, cosines,
-                        with_nodes(16));
+            solve_stack({{haze, 1, tau}, {rayleigh, 1, 0.4}, {dust, 1, tau}}, nothing, cosines,
+                        stack_options(16));
         EXPECT_NEAR(stack.spherical_albedo + stack.total_transmittance, 1, 1e-13) << tau;
         EXPECT_NEAR(stack.spherical_albedo_below + stack.total_transmittance, 1, 1e-13) << tau;
         for (int i = 0; i < stack.mu.size(); ++i)
@@ -353,9 +349,9 @@ TEST(Stack, ConservesEnergyThroughDifferentLayers) {
 TEST(Stack, ScattersOnceWhenThin) {
     const double tau = 1e-7;
     for (const LowerBoundary& boundary :
-         {nothing, LowerBoundary::surface(1e-7), LowerBoundary::layer(forward, 1e-8)}) {
-        const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {forward, 0.7, 2 * tau}},
-                                                boundary, {0.3, 0.8}, with_nodes(16));
+         {nothing, LowerBoundary::surface(1e-7), LowerBoundary::layer(haze, 1e-8)}) {
+        const StackSolution stack = solve_stack({{rayleigh, 0.9, tau}, {haze, 0.7, 2 * tau}},
+                                                boundary, {0.3, 0.8}, stack_options(16));
         for (int in = 0; in < 2; ++in)
             for (const double azimuth : azimuths) {
                 const SolvedValue R = stack.reflection(in, 1, azimuth);
@@ -370,41 +366,42 @@ TEST(Stack, ScattersOnceWhenThin) {
 TEST(SolveLadder, OverABoundaryEqualsStacksOfOneLayer) {
     const std::vector<double> albedos{0.5, 0.9, 1};
     for (const LowerBoundary& boundary :
-         {LowerBoundary::surface(0.4), LowerBoundary::layer(forward, 0.9)}) {
+         {LowerBoundary::surface(0.4), LowerBoundary::layer(haze, 0.9)}) {
         const auto ladder =
-            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, with_nodes(16), boundary);
+            solve_ladder(rayleigh, albedos, {0.1, 8, true}, cosines, stack_options(16), boundary);
         for (std::size_t a = 0; a < albedos.size(); ++a)
             for (std::size_t d = 0; d < 8; ++d) {
                 const StackSolution stack =
                     solve_stack({{rayleigh, albedos[a], ladder[a][d].optical_depth}}, boundary,
-                                cosines, with_nodes(16));
-                EXPECT_LE(difference(ladder[a][d], stack), 1e-12) << a << ' ' << d;
-                EXPECT_LE(difference(ladder[a][d].plane_albedo, stack.plane_albedo), 1e-12);
+                                cosines, stack_options(16));
+                EXPECT_LE(difference_of_stacks(ladder[a][d], stack), 1e-12) << a << ' ' << d;
+                EXPECT_LE(difference_of_stacks(ladder[a][d].plane_albedo, stack.plane_albedo),
+                          1e-12);
             }
         // a semi-infinite layer hides its lower boundary
-        const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40));
+        const LayerSolution bare = solve_layer(rayleigh, 0.9, infinity, cosines, stack_options(40));
         EXPECT_LE(
-            difference(solve_layer(rayleigh, 0.9, infinity, cosines, with_nodes(40), boundary),
-                       bare),
+            difference_of_stacks(
+                solve_layer(rayleigh, 0.9, infinity, cosines, stack_options(40), boundary), bare),
             1e-7);  // nodes of another map
     }
 }
 
 TEST(LayerSolution, ReportsTheBoundaryCorrection) {
-    const LowerBoundary boundary = LowerBoundary::layer(forward, 0.9);
-    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), boundary);
+    const LowerBoundary boundary = LowerBoundary::layer(haze, 0.9);
+    const LayerSolution layer = solve_layer(dust, 0.8, 0.3, {0.4, 0.9}, stack_options(8), boundary);
     ASSERT_GT(layer.boundary_truncation.fraction, 0);
     const Geometry at{0.4, 0.9, 1};
     const double cosine = cos_scattering_angle_reflected(at);
     EXPECT_NEAR(sum_modes(layer.reflection_modes, 0, 1, 1) +
                     layer.reflection_correction(0, 1)(dust(cosine), cosine) +
-                    layer.boundary_correction(0, 1) * forward(cosine),
+                    layer.boundary_correction(0, 1) * haze(cosine),
                 layer.reflection(0, 1, 1).multiple, 1e-14);
     // the truncated beam reaches a surface less attenuated
     const LayerSolution over =
-        solve_layer(forward, 0.8, 0.3, {0.4, 0.9}, with_nodes(8), LowerBoundary::surface(0.4));
+        solve_layer(haze, 0.8, 0.3, {0.4, 0.9}, stack_options(8), LowerBoundary::surface(0.4));
     EXPECT_NEAR(sum_modes(over.reflection_modes, 0, 1, 1) +
-                    over.reflection_correction(0, 1)(forward(cosine), cosine) +
+                    over.reflection_correction(0, 1)(haze(cosine), cosine) +
                     over.boundary_correction(0, 1),
                 over.reflection(0, 1, 1).multiple, 1e-14);
     EXPECT_GT(over.boundary_correction(0, 1), 1e-4);
@@ -413,30 +410,31 @@ TEST(LayerSolution, ReportsTheBoundaryCorrection) {
 // ---- other properties --------------------------------------------------------------------------
 
 TEST(Stack, SumsSingleScatteringOfItsLayers) {
-    const std::vector<StackLayer> layers{{rayleigh, 0.9, 0.2}, {forward, 0.8, 0.5}};
+    const std::vector<StackLayer> layers{{rayleigh, 0.9, 0.2}, {haze, 0.8, 0.5}};
     const StackSolution stack =
-        solve_stack(layers, LowerBoundary::layer(dust, 0.3), {0.4, 0.9}, with_nodes(8));
+        solve_stack(layers, LowerBoundary::layer(dust, 0.3), {0.4, 0.9}, stack_options(8));
     const Geometry at{0.4, 0.9, 1};
     const double cosine = cos_scattering_angle_reflected(at);
     auto passed = [](double tau) { return std::exp(-tau / 0.4 - tau / 0.9); };
     const double expected = single_reflection(rayleigh(cosine), 0.9, 0.2, 0.4, 0.9) +
-                            passed(0.2) * single_reflection(forward(cosine), 0.8, 0.5, 0.4, 0.9) +
+                            passed(0.2) * single_reflection(haze(cosine), 0.8, 0.5, 0.4, 0.9) +
                             passed(0.7) * single_reflection(dust(cosine), 0.3, infinity, 0.4, 0.9);
     EXPECT_NEAR(stack.reflection(0, 1, 1).single, expected, 1e-15);
-    const StackSolution free = solve_stack(layers, nothing, {0.4, 0.9}, with_nodes(8));
+    const StackSolution free = solve_stack(layers, nothing, {0.4, 0.9}, stack_options(8));
     const double down = cos_scattering_angle_transmitted(at);
     EXPECT_NEAR(free.transmission(0, 1, 1).single,
                 std::exp(-0.5 / 0.9) * single_transmission(rayleigh(down), 0.9, 0.2, 0.4, 0.9) +
-                    std::exp(-0.2 / 0.4) * single_transmission(forward(down), 0.8, 0.5, 0.4, 0.9),
+                    std::exp(-0.2 / 0.4) * single_transmission(haze(down), 0.8, 0.5, 0.4, 0.9),
                 1e-15);
 }
 
 TEST(Stack, ConvergesWithNodesOverAPeakedGround) {
-    const std::vector<StackLayer> layers{{rayleigh, 1, 0.5}, {forward, 0.98, 2}};
+    const std::vector<StackLayer> layers{{rayleigh, 1, 0.5}, {haze, 0.98, 2}};
     const LowerBoundary boundary = LowerBoundary::layer(PhaseFunction::henyey_greenstein(0.8), 0.9);
-    const StackSolution coarse = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(40));
-    const StackSolution fine = solve_stack(layers, boundary, {0.2, 0.7, 1}, with_nodes(80));
-    EXPECT_LE(difference(coarse, fine), 1e-5);  // HG 0.85 alone has an error of 3e-6 with 40 nodes
+    const StackSolution coarse = solve_stack(layers, boundary, {0.2, 0.7, 1}, stack_options(40));
+    const StackSolution fine = solve_stack(layers, boundary, {0.2, 0.7, 1}, stack_options(80));
+    EXPECT_LE(difference_of_stacks(coarse, fine),
+              1e-5);  // HG 0.85 alone has an error of 3e-6 with 40 nodes
 }
 
 // ---- refusals ----------------------------------------------------------------------------------

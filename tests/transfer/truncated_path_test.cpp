@@ -3,6 +3,8 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
 
+#include "usual_layers.h"
+
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <gtest/gtest.h>
 
@@ -14,7 +16,6 @@
 namespace stratus {
 namespace {
 
-const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.95);
 const Truncation truncation = truncate_peak(peaked, 48);
 const std::vector<double> moments = significant_moments(peaked);
 

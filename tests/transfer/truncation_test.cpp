@@ -12,10 +12,10 @@
 namespace stratus {
 namespace {
 
-const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.9);
+const PhaseFunction truncated_peak = PhaseFunction::henyey_greenstein(0.9);
 
 TEST(TruncatePeak, TruncatesALateMoment) {
-    const Truncation truncation = truncate_peak(peaked, 16);
+    const Truncation truncation = truncate_peak(truncated_peak, 16);
     EXPECT_DOUBLE_EQ(truncation.fraction, std::pow(0.9, 14));
     EXPECT_TRUE(truncation.narrow);
     ASSERT_EQ(truncation.moments.size(), 16u);
@@ -24,7 +24,7 @@ TEST(TruncatePeak, TruncatesALateMoment) {
 
 TEST(TruncatePeak, KeepsTheLowerHalfOfTheMoments) {
     // chi = f + (1 - f) chi*
-    const Truncation truncation = truncate_peak(peaked, 16);
+    const Truncation truncation = truncate_peak(truncated_peak, 16);
     for (int l = 0; l < 7; ++l)
         EXPECT_NEAR(truncation.fraction +
                         (1 - truncation.fraction) * truncation.moments[static_cast<std::size_t>(l)],
@@ -33,7 +33,7 @@ TEST(TruncatePeak, KeepsTheLowerHalfOfTheMoments) {
 
 TEST(TruncatePeak, LeavesMomentsThatDecaySmoothly) {
     const int L = 64;
-    std::vector<double> moments = truncate_peak(peaked, L).moments;
+    std::vector<double> moments = truncate_peak(truncated_peak, L).moments;
     moments.push_back(0);  // beyond L
     moments.push_back(0);
     for (std::size_t l = 0; l < L; ++l) {
@@ -44,7 +44,7 @@ TEST(TruncatePeak, LeavesMomentsThatDecaySmoothly) {
 }
 
 TEST(TruncatePeak, KeepsAbsorptionAndTheSimilarityOfDepths) {
-    const Truncation truncation = truncate_peak(peaked, 16);
+    const Truncation truncation = truncate_peak(truncated_peak, 16);
     for (const double w : {0.0, 0.3, 0.9, 1 - 1e-9, 1.0}) {
         const double tau = 3, scaled = truncation.optical_depth(tau, w);
         EXPECT_NEAR((1 - truncation.albedo(w)) * scaled, (1 - w) * tau, 1e-14);
@@ -59,7 +59,7 @@ TEST(TruncatePeak, KeepsAbsorptionAndTheSimilarityOfDepths) {
 }
 
 TEST(TruncatePeak, KeepsConservationExact) {
-    const Truncation truncation = truncate_peak(peaked, 16);
+    const Truncation truncation = truncate_peak(truncated_peak, 16);
     EXPECT_EQ(truncation.albedo(1), 1);
     EXPECT_EQ(truncation.co_albedo(1), 0);
     // 1 - w* from 1 - w, not as a difference from 1
@@ -102,9 +102,9 @@ TEST(SolveLayer, RefusesAnUnresolvedBackwardPeak) {
 }
 
 TEST(NoTruncation, KeepsMomentsUnchanged) {
-    const Truncation truncation = no_truncation(peaked, 16);
+    const Truncation truncation = no_truncation(truncated_peak, 16);
     EXPECT_EQ(truncation.fraction, 0);
-    EXPECT_EQ(truncation.moments, peaked.moments(16));
+    EXPECT_EQ(truncation.moments, truncated_peak.moments(16));
 }
 
 }  // namespace

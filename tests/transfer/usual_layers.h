@@ -2,9 +2,11 @@
 #pragma once
 
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 #include <stratus/transfer/solver_options.h>
 
+#include <limits>
 #include <vector>
 
 namespace stratus {
@@ -12,11 +14,16 @@ namespace stratus {
 inline const std::vector<double> cosines{0.02, 0.1, 0.5, 0.9, 1.0};
 inline const std::vector<double> azimuths{0, 1, 2, pi};
 
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
 inline const PhaseFunction isotropic = PhaseFunction::isotropic();
 inline const PhaseFunction rayleigh = PhaseFunction::rayleigh();
 inline const PhaseFunction saturn =
     parse_phase_function("0.596*henyey_greenstein:g=-0.5 + 0.404*henyey_greenstein:g=0.5");
 inline const PhaseFunction forward = PhaseFunction::henyey_greenstein(0.75);
+inline const PhaseFunction peaked = PhaseFunction::henyey_greenstein(0.95);
+
+inline const LowerBoundary nothing;
 
 inline SolverOptions with_nodes(int nodes) {
     SolverOptions options;

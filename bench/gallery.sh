@@ -3,7 +3,7 @@
 # with every effect and no cache; and how many times faster the second is than the last.
 # `bench/gallery.sh [STRATUS] [WIDTH] [RUNS]`
 set -euo pipefail
-stratus=${1:-build-bench/cli/stratus} width=${2:-256} runs=${3:-3}
+stratus=${1:-build/cli/stratus} width=${2:-256} runs=${3:-3}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 TIMEFORMAT='%U %S'

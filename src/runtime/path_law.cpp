@@ -122,16 +122,16 @@ PathWeights path_weights(Side side, int count, double optical_depth, double mu_i
     return weights;
 }
 
-std::vector<double> significant_moments(const PhaseFunction& phase_function) {
-    constexpr int most = 8192;
-    for (int count = 256;; count *= 2) {
+std::vector<double> significant_moments(const PhaseFunction& phase_function, int most) {
+    for (int count = 256;; count = std::min(2 * count, most)) {
         std::vector<double> moments = phase_function.moments(count);
         const auto shows = [&](double least) {
             return std::abs(moments.back()) * 2 * static_cast<double>(moments.size()) >= least;
         };
-        if (count == most && shows(1e-3)) return {};
+        const bool suffices = count >= most_table_moments && !shows(1e-3);
+        if (count == most && !suffices) return {};
         while (!moments.empty() && !shows(1e-9)) moments.pop_back();
-        if (count == most || static_cast<int>(moments.size()) < count) return moments;
+        if (suffices || static_cast<int>(moments.size()) < count) return moments;
     }
 }
 

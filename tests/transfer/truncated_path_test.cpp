@@ -159,6 +159,54 @@ TEST(PeakedPhaseFunctions, MatchTheReferenceWith48NodesAt095) {
     EXPECT_LT(at.grazing.worst(), 2e-2);
 }
 
+/// T near the normal by small-angle theory: light keeps its slant depth s while its Legendre moments
+/// fall to exp(-s (1 - w chi_l)).
+double small_angle_transmission(const std::vector<double>& chi, double tau, double cosine) {
+    double before = 0, here = 1, sum = 0;
+    for (std::size_t l = 0; l < chi.size(); ++l) {
+        const double order = static_cast<double>(l);
+        sum += (2 * order + 1) * (std::exp(-tau * (1 - chi[l])) - std::exp(-tau)) * here;
+        before =
+            std::exchange(here, ((2 * order + 1) * cosine * here - order * before) / (order + 1));
+    }
+    return sum / 4;
+}
+
+void expect_small_angle_theory(const PhaseFunction& phase, const std::vector<double>& degrees,
+                               double deepest, double limit) {
+    const std::vector<double> chi = significant_moments(phase, 1 << 20);
+    ASSERT_FALSE(chi.empty());
+    std::vector<double> mu;
+    for (const double angle : degrees) mu.push_back(std::cos(angle * pi / 180));
+    for (double tau = 0.1; tau <= deepest; tau *= tau < 10 ? 10 : 2) {
+        const LayerSolution layer = solve_layer(phase, 1, tau, mu);
+        for (std::size_t k = 0; k < mu.size(); ++k) {
+            const double expected = small_angle_transmission(chi, tau, mu[k]);
+            EXPECT_NEAR(layer.transmission(0, static_cast<int>(k), 0).total / expected, 1, limit)
+                << phase.caption() << ", tau " << tau << ", " << degrees[k] << " degrees";
+        }
+    }
+}
+
+// What small-angle theory leaves out grows with the width of the beam: at g = 0.99 and a depth of 20,
+// 4e-3.
+TEST(NarrowPeaks, FollowSmallAngleTheory) {
+    for (const double g : {0.99, 0.997, 0.998, 0.999, 0.9999})
+        expect_small_angle_theory(PhaseFunction::henyey_greenstein(g), {0, 0.01, 0.1, 0.5, 1, 2},
+                                  20, 5e-3);
+}
+
+TEST(NarrowPeaks, OfLargeDropletsFollowSmallAngleTheoryWithinTheDiffractionLobe) {
+    for (const char* const droplets : {"mie:radius=50um,wavelength=0.45um",
+                                       "mie:radius=350um,wavelength=0.45um"})
+        expect_small_angle_theory(parse_phase_function(droplets), {0, 0.01}, 1, 1e-3);
+}
+
+TEST(NarrowPeaks, AreRefusedWhereNoSeriesHoldsThem) {
+    EXPECT_THROW(solve_layer(PhaseFunction::henyey_greenstein(0.999995), 1, 1, {1}),
+                 std::invalid_argument);
+}
+
 TEST(PeakedPhaseFunctions, MatchTheReferenceWith32NodesAt099) {
     const Regions at = compare(0.99, 2, 32, 128);
     EXPECT_LT(at.elsewhere.median(), 3e-3);

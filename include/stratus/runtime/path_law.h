@@ -46,9 +46,12 @@ struct PathWeights {
 PathWeights path_weights(Side side, int count, double optical_depth, double mu_in,
                          double mu_out) noexcept;
 
-/// Moments of a phase function until they are negligible; none where 8192 do not suffice (g above
-/// 0.998).
-std::vector<double> significant_moments(const PhaseFunction& phase_function);
+/// Moments that the path law of a table has at most: Henyey-Greenstein needs them at g = 0.998.
+constexpr int most_table_moments = 8192;
+
+/// Moments of a phase function until they are negligible; none where `most` do not suffice.
+std::vector<double> significant_moments(const PhaseFunction& phase_function,
+                                        int most = most_table_moments);
 
 /// True where moments beyond 32 show, and are those of a forward peak: (2l+1) chi_l is 0.2 or more
 /// at l = 32 (Henyey-Greenstein: g from 0.84 on).

@@ -1,6 +1,5 @@
 #include "ladder.h"
 
-#include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/adding.h>
 
@@ -14,9 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <string>
 #include <utility>
-#include <variant>
 
 namespace stratus {
 
@@ -77,28 +74,14 @@ class LadderRun {
     }
 
   private:
-    /// Moments that a path law is summed from at most: Henyey-Greenstein needs them at g = 0.99998.
-    /// Those of rows are integrals that take the square of their number.
-    static int most_path_moments(const PhaseFunction& phase_function) {
-        const bool has_rows = std::ranges::any_of(phase_function.terms(), [](const auto& term) {
-            return std::holds_alternative<Tabulated>(term.second);
-        });
-        return has_rows ? most_table_moments : 1 << 20;
-    }
-
     bool by_order() const { return !problem_.order_weights.empty(); }
 
     std::shared_ptr<const TruncatedPath> path_of(const LadderProblem& problem) const {
-        const bool is_alone =
-            !problem.boundary.is_present() && problem.options.truncate == Truncate::smooth;
-        if (!is_alone || !(truncation_.narrow || has_narrow_peak(problem.phase_function)))
+        if (problem.boundary.is_present() ||
+            !follows_paths(problem.phase_function, problem.options))
             return {};
-        const int most = most_path_moments(problem.phase_function);
-        std::vector<double> moments = significant_moments(problem.phase_function, most);
-        require(!moments.empty(), "solve", "forward peak of the phase function",
-                "wide enough for " + std::to_string(most) + " Legendre moments",
-                problem.phase_function.caption());
-        return std::make_shared<const TruncatedPath>(PathLaw(std::move(moments)), truncation_);
+        return std::make_shared<const TruncatedPath>(PathLaw(path_moments(problem.phase_function)),
+                                                     truncation_);
     }
 
     LayerSolution blank(std::size_t a, double optical_depth,

@@ -1,10 +1,12 @@
 #include "options.h"
 
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/path_law.h>
 
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
 namespace stratus {
 
@@ -45,6 +47,24 @@ Truncation truncation_of(const PhaseFunction& phase_function, const SolverOption
     const double last = phase_function.moments(most + 1).back();
     return last < inexact_share ? truncation
                                 : truncate_peak(phase_function, moments_integrated(options.nodes));
+}
+
+bool follows_paths(const PhaseFunction& phase_function, const SolverOptions& options) {
+    return options.truncate == Truncate::smooth &&
+           (has_narrow_peak(phase_function) ||
+            truncation_of(phase_function, options, false).narrow);
+}
+
+std::vector<double> path_moments(const PhaseFunction& phase_function) {
+    const bool has_rows = std::ranges::any_of(phase_function.terms(), [](const auto& term) {
+        return std::holds_alternative<Tabulated>(term.second);
+    });
+    const int most = has_rows ? most_table_moments : 1 << 20;
+    std::vector<double> moments = significant_moments(phase_function, most);
+    require(!moments.empty(), "solve", "forward peak of the phase function",
+            "wide enough for " + std::to_string(most) + " Legendre moments",
+            phase_function.caption());
+    return moments;
 }
 
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options) {

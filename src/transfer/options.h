@@ -14,9 +14,18 @@ namespace stratus {
 void check_options(const SolverOptions& options);
 
 /// The moments of a phase function that the nodes resolve, truncated as the options say; `delta_m`
-/// in stacks, which have no correction for multiple scattering in a narrow peak.
+/// where what narrow peaks scatter again is not corrected for.
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m);
+
+/// Whether what a forward peak scatters again is left to the path law (path_law.h).
+bool follows_paths(const PhaseFunction& phase_function, const SolverOptions& options);
+
+/// The moments that a path law is summed from, 2^20 at most: Henyey-Greenstein needs these at
+/// g = 0.99998; tabulated functions 8,192, which take the square of their number to integrate.
+///
+/// Errors   std::invalid_argument where they do not suffice.
+std::vector<double> path_moments(const PhaseFunction& phase_function);
 
 /// Truncation of the lower boundary's phase function; none for a surface.
 Truncation truncation_of(const LowerBoundary& boundary, const SolverOptions& options);

@@ -2,12 +2,14 @@
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/transfer/stack.h>
 
 #include "depth_regime.h"
 #include "ladder.h"
 #include "options.h"
 #include "orders.h"
 
+#include <cmath>
 #include <utility>
 
 namespace stratus {
@@ -58,6 +60,11 @@ LayerSolution solve_layer(const PhaseFunction& phase_function, double albedo, do
     require(optical_depth >= 0, "solve", "optical_depth", "in [0, inf]", optical_depth);
     const std::vector<double> albedos{albedo};
     check(albedos, options, boundary);
+    const bool can_be_stacked = options.scheme == Scheme::harmonic && options.orders == 0;
+    if (boundary.is_present() && std::isfinite(optical_depth) && can_be_stacked &&
+        follows_paths(phase_function, options))
+        return as_one_layer(
+            solve_stack({{phase_function, albedo, optical_depth}}, boundary, mu, options));
     const DepthTarget target = choose_target(optical_depth, albedo == 1 && options.orders == 0,
                                              phase_function.asymmetry());
     return std::move(solve_problem({phase_function,

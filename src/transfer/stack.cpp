@@ -3,12 +3,14 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
+#include <stratus/transfer/solve.h>
 
 #include "boundary_modes.h"
 #include "layer_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "simd/doubling_steps.h"
+#include "stack_path.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,16 +32,55 @@ std::vector<Surroundings> surroundings_of(const std::vector<double>& depths) {
     return all;
 }
 
-/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
-Directions stack_directions(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
-                            const std::vector<double>& mu, const SolverOptions& options) {
-    const auto map_of = [&](const Truncation& truncation) {
-        return choose_node_map(truncation.moments, options.nodes);
-    };
-    NodeMap map = map_of(truncation_of(boundary, options));
+/// Neighbours that scatter alike are one layer.
+std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
+    std::vector<StackLayer> all;
+    for (const StackLayer& layer : layers) {
+        const bool is_alike = !all.empty() && all.back().albedo == layer.albedo &&
+                              all.back().phase_function.text() == layer.phase_function.text();
+        if (is_alike)
+            all.back().optical_depth += layer.optical_depth;
+        else
+            all.push_back(layer);
+    }
+    return all;
+}
+
+/// Whether any layer's peak is left to the path law.
+bool follows_paths(const std::vector<StackLayer>& layers, const SolverOptions& options) {
+    return std::ranges::any_of(layers, [&](const StackLayer& layer) {
+        return follows_paths(layer.phase_function, options);
+    });
+}
+
+std::vector<Truncation> truncations_of(const std::vector<StackLayer>& layers,
+                                       const SolverOptions& options) {
+    const bool delta_m = !follows_paths(layers, options);
+    std::vector<Truncation> all;
     for (const StackLayer& layer : layers)
-        map = joint_map(map, map_of(truncation_of(layer.phase_function, options, true)));
+        all.push_back(truncation_of(layer.phase_function, options, delta_m));
+    return all;
+}
+
+/// One set of directions for all layers, dense near mu = 1 if any layer needs it.
+Directions stack_directions(const std::vector<Truncation>& truncations,
+                            const Truncation& boundary_truncation, const std::vector<double>& mu,
+                            const SolverOptions& options) {
+    NodeMap map = choose_node_map(boundary_truncation.moments, options.nodes);
+    for (const Truncation& truncation : truncations)
+        map = joint_map(map, choose_node_map(truncation.moments, options.nodes));
     return gauss_directions(options.nodes, map, mu);
+}
+
+/// A stack of one layer over nothing, which is solved as such.
+StackSolution as_stack(const LayerSolution& layer, const StackLayer& of) {
+    StackSolution solution;
+    static_cast<ModeSolution&>(solution) = layer;
+    solution.layers = {of};
+    solution.truncations = {layer.truncation};
+    if (std::isfinite(of.optical_depth)) solution.spherical_albedo_below = layer.spherical_albedo;
+    solution.alone = std::make_shared<const LayerSolution>(layer);
+    return solution;
 }
 
 class StackRun {
@@ -47,16 +88,20 @@ class StackRun {
     StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
-          directions_(stack_directions(layers, boundary, mu, options)),
+          truncations_(truncations_of(layers, options)),
           boundary_truncation_(truncation_of(boundary, options)),
+          directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
         solution_.layers = layers;
         solution_.lower_boundary = boundary;
         solution_.boundary_truncation = boundary_truncation_;
         solution_.mu = solved_cosines(directions_);
-        for (const StackLayer& layer : layers) {
-            const Truncation& truncation = solution_.truncations.emplace_back(
-                truncation_of(layer.phase_function, options, true));
+        solution_.truncations = truncations_;
+        if (follows_paths(layers, options))
+            solution_.path = std::make_shared<const StackPath>(layers, truncations_);
+        for (std::size_t k = 0; k < layers.size(); ++k) {
+            const StackLayer& layer = layers[k];
+            const Truncation& truncation = truncations_[k];
             depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
             layers_.emplace_back(directions_,
                                  LayerTask{truncation.moments, truncation.albedo(layer.albedo),
@@ -140,8 +185,9 @@ class StackRun {
     }
 
     const SolverOptions& options_;
-    const Directions directions_;
+    const std::vector<Truncation> truncations_;
     const Truncation boundary_truncation_;
+    const Directions directions_;
     BoundaryModes boundary_modes_;
     std::vector<double> depths_;  // after truncation
     std::vector<LayerModes> layers_;
@@ -156,7 +202,12 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
     check_layers(layers, boundary.is_present(), "solve_stack");
     check_boundary(boundary);
-    return StackRun(layers, boundary, mu, options).run();
+    const std::vector<StackLayer> unlike = merged(layers);
+    if (unlike.size() > 1 || boundary.is_present())
+        return StackRun(unlike, boundary, mu, options).run();
+    const StackLayer& only = unlike.front();
+    return as_stack(solve_layer(only.phase_function, only.albedo, only.optical_depth, mu, options),
+                    only);
 }
 
 LayerSolution as_one_layer(StackSolution solution) {
@@ -199,17 +250,26 @@ struct SingleLayers {
 std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                                const std::vector<double>& azimuths) const {
     const bool reflected = side == Side::reflection;
+    if (alone)
+        return reflected ? alone->reflection(in, out, azimuths)
+                         : alone->transmission(in, out, azimuths);
     if (!reflected && is_opaque()) return std::vector<SolvedValue>(azimuths.size(), {0, 0, 0});
     SingleLayers single_layers, corrected_layers;
     for (std::size_t k = 0; k < layers.size(); ++k) {
         const double w = layers[k].albedo, depth = layers[k].optical_depth;
         single_layers.albedos.push_back(w);
         single_layers.depths.push_back(depth);
-        corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
-        corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
+        // The path law is beside single scattering as it is.
+        corrected_layers.albedos.push_back(path ? w : truncations[k].single_scattering_albedo(w));
+        corrected_layers.depths.push_back(path ? depth : truncations[k].optical_depth(depth, w));
     }
+    const std::vector<double> along_path =
+        path ? path->legendre(side, mu(in), mu(out)) : std::vector<double>{};
     for (SingleLayers* const some : {&single_layers, &corrected_layers})
         some->around = surroundings_of(some->depths);
+    double truncated_depth = 0;
+    for (std::size_t k = 0; k < layers.size(); ++k)
+        truncated_depth += truncations[k].optical_depth(layers[k].optical_depth, layers[k].albedo);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
     std::vector<double> modes;
     for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
@@ -226,10 +286,11 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         if (reflected && lower_boundary.is_present()) {
             single +=
                 single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
-            corrected += single_reflection_of_boundary(boundary_corrected,
-                                                       corrected_layers.below_all(), geometry);
+            corrected +=
+                single_reflection_of_boundary(boundary_corrected, truncated_depth, geometry);
         }
-        all.push_back(put_together(single, corrected, sum_modes(modes, azimuth)));
+        all.push_back(put_together(single, corrected,
+                                   sum_modes(modes, azimuth) + sum_legendre(along_path, cosine)));
     }
     return all;
 }

@@ -65,10 +65,15 @@ double difference_of_stacks(const VectorXd& a, const VectorXd& b) {
     return ((a - b).array() / b.array()).abs().maxCoeff();
 }
 
+/// Parts of a layer whose phase functions are the same in other words, so that the solver does not
+/// take them for one layer.
 std::vector<StackLayer> split(const StackLayer& layer, const std::vector<double>& shares) {
+    const PhaseFunction two_halves =
+        PhaseFunction::sum({{0.5, layer.phase_function}, {0.5, layer.phase_function}});
     std::vector<StackLayer> parts;
     for (const double share : shares)
-        parts.push_back({layer.phase_function, layer.albedo, share * layer.optical_depth});
+        parts.push_back({parts.size() % 2 == 0 ? layer.phase_function : two_halves, layer.albedo,
+                         share * layer.optical_depth});
     return parts;
 }
 
@@ -133,6 +138,59 @@ TEST(Stack, IsUnchangedBySplittingALayer) {
     // with 16 nodes HG 0.85 is truncated
     EXPECT_GT(solve_stack({{haze, 1, 1}}, nothing, {1}, stack_options(16)).truncations[0].fraction,
               1e-3);
+}
+
+TEST(Stack, OfLayersThatScatterAlikeIsOneLayer) {
+    const PhaseFunction cloud = PhaseFunction::henyey_greenstein(0.97);
+    const LayerSolution layer = solve_layer(cloud, 0.99, 2, cosines);
+    const StackSolution stack =
+        solve_stack({{cloud, 0.99, 0.5}, {cloud, 0.99, 1.5}}, nothing, cosines);
+    EXPECT_EQ(stack.layers.size(), 1u);
+    EXPECT_LE(difference_of_stacks(stack, layer), 1e-14);
+}
+
+TEST(Stack, OfPeakedLayersIsUnchangedBySplittingOne) {
+    // Where the layers are unlike in name, the path law is integrated over the depth of the turn.
+    for (const double g : {0.9, 0.97})
+        for (const double tau : {1e-3, 20.0}) {
+            const StackLayer layer{PhaseFunction::henyey_greenstein(g), 0.99, tau};
+            const StackSolution whole = solve_stack({layer}, nothing, cosines);
+            const StackSolution parts = solve_stack(split(layer, {0.3, 0.7}), nothing, cosines);
+            EXPECT_EQ(parts.layers.size(), 2u);
+            EXPECT_LE(difference_of_stacks(parts, whole), 1e-8) << g << ' ' << tau;
+        }
+}
+
+TEST(SolveLayer, OverGroundFollowsThePathsOfItsPeak) {
+    const PhaseFunction cloud = PhaseFunction::henyey_greenstein(0.95);
+    const LowerBoundary ground = LowerBoundary::surface(0.6);
+    const std::vector<double> beyond_grazing{0.4, 0.75, 1};
+    SolverOptions exact;
+    exact.nodes = 128;
+    exact.truncate = Truncate::nothing;
+    const LayerSolution reference = solve_layer(cloud, 0.99, 1, beyond_grazing, exact, ground);
+    EXPECT_LE(
+        difference_of_stacks(solve_layer(cloud, 0.99, 1, beyond_grazing, {}, ground), reference),
+        5e-4);
+}
+
+TEST(Stack, OfUnlikeCloudsMatchesASolutionThatTruncatesNothing) {
+    const std::vector<StackLayer> all{{rayleigh, 0.95, 0.3},
+                                      {PhaseFunction::henyey_greenstein(0.95), 0.99, 2},
+                                      {PhaseFunction::henyey_greenstein(0.85), 0.9, 1}};
+    const std::vector<double> beyond_grazing{0.2, 0.75, 0.8, 1};
+    for (const LowerBoundary& below : {nothing, LowerBoundary::surface(0.3)}) {
+        const StackSolution stack = solve_stack(all, below, beyond_grazing);
+        SolverOptions exact;
+        exact.nodes = 96;  // of 192 moments, the last of which are 5e-5
+        exact.truncate = Truncate::nothing;
+        const StackSolution reference = solve_stack(all, below, beyond_grazing, exact);
+        EXPECT_LE(difference_of_stacks(stack, reference), 5e-4);
+        SolverOptions delta_m;
+        delta_m.truncate = Truncate::delta_m;
+        EXPECT_GT(difference_of_stacks(solve_stack(all, below, beyond_grazing, delta_m), reference),
+                  1e-3);
+    }
 }
 
 TEST(Stack, IsUnchangedBySplittingADeepConservativeLayer) {

@@ -19,7 +19,7 @@ enum class Truncate {
     nothing,
     delta_m,  // delta-M, with the single-scattering correction
     smooth,   // large shares smoothly, corrected for multiple scattering in the peak;
-              // in stacks and over a lower boundary the same as delta_m
+              // over a lower boundary, in ladders and orders the same as delta_m
 };
 
 struct SolverOptions {

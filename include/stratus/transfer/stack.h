@@ -2,7 +2,8 @@
 //
 // Each layer is doubled separately (solve.h) with its own truncation; the modes are then added from
 // the top down [HT74]. Single scattering of the stack is in closed form: that of each layer,
-// attenuated by the layers on the way in and out.
+// attenuated by the layers on the way in and out. What narrow peaks scatter again keeps to its path,
+// through all layers (stack_path.h). One layer over nothing is solved as solve_layer does.
 #pragma once
 
 #include <stratus/runtime/lower_boundary.h>
@@ -13,15 +14,18 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <vector>
 
 namespace stratus {
+
+class StackPath;  // src/transfer/stack_path.h
 
 /// A stack solved at a list of cosines. Lit from above; `solve_stack` of the layers in reverse
 /// order is the stack lit from below.
 class StackSolution : public ModeSolution {
   public:
-    std::vector<StackLayer> layers;     // top first
+    std::vector<StackLayer> layers;     // top first; neighbours that scatter alike are one
     double spherical_albedo_below = 0;  // lit uniformly from below; 0 where nothing is transmitted
 
     /// R between mu(in) and mu(out) at an azimuth in radians; `single` counts light scattered once,
@@ -36,7 +40,9 @@ class StackSolution : public ModeSolution {
 
     bool is_opaque() const;
 
-    std::vector<Truncation> truncations;  // of the layers
+    std::vector<Truncation> truncations;         // of the layers
+    std::shared_ptr<const StackPath> path;       // null unless a layer's peak is narrow
+    std::shared_ptr<const LayerSolution> alone;  // of a single layer over nothing: its solution
 };
 
 /// Solves a stack at the cosines `mu`.

@@ -1,0 +1,118 @@
+#include "stack_path.h"
+
+#include "options.h"
+
+#include <boost/math/quadrature/gauss.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+/// (e^(from + rise) - e^from) / rise: the mean of an exponential along its rise.
+double mean_exponential(double from, double rise) {
+    if (std::abs(rise) < 1e-9) return std::exp(from) * (1 + rise / 2);
+    if (rise > 20) return (std::exp(from + rise) - std::exp(from)) / rise;
+    return std::exp(from) * std::expm1(rise) / rise;
+}
+
+/// Eight Gauss points in each panel from 0 to `end`, the panels as wide as what lies before them:
+/// at(place, weight).
+template <class At>
+void for_each_node(double end, double first_panel, const At& at) {
+    using Gauss = boost::math::quadrature::gauss<double, 8>;
+    double begin = 0;
+    while (begin < end) {
+        const double next = std::min(end, 2 * begin + first_panel);
+        const double middle = (begin + next) / 2, half = (next - begin) / 2;
+        for (std::size_t k = 0; k < Gauss::abscissa().size(); ++k)
+            for (const double side : {-1.0, 1.0})
+                at(middle + side * half * Gauss::abscissa()[k], half * Gauss::weights()[k]);
+        begin = next;
+    }
+}
+
+}  // namespace
+
+StackPath::StackPath(const std::vector<StackLayer>& layers,
+                     const std::vector<Truncation>& truncations) {
+    double most_kept_to_path = 0.5;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const double w = layers[k].albedo, f = truncations[k].fraction;
+        const std::vector<double>& truncated = truncations[k].moments;
+        std::vector<double> chi = path_moments(layers[k].phase_function);
+        chi.resize(std::max(chi.size(), truncated.size()), 0.0);
+        Layer layer{layers[k].optical_depth, w * f, {}, {}};
+        for (std::size_t l = 0; l < chi.size(); ++l) {
+            const double kept = l < truncated.size() ? (1 - f) * truncated[l] : 0;
+            layer.peak.push_back(w * (chi[l] - kept));
+            layer.kept.push_back(w * kept);
+        }
+        most_kept_to_path = std::max(most_kept_to_path, w * chi[1]);
+        moments_ = std::max(moments_, chi.size());
+        layers_.push_back(std::move(layer));
+    }
+    for (Layer& layer : layers_) {
+        layer.peak.resize(moments_, 0.0);
+        layer.kept.resize(moments_, 0.0);
+    }
+    deepest_ = 40 / (1 - most_kept_to_path);
+}
+
+std::vector<StackPath::Turn> StackPath::turns(Side side, double mu_in, double mu_out) const {
+    const bool reflected = side == Side::reflection;
+    std::vector<Turn> all;
+    double above = 0;  // optical depth
+    for (std::size_t j = 0; j < layers_.size() && above / mu_in < deepest_; ++j) {
+        const double depth = layers_[j].optical_depth;
+        // Slant depth from the top of the layer on, or where T has more of it there, from below.
+        const double rate = reflected ? 1 / mu_in + 1 / mu_out : 1 / mu_in - 1 / mu_out;
+        const double slope = std::abs(rate), end = std::min(depth, deepest_ / slope);
+        for_each_node(end, 1 / slope, [&](double place, double weight) {
+            const double t = rate > 0 ? place : depth - place;
+            Turn turn{j, weight / (4 * mu_in * mu_out), std::vector<double>(layers_.size(), 0.0)};
+            for (std::size_t k = 0; k < layers_.size(); ++k) {
+                const double whole = layers_[k].optical_depth;
+                const double down = k < j ? whole : k == j ? t : 0;
+                const double up = reflected ? down : k > j ? whole : k == j ? whole - t : 0;
+                turn.slant[k] = down / mu_in + (up > 0 ? up / mu_out : 0);
+            }
+            all.push_back(std::move(turn));
+        });
+        above += depth;
+    }
+    return all;
+}
+
+std::vector<double> StackPath::legendre(Side side, double mu_in, double mu_out) const {
+    std::vector<double> sum(moments_, 0.0);
+    for (const Turn& turn : turns(side, mu_in, mu_out)) {
+        double slant = 0, truncated = 0;  // S and F
+        for (std::size_t k = 0; k < layers_.size(); ++k) {
+            slant += turn.slant[k];
+            truncated += layers_[k].truncated * turn.slant[k];
+        }
+        const double unscattered = std::exp(-slant), passing = std::exp(truncated - slant);
+        const Layer& here = layers_[turn.layer];
+        for (std::size_t l = 0; l < moments_; ++l) {
+            double P = 0, C = 0;
+            for (std::size_t k = 0; k < layers_.size(); ++k) {
+                P += layers_[k].peak[l] * turn.slant[k];
+                C += layers_[k].kept[l] * turn.slant[k];
+            }
+            const double p = here.peak[l], c = here.kept[l];
+            double added = p * mean_exponential(-slant, P) - (p + c) * unscattered;
+            if (c != 0)
+                added += c * (mean_exponential(P - slant, C) -
+                              mean_exponential(truncated - slant, C) + passing);
+            sum[l] += turn.weight * added;
+        }
+    }
+    for (std::size_t l = 0; l < moments_; ++l) sum[l] *= 2 * static_cast<double>(l) + 1;
+    return sum;
+}
+
+}  // namespace stratus

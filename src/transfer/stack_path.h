@@ -1,0 +1,56 @@
+// The path law (path_law.h) of a stack: light near forward that layers of unlike particles scatter,
+// one after the other, in place of what their truncated problem holds of it.
+//
+// Derived here. Let the moments of layer k be chi_l = p_l + c_l, c the series that its truncated
+// problem keeps, p the peak that it takes for unscattered light, p_l = f. Light that turns inside
+// layer j has crossed slant depths s_k; its peaks widen it to exp(P - S), P = sum w_k p_l,k s_k,
+// S = sum s_k. It turns where it is scattered by c or, if by none, by p: at each of its m
+// scatterings as likely as at any other, which makes a power series's n-th term 1/m of itself:
+//
+//     w_j [c_l e^P (e^C - 1)/C + p_l (e^P - 1)/P] e^-S,   C = sum w_k c_l,k s_k
+//
+// per unit of optical depth and of 1 / (4 mu mu0). Light scattered once, w_j chi_l e^-S, is known
+// exactly and taken out. So is what the modes hold, which is the same with p_l = f, less what is
+// scattered once by c or only by p: w_j c_l [(e^C - 1)/C - 1] e^(F - S), F = sum w_k f_k s_k. In a
+// single layer this is the path law.
+#pragma once
+
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/stack_layers.h>
+#include <stratus/transfer/truncation.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+class StackPath {
+  public:
+    /// Layers as they are, and how each was truncated.
+    StackPath(const std::vector<StackLayer>& layers, const std::vector<Truncation>& truncations);
+
+    /// Legendre coefficients, 2l + 1 included, of what is added to the modes and to single
+    /// scattering of R (T) between two cosines. Of infinite depth there is no T.
+    ///
+    /// Accuracy 1e-9 of the integral over the depth of the turn.
+    std::vector<double> legendre(Side side, double mu_in, double mu_out) const;
+
+  private:
+    struct Layer {
+        double optical_depth, truncated;  // truncated: w f
+        std::vector<double> peak, kept;   // w p_l and w c_l
+    };
+    struct Turn {
+        std::size_t layer;
+        double weight;
+        std::vector<double> slant;  // slant depth in each layer
+    };
+
+    std::vector<Turn> turns(Side side, double mu_in, double mu_out) const;
+
+    std::vector<Layer> layers_;
+    std::size_t moments_ = 0;
+    double deepest_ = 0;  // slant depth beyond which nothing that turns is added any more
+};
+
+}  // namespace stratus

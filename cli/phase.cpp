@@ -69,10 +69,13 @@ std::string summary(const PhaseFunction& phi) {
     if (const auto albedo = phi.albedo()) line += ", albedo " + short_number(*albedo, 9);
     const auto& terms = phi.terms();
     if (const Mie* const droplets = std::get_if<Mie>(&terms[0].second);
-        droplets != nullptr && terms.size() == 1)
+        droplets != nullptr && terms.size() == 1) {
+        const EffectiveSize size = effective_size(droplets->droplets);
         line += ", extinction efficiency " + short_number(droplets->extinction_efficiency(), 6) +
-                ", effective radius " + short_number(droplets->droplets.effective_radius, 6) +
-                " um";
+                ", effective radius " + short_number(size.radius, 6) + " um";
+        if (!droplets->droplets.has_effective_parameters())
+            line += ", effective variance " + short_number(size.variance, 6);
+    }
     return line;
 }
 
@@ -164,7 +167,9 @@ void add_phase(CLI::App& app) {
         "efficiency.\n"
         "Examples:\n"
         "  stratus phase mie:radius=10um,variance=0.1 henyey_greenstein:g=0.864 --svg cloud.svg\n"
-        "  stratus phase mie:radius=10um,variance=0.1 --moments 768 -o cloud_moments.csv");
+        "  stratus phase mie:radius=10um,variance=0.1 --moments 768 -o cloud_moments.csv\n"
+        "  stratus phase mie:distribution=modified_gamma,mode_radius=4um,alpha=6,gamma=1\n"
+        "  stratus phase mie:distribution=drops.csv,wavelength=1.94um,index=acid.csv");
     phase->callback([command] { run_phase(*command); });
 }
 

@@ -168,8 +168,7 @@ std::vector<CostPoint> measure_droplets(const Recipe& recipe, const CostBudget& 
     if (mie == nullptr) return points;
     constexpr int reference = 96;
     for (const double times : {0.25, 0.5, 1.0, 2.0, 4.0}) {
-        Droplets droplets = mie->droplets;
-        droplets.effective_radius *= times;
+        const Droplets droplets = scaled(mie->droplets, times);
         Recipe of_size = recipe;
         of_size.albedo.min = of_size.albedo.max;
         try {
@@ -189,7 +188,7 @@ std::vector<CostPoint> measure_droplets(const Recipe& recipe, const CostBudget& 
             CostPoint point;
             point.kind = Kind::droplets;
             point.varied = "radius";
-            point.size_parameter = 2 * pi * droplets.effective_radius / droplets.wavelength;
+            point.size_parameter = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
             point.solver = solver;
             point.solver.nodes = nodes;
             set_errors(point, errors_of(layers.values(layers.solve(point.solver)), expected));

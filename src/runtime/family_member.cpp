@@ -74,6 +74,8 @@ std::optional<double> parameter_value(const PhaseFunction::Term& term, PhasePara
         return parameter == PhaseParameter::g ? std::optional(lobe->g) : std::nullopt;
     const auto* const mie = std::get_if<Mie>(&term);
     if (mie == nullptr) return {};
+    if (parameter != PhaseParameter::wavelength && !mie->droplets.has_effective_parameters())
+        return {};
     switch (parameter) {
         case PhaseParameter::radius: return mie->droplets.effective_radius;
         case PhaseParameter::wavelength: return mie->droplets.wavelength;

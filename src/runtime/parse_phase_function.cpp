@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -116,8 +117,34 @@ std::string read_file_name(PhaseText& text, bool with_options) {
     return file;
 }
 
+using Notes = std::vector<std::string>;
+
+PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* notes) {
+    const Tabulated::Options options = Tabulated::read_options(text);
+    PhaseColumns columns = text.read_file(file, {"phase_angle_deg", "value"});
+    Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), columns.row_name,
+                    options);
+    if (notes != nullptr && std::abs(table.normalisation - 1) > 1e-9)
+        notes->push_back(columns.name + ": values were divided by their spherical mean " +
+                         shortest_text(1 / table.normalisation));
+    return PhaseFunction(std::move(table));
+}
+
+PhaseFunction read_moments(const PhaseText& text, const std::string& file, Notes* notes) {
+    const PhaseColumns columns = text.read_file(file, {"l", "chi"});
+    const std::vector<double>&order = columns.values[0], &chi = columns.values[1];
+    for (std::size_t l = 0; l < order.size(); ++l)
+        require(order[l] == static_cast<double>(l), Moments::kind.name, "l" + columns.row_name(l),
+                std::to_string(l) + " (0, 1, 2, ... in order)", order[l]);
+    Moments moments(chi, columns.row_name);
+    if (notes != nullptr && chi[0] != 1)
+        notes->push_back(columns.name +
+                         ": moments were divided by chi_0 = " + shortest_text(chi[0]));
+    return PhaseFunction(std::move(moments));
+}
+
 /// One term with its weight, 1 where none is given.
-std::pair<double, PhaseFunction> read_part(PhaseText& text, const PhaseFileReader& read_file) {
+std::pair<double, PhaseFunction> read_part(PhaseText& text, Notes* notes) {
     double weight = 1;
     if (text.accept_number(weight) && !text.accept('*'))
         text.refuse("'*' must follow the weight " + shortest_text(weight) + ", got '" +
@@ -127,24 +154,23 @@ std::pair<double, PhaseFunction> read_part(PhaseText& text, const PhaseFileReade
     const ReadableKind& kind = read_kind(text);
     const std::string parameter = read_parameter_name(text, kind);
     if (parameter != "file") return {weight, PhaseFunction(kind.read(text, parameter))};
-    if (!read_file)
+    if (!text.read_file)
         text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameters[0] +
                     " where no files are read, got 'file'");
-    const bool with_options = std::string(kind.name) == Tabulated::kind.name;
-    const std::string file = read_file_name(text, with_options);
-    return {weight, read_file(kind.name, file,
-                              with_options ? Tabulated::read_options(text) : Tabulated::Options())};
+    const bool is_table = std::string(kind.name) == Tabulated::kind.name;
+    const std::string file = read_file_name(text, is_table);
+    return {weight, is_table ? read_tabulated(text, file, notes) : read_moments(text, file, notes)};
 }
 
 }  // namespace
 
 PhaseFunction parse_phase_function(const std::string& text, std::vector<std::string>* notes,
                                    const PhaseFileReader& read_file) {
-    PhaseText left{text};
+    PhaseText left{text, 0, read_file};
     std::vector<std::pair<double, PhaseFunction>> parts;
     double weights = 0;
     do {
-        parts.push_back(read_part(left, read_file));
+        parts.push_back(read_part(left, notes));
         weights += parts.back().first;
     } while (left.accept('+'));
     if (!left.at_end())

@@ -13,11 +13,24 @@ namespace {
 
 constexpr double rounding = 1e-7;
 
+/// What phase functions have the parameter, for messages.
+const char* owner_of(PhaseParameter parameter) noexcept {
+    switch (parameter) {
+        case PhaseParameter::g: return "of a phase function with one henyey_greenstein";
+        case PhaseParameter::radius:
+        case PhaseParameter::variance:
+            return "of a phase function with one mie of distribution gamma or lognormal";
+        default: return "of a phase function with one mie";
+    }
+}
+
 /// Whether a term has the parameter.
 bool has(const PhaseFunction::Term& term, PhaseParameter parameter) noexcept {
     if (parameter == PhaseParameter::mixture) return false;
     if (parameter == PhaseParameter::g) return std::holds_alternative<HenyeyGreenstein>(term);
-    return std::holds_alternative<Mie>(term);
+    const Mie* const mie = std::get_if<Mie>(&term);
+    return mie != nullptr &&
+           (parameter == PhaseParameter::wavelength || mie->droplets.has_effective_parameters());
 }
 
 PhaseFunction::Term with_parameter(const PhaseFunction::Term& term, PhaseParameter parameter,
@@ -93,9 +106,7 @@ PhaseFunction with_parameter(const PhaseFunction& phase_function, PhaseParameter
     const auto& terms = phase_function.terms();
     const auto is_meant = [&](const auto& term) { return has(term.second, parameter); };
     const auto count = std::count_if(terms.begin(), terms.end(), is_meant);
-    require(count == 1, "family", parameter_name(parameter),
-            parameter == PhaseParameter::g ? "of a phase function with one henyey_greenstein"
-                                           : "of a phase function with one mie",
+    require(count == 1, "family", parameter_name(parameter), owner_of(parameter),
             phase_function.text().substr(0, 80));
     std::vector<std::pair<double, PhaseFunction>> parts;
     for (const auto& term : terms)

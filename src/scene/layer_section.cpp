@@ -122,10 +122,8 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
     std::array<double, 3> extinction{};
     for (std::size_t c = 0; c < 3; ++c) {
         const Mie own = droplets_of(layer.channels[c], name, "absent");
-        require(own.droplets.effective_radius == green.droplets.effective_radius &&
-                    own.droplets.effective_variance == green.droplets.effective_variance &&
-                    own.droplets.distribution == green.droplets.distribution,
-                caller, name, "absent unless all channels have droplets of the same sizes",
+        require(have_same_sizes(own.droplets, green.droplets), caller, name,
+                "absent unless all channels have droplets of the same sizes",
                 layer.channels[c].text());
         extinction[c] = own.extinction_efficiency() / green.extinction_efficiency();
     }
@@ -134,8 +132,8 @@ std::array<double, 3> extinction_of_droplets(const Section& section, const Scene
 
 /// Layers on top of one another, seen as one material.
 SceneLayer read_stack_of(const Section& section, const Source& source) {
-    for (const char* key : {"phase_function", "components", "albedo", "extinction",
-                            "optical_depth", "density", "opposition"})
+    for (const char* key : {"phase_function", "components", "albedo", "extinction", "optical_depth",
+                            "density", "opposition"})
         require_absent(section, key, "beside a stack, whose layers are all that scatters");
     const std::filesystem::path path = source.directory / section.text("stack");
     Stack stack = section.placed("stack", [&] { return read_stack(path, source.notes); });

@@ -87,6 +87,45 @@ TEST_F(PhaseFile, IsRefusedWithTheLineThatIsWrong) {
     refused("moments", "l,chi\n0,1\n1,1.5\n", {"chi_1 (", "bad.csv, line 3", "[-1, 1]", "got 1.5"});
 }
 
+TEST_F(PhaseFile, HoldsTheIndexAndTheSizesOfDroplets) {
+    write("my acid, 25 C+.csv", "# an acid\nk,n,wavelength_um\n0.01,1.5,0.5\n0.02,1.4,1\n");
+    write("drops.csv", "radius_um,number_per_um\n0.1,0\n0.2,5\n0.4,1\n");
+    const std::string sizes = "mie:distribution=0.1 0/0.2 5/0.4 1,wavelength=1um,";
+    EXPECT_EQ(read("mie:distribution=drops.csv,wavelength=1um,index=my acid, 25 C+.csv").text(),
+              sizes + "index=1.4+0.02i");
+    EXPECT_EQ(read("mie:index=my acid, 25 C+.csv,distribution=drops.csv,wavelength=1um").text(),
+              sizes + "index=1.4+0.02i");
+    EXPECT_EQ(read("0.5*mie:distribution=drops.csv,wavelength=1um+0.5*rayleigh").text(),
+              "0.5*" + sizes + "material=water + 0.5*rayleigh");
+    const PhaseFunction between = read("mie:radius=1um,wavelength=0.7um,index=my acid, 25 C+.csv");
+    const PhaseFunction again = parse_phase_function(between.text());
+    EXPECT_EQ(again.text(), between.text());
+    EXPECT_EQ(again.moments(30), between.moments(30));
+}
+
+TEST_F(PhaseFile, OfDropletsIsRefusedWithTheLineThatIsWrong) {
+    const auto refused = [&](const char* parameter, const char* text,
+                             std::vector<const char*> fragments) {
+        write("bad.csv", text);
+        const std::string radius = parameter == std::string("index") ? ",radius=1um" : "";
+        expect_refusal<std::invalid_argument>(
+            [&] { read(std::string("mie:") + parameter + "=bad.csv" + radius); }, fragments);
+    };
+    refused("index", "wavelength_um,n,k\n0.4,1.3,0\n0.4,1.3,0\n",
+            {"wavelength_um", "bad.csv, line 3", "above the one before", "got 0.4"});
+    refused("index", "wavelength_um,n,k\n0.4,1.3,0\n0.7,1.3,-1\n",
+            {"k (", "bad.csv, line 3", "[0, 10]", "got -1"});
+    refused("index", "wavelength_um,n,k\n0.6,1.3,0\n0.7,1.3,0\n",
+            {"wavelength must be in [0.6, 0.7] um", "bad.csv", "got 0.55"});
+    refused("index", "wavelength,n,k\n0.6,1.3,0\n", {"'wavelength_um'", "wavelength, n, k"});
+    refused("distribution", "radius_um,number_per_um\n1,1\n# none\n2,-3\n",
+            {"number_per_um", "bad.csv, line 4", "at least 0", "got -3"});
+    refused("distribution", "radius_um,number_per_um\n2,1\n1,1\n",
+            {"radius_um", "bad.csv, line 3", "above the one before", "got 1"});
+    refused("distribution", "radius,number\n2,1\n", {"'radius_um'", "radius, number"});
+    expect_refusal<std::runtime_error>([&] { read("mie:distribution=gone.csv"); }, {"gone.csv"});
+}
+
 TEST_F(PhaseFile, MustHaveAName) {
     expect_refusal<std::invalid_argument>([&] { read("moments:file="); }, {"file", "nothing"});
 }

@@ -382,8 +382,12 @@ TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
     std::istringstream help(phase_function_help());
     std::string line, example;
     std::size_t kinds = 0;
-    const auto reader = [](const std::string&, const std::string&, const Tabulated::Options&) {
-        return PhaseFunction();
+    const auto reader = [](const std::string& file, const std::vector<std::string>& columns) {
+        const bool is_table = columns[0] == "phase_angle_deg";
+        return PhaseColumns{file,
+                            is_table ? std::vector<std::vector<double>>{{0, 90, 180}, {1, 1, 1}}
+                                     : std::vector<std::vector<double>>{{0, 1}, {1, 0.25}},
+                            [](std::size_t) { return std::string(); }};
     };
     for (; std::getline(help, line) && line.rfind("or a sum: ", 0) != 0; ++kinds) {
         std::istringstream(line) >> example;
@@ -394,13 +398,13 @@ TEST(PhaseFunctionHelp, HasAnExampleOfEachKindThatParses) {
 }
 
 TEST(ParsePhaseFunction, HandsFilesToTheReader) {
-    const auto reader = [](const std::string& kind, const std::string& file,
-                           const Tabulated::Options&) {
-        EXPECT_EQ(kind, "moments");
+    const auto reader = [](const std::string& file, const std::vector<std::string>& columns) {
         EXPECT_EQ(file, "haze+l.csv");
-        return PhaseFunction::rayleigh();
+        EXPECT_EQ(columns, (std::vector<std::string>{"l", "chi"}));
+        return PhaseColumns{file, {{0, 1}, {1, 0.25}}, [](std::size_t) { return std::string(); }};
     };
-    EXPECT_EQ(parse_phase_function("moments:file=haze+l.csv", nullptr, reader).text(), "rayleigh");
+    EXPECT_EQ(parse_phase_function("moments:file=haze+l.csv", nullptr, reader).text(),
+              "moments:chi=1 0.25");
 }
 
 TEST(PhaseFunction, HasACaption) {
@@ -496,8 +500,8 @@ INSTANTIATE_TEST_SUITE_P(
                 {"variance", "0 or in [1e-6, 0.5]", "got 0.51"}},
         Refusal{"NoWavelength", "mie:radius=1um,wavelength=0um", {"wavelength", "above 0"}},
         Refusal{"WavelengthOfWater",
-                "mie:radius=1um,wavelength=4.1um",
-                {"wavelength", "[0.2, 4]", "got 4.1"}},
+                "mie:radius=1um,wavelength=5.1um",
+                {"wavelength", "[0.19010783, 5.046613] um in water", "got 5.1"}},
         Refusal{"WavelengthOfIce",
                 "mie:radius=1um,material=ice,wavelength=240nm",
                 {"wavelength", "[0.25, 4]", "got 0.24"}},
@@ -514,7 +518,7 @@ INSTANTIATE_TEST_SUITE_P(
                 {"material", "water or ice", "'steam'"}},
         Refusal{"UnknownDistribution",
                 "mie:radius=1um,variance=0.1,distribution=normal",
-                {"distribution", "gamma or lognormal", "'normal'"}},
+                {"distribution", "gamma, lognormal, modified_gamma or", "'normal'"}},
         Refusal{"DropletTooLarge",
                 "mie:radius=450um",
                 {"2 pi radius / wavelength", "at most 5000", "got 5140"}},

@@ -1,4 +1,5 @@
-// Phase functions whose text names files: `tabulated:file=moon.csv`, `moments:file=haze.csv`.
+// Phase functions whose text names files: `tabulated:file=moon.csv`, `moments:file=haze.csv`,
+// `mie:distribution=drops.csv,index=acid.csv`.
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
@@ -9,7 +10,7 @@
 namespace stratus {
 
 /// Reads the grammar of `parse_phase_function`, and the files that it names: CSV with the columns
-/// phase_angle_deg and value, or l and chi.
+/// phase_angle_deg and value, or l and chi; of mie wavelength_um, n and k, or radius_um and number.
 ///
 /// Relative paths start from `directory`. What a user should be told (weights that did not sum to
 /// 1, values or moments that were scaled, tables that were continued) is appended to `notes` when given.

@@ -24,7 +24,7 @@ namespace stratus {
 enum class PhaseParameter {
     mixture,  // f of f phi1 + (1 - f) phi2, [0, 1]
     g,        // of the henyey_greenstein among the terms, (-1, 1)
-    radius,   // these of the mie among the terms, as there
+    radius,   // these of the mie among the terms, as there; of distribution gamma or lognormal
     wavelength,
     variance,
 };

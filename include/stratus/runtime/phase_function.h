@@ -18,7 +18,6 @@
 #include <stratus/runtime/phase_functions/rayleigh.h>
 #include <stratus/runtime/phase_functions/tabulated.h>
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -99,19 +98,15 @@ class PhaseFunction {
     std::vector<std::pair<double, Term>> terms_;
 };
 
-/// Reads a file for `tabulated:file=...` or `moments:file=...`: the kind's name, what stands after
-/// `file=`, and a table's options.
-using PhaseFileReader = std::function<PhaseFunction(
-    const std::string& kind, const std::string& file, const Tabulated::Options& options)>;
-
 /// Reads a phase function from text: the examples of `phase_function_help`, the two forms of
 /// `text()`, and sums `0.596*NAME + 0.404*NAME`.
 ///
 /// Spaces are free; `A + 0.5*B` gives A the weight 1. A '+' within a file's name is part of it
 /// unless it stands between spaces or a phase function follows, a ',' unless an option of a table
 /// does. What a user should be told (weights that did not sum to 1, how a table is continued) is
-/// appended to `notes` when given. The runtime opens no files: without
-/// `read_file` a text that names one is refused; read_phase_function (io/phase_file.h) reads it.
+/// appended to `notes` when given. The runtime opens no files: `read_file` reads the columns of those
+/// that the text names, and without it such a text is refused; read_phase_function
+/// (io/phase_file.h) reads them.
 ///
 /// Errors   std::invalid_argument naming the part that is wrong and what is allowed.
 PhaseFunction parse_phase_function(const std::string& text,

@@ -6,13 +6,16 @@
 
 #include "../droplet_sizes.h"
 #include "../mie_scattering.h"
+#include "../refractive_index.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <utility>
 
 namespace stratus {
 namespace {
@@ -21,13 +24,57 @@ constexpr const char* mie_caller = Mie::kind.name;
 
 // ---- Droplets
 
-void check(const Droplets& droplets) {
+using RowName = std::function<std::string(std::size_t)>;
+
+void check_size_rows(const std::vector<double>& radius, const std::vector<double>& number,
+                     const RowName& row_name) {
+    constexpr std::size_t most = 1000;
+    require(radius.size() == number.size(), mie_caller, "number_per_um",
+            "as many numbers as radius_um", number.size());
+    require(radius.size() >= 2 && radius.size() <= most, mie_caller, "rows of a distribution",
+            "2 to 1000", radius.size());
+    for (std::size_t i = 0; i < radius.size(); ++i) {
+        require(radius[i] >= 1e-4 && std::isfinite(radius[i]), mie_caller,
+                "radius_um" + row_name(i), "at least 1e-4 and finite", radius[i]);
+        require(i == 0 || radius[i] > radius[i - 1], mie_caller, "radius_um" + row_name(i),
+                "above the one before it", radius[i]);
+        require(number[i] >= 0 && std::isfinite(number[i]), mie_caller,
+                "number_per_um" + row_name(i), "at least 0 and finite", number[i]);
+    }
+    require(*std::max_element(number.begin(), number.end()) > 0, mie_caller, "number_per_um",
+            "above 0 somewhere", 0);
+}
+
+void check_sizes(const Droplets& droplets) {
+    if (droplets.distribution == Droplets::Distribution::rows)
+        return check_size_rows(droplets.radius, droplets.number, [](std::size_t row) {
+            return " (row " + std::to_string(row + 1) + ")";
+        });
+    if (droplets.distribution == Droplets::Distribution::modified_gamma) {
+        require(droplets.mode_radius > 0 && std::isfinite(droplets.mode_radius), mie_caller,
+                "mode_radius (um)", "above 0 and finite", droplets.mode_radius);
+        require(droplets.alpha >= 0.1 && droplets.alpha <= 100, mie_caller, "alpha",
+                "in [0.1, 100]", droplets.alpha);
+        require(droplets.gamma >= 0.25 && droplets.gamma <= 10, mie_caller, "gamma",
+                "in [0.25, 10]", droplets.gamma);
+        return;
+    }
     const double radius = droplets.effective_radius, v = droplets.effective_variance;
     require(radius > 0 && std::isfinite(radius), mie_caller, "radius (um)", "above 0 and finite",
             radius);
     require(v == 0 || (v >= 1e-6 && v <= 0.5), mie_caller, "variance", "0 or in [1e-6, 0.5]", v);
+}
+
+void check(const Droplets& droplets) {
+    check_sizes(droplets);
     require(droplets.wavelength > 0 && std::isfinite(droplets.wavelength), mie_caller,
             "wavelength (um)", "above 0 and finite", droplets.wavelength);
+    require(droplets.index_wavelength == 0 || droplets.index_wavelength == droplets.wavelength,
+            mie_caller, "wavelength (um)",
+            shortest_text(droplets.index_wavelength) +
+                ", the one at which index was read from a file (other wavelengths need a material, "
+                "an index of their own or a phase function each)",
+            droplets.wavelength);
     const std::complex<double> index = index_of_refraction(droplets);
     require(index.real() > 0 && index.real() <= 10, mie_caller, "real part of index", "in (0, 10]",
             index.real());
@@ -35,7 +82,7 @@ void check(const Droplets& droplets) {
             "imaginary part of index, which absorbs,", "in [0, 10]", index.imag());
     require(std::abs(index - 1.0) >= 1e-3, mie_caller, "index", "at least 1e-3 from 1",
             index.real());
-    const double x = 2 * pi * radius / droplets.wavelength;
+    const double x = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
     require(x >= 1e-4, mie_caller, "2 pi radius / wavelength", "at least 1e-4", x);
     require(radii_of(droplets).max * x <= max_size_parameter, mie_caller,
             "2 pi radius / wavelength of the largest droplet", "at most 5000",
@@ -120,32 +167,111 @@ double read_length(PhaseText& text, const std::string& parameter) {
                 "=0.55um, got '" + given + "'");
 }
 
-/// A word out of a few; returns its place among them.
-std::size_t read_word(PhaseText& text, const std::string& parameter,
-                      const std::array<const char*, 2>& allowed) {
-    const std::string met = text.name();
-    const auto found = std::find(allowed.begin(), allowed.end(), met);
-    if (found == allowed.end())
-        text.refuse("mie: " + parameter + " must be " + allowed[0] + " or " + allowed[1] +
-                    ", got '" + met + "'");
+bool is_one_of(const std::string& word, const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+/// True where a parameter's value ends.
+bool value_ends(PhaseText& text) { return text.at_end() || text.next_is(',') || text.next_is('+'); }
+
+/// A word out of a few; returns its place among them, or nothing, and reads nothing.
+std::optional<std::size_t> read_word(PhaseText& text, const std::vector<std::string>& allowed) {
+    PhaseText ahead = text;
+    const auto found = std::find(allowed.begin(), allowed.end(), ahead.name());
+    if (found == allowed.end() || !value_ends(ahead)) return {};
+    text.at = ahead.at;
     return static_cast<std::size_t>(found - allowed.begin());
 }
 
-/// `1.33` or `1.33+1e-6i`; a '+' without an i after its number belongs to what follows.
-std::complex<double> read_index(PhaseText& text) {
-    const double n = text.number("mie: index");
-    PhaseText ahead = text;
-    ahead.accept('+');
-    double k;
-    if (!ahead.accept_number(k) || !ahead.accept('i')) return n;
-    text = ahead;
-    return {n, k};
+/// The name of a file, refused where none are read; empty where there is none.
+std::string read_csv_name(PhaseText& text, const std::string& parameter,
+                          const std::string& otherwise) {
+    const std::string file = text.csv_name(Mie::kind.parameter_names());
+    if (!file.empty() && !text.read_file)
+        text.refuse("mie: " + parameter + " must be " + otherwise +
+                    " where no files are read, got '" + file + "'");
+    return file;
 }
 
-constexpr std::array<const char*, 2> distributions = {"gamma", "lognormal"};  // as in the enums
-constexpr std::array<const char*, 2> materials = {"water", "ice"};
+/// `1.33` or `1.33+1e-6i`; a '+' without an i after its number belongs to what follows.
+std::optional<std::complex<double>> read_number_index(PhaseText& text) {
+    double n, k;
+    if (!text.accept_number(n)) return {};
+    PhaseText ahead = text;
+    ahead.accept('+');
+    if (!ahead.accept_number(k) || !ahead.accept('i')) return n;
+    text.at = ahead.at;
+    return std::complex<double>(n, k);
+}
 
-void read_value(PhaseText& text, const std::string& parameter, Droplets& droplets) {
+const std::vector<std::string>& distributions() {  // as in the enum
+    static const std::vector<std::string> names{"gamma", "lognormal", "modified_gamma"};
+    return names;
+}
+
+const std::vector<std::string>& materials() {  // as in the enum
+    static const std::vector<std::string> names{"water", "ice"};
+    return names;
+}
+
+/// What a text says of droplets; a file of indices, whose wavelength may follow.
+struct DropletText {
+    Droplets droplets;
+    std::string index_file;
+    std::vector<std::string> given;
+
+    bool has(const char* parameter) const { return is_one_of(parameter, given); }
+};
+
+void read_index(PhaseText& text, DropletText& met) {
+    const std::string before = text.rest();
+    PhaseText ahead = text;
+    const std::optional<std::complex<double>> number = read_number_index(ahead);
+    met.droplets.material = Droplets::Material::other;
+    if (!number || !value_ends(ahead)) {
+        met.index_file = read_csv_name(text, "index", "n or n+ki");
+        if (!met.index_file.empty()) return;
+    }
+    if (!number)
+        text.refuse("mie: index must be a number n, n+ki or a file whose name ends in .csv, got '" +
+                    before + "'");
+    met.droplets.index = *number;
+    text.at = ahead.at;
+}
+
+/// `0.1 30/0.2 50/0.5 10`: radius (um) and number per um.
+bool read_size_rows(PhaseText& text, Droplets& droplets) {
+    PhaseText ahead = text;
+    double number;
+    if (!ahead.accept_number(number) || !ahead.accept_number(number)) return false;
+    do {
+        droplets.radius.push_back(text.number("mie: the radius of a row"));
+        droplets.number.push_back(text.number("mie: the number of a row"));
+    } while (text.accept('/'));
+    return true;
+}
+
+void read_distribution(PhaseText& text, Droplets& droplets) {
+    const std::string before = text.rest();
+    if (const auto word = read_word(text, distributions())) {
+        droplets.distribution = static_cast<Droplets::Distribution>(*word);
+        return;
+    }
+    droplets.distribution = Droplets::Distribution::rows;
+    if (read_size_rows(text, droplets)) return;
+    const std::string file =
+        read_csv_name(text, "distribution", joined(distributions(), ", ") + " or rows");
+    if (file.empty())
+        text.refuse("mie: distribution must be " + joined(distributions(), ", ") +
+                    " or a file whose name ends in .csv, got '" + before + "'");
+    PhaseColumns columns = text.read_file(file, {"radius_um", "number_per_um"});
+    check_size_rows(columns.values[0], columns.values[1], columns.row_name);
+    droplets.radius = std::move(columns.values[0]);
+    droplets.number = std::move(columns.values[1]);
+}
+
+void read_value(PhaseText& text, const std::string& parameter, DropletText& met) {
+    Droplets& droplets = met.droplets;
     if (parameter == "radius") {
         droplets.effective_radius = read_length(text, parameter);
     } else if (parameter == "wavelength") {
@@ -153,14 +279,66 @@ void read_value(PhaseText& text, const std::string& parameter, Droplets& droplet
     } else if (parameter == "variance") {
         droplets.effective_variance = text.number("mie: variance");
     } else if (parameter == "distribution") {
-        droplets.distribution =
-            static_cast<Droplets::Distribution>(read_word(text, parameter, distributions));
+        read_distribution(text, droplets);
+    } else if (parameter == "mode_radius") {
+        droplets.mode_radius = read_length(text, parameter);
+    } else if (parameter == "alpha") {
+        droplets.alpha = text.number("mie: alpha");
+    } else if (parameter == "gamma") {
+        droplets.gamma = text.number("mie: gamma");
     } else if (parameter == "material") {
-        droplets.material = static_cast<Droplets::Material>(read_word(text, parameter, materials));
+        const auto word = read_word(text, materials());
+        if (!word)
+            text.refuse("mie: material must be " + joined(materials(), " or ") + ", got '" +
+                        text.rest() + "'");
+        droplets.material = static_cast<Droplets::Material>(*word);
     } else {
-        droplets.material = Droplets::Material::other;
-        droplets.index = read_index(text);
+        read_index(text, met);
     }
+}
+
+/// Refuses parameters that do not belong to the distribution, and those of it that are missing.
+void check_parameters(const PhaseText& text, const DropletText& met) {
+    const bool is_modified = met.droplets.distribution == Droplets::Distribution::modified_gamma;
+    for (const char* parameter : {"mode_radius", "alpha", "gamma"}) {
+        if (is_modified && !met.has(parameter))
+            text.refuse(std::string("mie needs ") + parameter +
+                        "=... with distribution=modified_gamma, as in "
+                        "mode_radius=4um,alpha=6,gamma=1");
+        if (!is_modified && met.has(parameter))
+            text.refuse(std::string("mie: ") + parameter +
+                        " must be absent unless distribution=modified_gamma is given, got it");
+    }
+    const bool is_effective = met.droplets.has_effective_parameters();
+    for (const char* parameter : {"radius", "variance"})
+        if (!is_effective && met.has(parameter))
+            text.refuse(std::string("mie: ") + parameter + " must be absent where " +
+                        (is_modified ? "mode_radius, alpha and gamma give"
+                                     : "the rows of the distribution give") +
+                        " the sizes, got it");
+    if (is_effective && !met.has("radius")) text.refuse("mie needs radius=..., as in radius=10um");
+    if (met.has("material") && met.has("index"))
+        text.refuse("mie: index must be absent where material is given, got both");
+}
+
+/// What gives the sizes, as `read` reads it.
+std::string size_text(const Droplets& droplets) {
+    if (droplets.distribution == Droplets::Distribution::modified_gamma)
+        return "distribution=modified_gamma,mode_radius=" + shortest_text(droplets.mode_radius) +
+               "um,alpha=" + shortest_text(droplets.alpha) +
+               ",gamma=" + shortest_text(droplets.gamma);
+    if (droplets.distribution == Droplets::Distribution::rows) {
+        std::string text;
+        for (std::size_t i = 0; i < droplets.radius.size(); ++i)
+            text += (i == 0 ? "distribution=" : "/") + shortest_text(droplets.radius[i]) + ' ' +
+                    shortest_text(droplets.number[i]);
+        return text;
+    }
+    const std::string text = "radius=" + shortest_text(droplets.effective_radius) +
+                             "um,variance=" + shortest_text(droplets.effective_variance);
+    if (droplets.effective_variance == 0) return text;
+    return text +
+           ",distribution=" + distributions()[static_cast<std::size_t>(droplets.distribution)];
 }
 
 std::string index_text(std::complex<double> index) {
@@ -214,36 +392,32 @@ double Mie::albedo() const { return scattering_->get().albedo; }
 double Mie::extinction_efficiency() const { return scattering_->get().extinction_efficiency; }
 
 Mie Mie::read(PhaseText& text, const std::string& first) {
-    Droplets droplets;
-    std::vector<std::string> given;
+    DropletText met;
     std::string parameter = first;
     for (;;) {
-        if (std::find(given.begin(), given.end(), parameter) != given.end())
+        if (is_one_of(parameter, met.given))
             text.refuse("mie: " + parameter + " must be given once, got it again");
-        given.push_back(parameter);
-        read_value(text, parameter, droplets);
+        met.given.push_back(parameter);
+        read_value(text, parameter, met);
         if (!text.accept(',')) break;
         parameter = text.parameter(mie_caller, kind.parameter_names());
     }
-    const auto has = [&](const char* name) {
-        return std::find(given.begin(), given.end(), name) != given.end();
-    };
-    if (!has("radius")) text.refuse("mie needs radius=..., as in radius=10um");
-    if (has("material") && has("index"))
-        text.refuse("mie: index must be absent where material is given, got both");
+    check_parameters(text, met);
+    Droplets& droplets = met.droplets;
+    if (!met.index_file.empty()) {
+        droplets.index = index_of_file(text.read_file(met.index_file, {"wavelength_um", "n", "k"}),
+                                       droplets.wavelength);
+        droplets.index_wavelength = droplets.wavelength;
+    }
     return Mie(droplets);
 }
 
 std::string Mie::parameter_text() const {
-    std::string text = "radius=" + shortest_text(droplets.effective_radius) +
-                       "um,variance=" + shortest_text(droplets.effective_variance);
-    if (droplets.effective_variance > 0)
-        text += std::string(",distribution=") +
-                distributions[static_cast<std::size_t>(droplets.distribution)];
-    text += ",wavelength=" + shortest_text(droplets.wavelength) + "um";
+    const std::string text =
+        size_text(droplets) + ",wavelength=" + shortest_text(droplets.wavelength) + "um";
     if (droplets.material == Droplets::Material::other)
         return text + ",index=" + index_text(droplets.index);
-    return text + ",material=" + materials[static_cast<std::size_t>(droplets.material)];
+    return text + ",material=" + materials()[static_cast<std::size_t>(droplets.material)];
 }
 
 double Mie::operator()(double c) const noexcept {
@@ -266,7 +440,7 @@ std::string Mie::caption() const {
                              : droplets.material == Droplets::Material::ice ? "ice"
                                                                             : "";
     const std::string material = *what != '\0' ? what : "index " + index_text(droplets.index);
-    return "Mie " + material + " " + short_number(droplets.effective_radius, 3) + " um at " +
+    return "Mie " + material + " " + short_number(effective_size(droplets).radius, 3) + " um at " +
            short_number(droplets.wavelength, 3) + " um";
 }
 

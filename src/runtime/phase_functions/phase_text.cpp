@@ -54,6 +54,27 @@ std::string PhaseText::name() {
     return text.substr(begin, at - begin);
 }
 
+std::string PhaseText::csv_name(const std::vector<std::string>& parameters) {
+    at_end();
+    const std::size_t begin = at;
+    const auto begins_parameter = [&](std::size_t comma) {
+        PhaseText ahead{text, comma + 1, {}};
+        const std::string name = ahead.name();
+        return std::find(parameters.begin(), parameters.end(), name) != parameters.end() &&
+               ahead.accept('=');
+    };
+    for (std::size_t end = begin; end < text.size(); ++end) {
+        if (text[end] == ',' && begins_parameter(end)) break;
+        if (text.compare(end, 3, " + ") == 0) break;
+        if (end == begin || text.compare(end, 4, ".csv") != 0) continue;
+        PhaseText behind{text, end + 4, {}};
+        if (!behind.at_end() && !behind.next_is(',') && !behind.next_is('+')) continue;
+        at = end + 4;
+        return text.substr(begin, at - begin);
+    }
+    return "";
+}
+
 std::string PhaseText::parameter(const std::string& owner,
                                  const std::vector<std::string>& allowed) {
     const std::string given = rest();

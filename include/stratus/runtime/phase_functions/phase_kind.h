@@ -27,7 +27,7 @@ namespace stratus {
 /// `parameter=...` with commas between.
 struct PhaseKind {
     const char* name;
-    const char* parameters[6];  // their names; null where there are no more
+    const char* parameters[9];  // their names; null where there are no more
     bool may_be_a_file;         // `name:file=...` is allowed too
     const char* example;
     const char* help;  // what the example is, in a few words

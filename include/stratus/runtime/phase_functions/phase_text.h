@@ -2,14 +2,27 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace stratus {
 
+/// Columns of a file that the text of a phase function names.
+struct PhaseColumns {
+    std::string name;                         // of the file, for messages
+    std::vector<std::vector<double>> values;  // a vector for each column that was asked for
+    std::function<std::string(std::size_t)> row_name;  // for messages: " (moon.csv, line 3)"
+};
+
+/// Reads a file: its name as the text has it, and the columns that are wanted.
+using PhaseFileReader =
+    std::function<PhaseColumns(const std::string& file, const std::vector<std::string>& columns)>;
+
 struct PhaseText {
     std::string text;
-    std::size_t at = 0;  // the next character
+    std::size_t at = 0;         // the next character
+    PhaseFileReader read_file;  // empty where no files are read
 
     /// Throws std::invalid_argument: the text, and what is wrong with it.
     [[noreturn]] void refuse(const std::string& what) const;
@@ -28,6 +41,10 @@ struct PhaseText {
     double number(const std::string& meaning);
     /// Reads letters, digits, '_' and '-'; may be empty.
     std::string name();
+    /// Reads the name of a file up to its ending `.csv`, which must be followed by a ',', a '+' or
+    /// nothing; empty, and nothing read, where there is no such name before `,NAME=`, NAME one of
+    /// `parameters`, or before a '+' between blanks.
+    std::string csv_name(const std::vector<std::string>& parameters);
     /// Reads `NAME=`, NAME one of the parameters that `owner` allows.
     std::string parameter(const std::string& owner, const std::vector<std::string>& allowed);
 };

@@ -1,0 +1,36 @@
+// Rows of indices of refraction n + i k, and what lies between them.
+#pragma once
+
+#include <stratus/runtime/phase_functions/mie.h>
+#include <stratus/runtime/phase_functions/phase_text.h>
+
+#include <complex>
+#include <cstddef>
+
+namespace stratus {
+
+struct IndexRow {
+    double wavelength, n, k;  // wavelength in vacuum, um
+};
+
+struct IndexRows {
+    const IndexRow* first;
+    std::size_t count;
+};
+
+/// All that are known of liquid water.
+IndexRows water_rows();
+
+/// n and the logarithm of k, either a monotone cubic in the logarithm of the wavelength; at a row that
+/// row. Beside a row of k = 0 it is k that is linear.
+///
+/// Range  two rows or more, ascending; a wavelength within them.
+std::complex<double> interpolated_index(IndexRows rows, double wavelength);
+
+/// The same of a file's columns wavelength_um, n and k.
+///
+/// Errors  std::invalid_argument naming the file and its line, what is allowed and what was met; for
+///         fewer than two rows, and for a wavelength beyond them.
+std::complex<double> index_of_file(const PhaseColumns& columns, double wavelength);
+
+}  // namespace stratus

@@ -3,19 +3,20 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stratus {
 
 struct PhaseText {
-    std::string text;
+    std::string_view text;
     std::size_t at = 0;  // the next character
 
     /// Throws std::invalid_argument: the text, and what is wrong with it.
     [[noreturn]] void refuse(const std::string& what) const;
 
     /// What is left.
-    std::string rest() const { return text.substr(at); }
+    std::string rest() const { return std::string(text.substr(at)); }
 
     // Each of these skips blanks first.
     bool at_end();

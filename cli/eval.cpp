@@ -15,6 +15,7 @@
 #include "commands.h"
 #include "opposition_option.h"
 #include "query.h"
+#include "say.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -79,9 +80,8 @@ Effects available_effects(const Effects& asked, const TableView& table, const st
                                     ", whose lower boundary hides it, got background");
     if (asked.background && asked.multiple && !table.diffuse_transmittance &&
         table.optical_depth.count > 0)
-        std::cerr << "stratus: note: " << name
-                  << " holds no diffuse_transmittance, background is seen by the beam"
-                  << (asked.single ? " and single scattering alone\n" : " alone\n");
+        say("note: " + name + " holds no diffuse_transmittance, background is seen by the beam" +
+            (asked.single ? " and single scattering alone" : " alone"));
     Effects available = asked;
     available.reflection = asked.reflection && table.has_reflection();
     available.transmission = asked.transmission && table.has_transmission();
@@ -93,7 +93,7 @@ Effects available_effects(const Effects& asked, const TableView& table, const st
     if (!available.reflection && !available.transmission)
         throw std::invalid_argument("eval: --effects must ask for a side that " + name +
                                     " holds, which is " + held + ", got " + missing);
-    std::cerr << "stratus: note: " << name << " holds no " << missing << ", left out\n";
+    say("note: " + name + " holds no " + missing + ", left out");
     return available;
 }
 

@@ -13,6 +13,7 @@
 #include "family_option.h"
 #include "opposition_option.h"
 #include "query.h"
+#include "say.h"
 #include "table_option.h"
 
 #include <algorithm>
@@ -229,7 +230,7 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
         std::optional<PhaseFunction> second;
         if (!command.second_phase.empty())
             second = read_phase_function(command.second_phase, "", &notes);
-        for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
+        for (const std::string& note : notes) say("note: " + note);
         SolverOptions solver;
         solver.nodes = solver_nodes;
         prediction.model = command.single ? single_scattering_model(first, second)

@@ -5,12 +5,13 @@
 // file, a library, a failed check). 128 + signal: a bake was interrupted and can be resumed. Errors
 // are one line on stderr.
 #include "commands.h"
+#include "say.h"
 #include "stop_on_signal.h"
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -22,9 +23,8 @@
 
 namespace {
 
-int refuse(int exit_code, std::string message) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    std::cerr << "stratus: " << message << '\n';
+int refuse(int exit_code, const std::string& message) {
+    stratus::say(message);
     return exit_code;
 }
 
@@ -85,6 +85,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
+    std::signal(SIGXFSZ, SIG_IGN);  // a write beyond `ulimit -f` fails instead, and says so
     try {
         return run(argc, argv);
     } catch (const stratus::EndedBySignal& error) {

@@ -10,7 +10,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -43,9 +42,7 @@ void run_pack(const PackOptions& options) {
     {
         const SignalsHeld held;
         write_atomically(options.output, [&](const std::filesystem::path& temporary) {
-            std::ofstream file(temporary, std::ios::binary);
-            file.exceptions(std::ios::failbit | std::ios::badbit);
-            file.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+            write_content(temporary, packed);
         });
     }
     if (options.quiet) return;

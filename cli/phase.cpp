@@ -8,6 +8,7 @@
 #include "allowed.h"
 #include "commands.h"
 #include "query.h"
+#include "say.h"
 #include "signals_held.h"
 
 #include <algorithm>
@@ -117,9 +118,9 @@ void run_phase(const PhaseCommand& command) {
     for (const std::string& text : command.texts)
         functions.push_back(read_phase_function(text, "", &notes));
     if (!command.quiet) {
-        for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
+        for (const std::string& note : notes) say("note: " + note);
         for (std::size_t i = 0; i < functions.size(); ++i)
-            std::cerr << command.texts[i] << ": " << summary(functions[i]) << '\n';
+            std::cerr << shown(command.texts[i]) << ": " << summary(functions[i]) << '\n';
     }
     write_answer(command.output, [&](std::ostream& out) {
         if (command.moments > 0)

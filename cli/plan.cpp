@@ -19,7 +19,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -224,10 +223,7 @@ std::string coloured_path(const std::filesystem::path& path, std::size_t channel
 void write_recipe(const std::string& recipe, const std::string& path) {
     const SignalsHeld held;
     write_atomically(path, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out << recipe;
-        out.close();
-        if (!out) throw std::runtime_error(path + ": cannot be written");
+        write_content(temporary, recipe);
     });
 }
 

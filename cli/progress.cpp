@@ -1,5 +1,7 @@
 #include "progress.h"
 
+#include <stratus/runtime/argument.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <unistd.h>
@@ -54,7 +56,7 @@ void Progress::show(double done, const std::string& stage) {
 void Progress::note(const std::string& line) {
     if (quiet_) return;
     clear();
-    std::fprintf(stderr, "%s\n", line.c_str());
+    std::fprintf(stderr, "%s\n", shown(line, max_message).c_str());
 }
 
 void Progress::clear() {

@@ -58,7 +58,7 @@ void check_columns(const CsvTable& query, const std::vector<std::string>& requir
     for (const std::string& column : query.columns)
         if (!contains(allowed, column))
             throw std::invalid_argument(query.name + ": column must be one of " + joined(allowed) +
-                                        ", got " + column);
+                                        ", got " + shown(column));
 }
 
 /// Refuses the first line with a value out of its column's range.
@@ -77,13 +77,32 @@ void check_values(const CsvTable& query, bool signed_mu_out) {
         }
 }
 
+std::string reason() { return errno != 0 ? std::strerror(errno) : "write error"; }
+
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
+
+/// A device, a pipe or an open file (/dev/stdout), which take what comes and are not replaced.
+bool takes_what_comes(const std::filesystem::path& path) {
+    std::error_code absent;
+    const auto status = std::filesystem::status(path, absent);
+    if (std::filesystem::is_character_file(status) || std::filesystem::is_fifo(status)) return true;
+    const std::string folder = path.parent_path().string();
+    return path == "/dev/stdout" || path == "/dev/stderr" || folder == "/dev/fd" ||
+           (folder.starts_with("/proc/") && folder.ends_with("/fd"));
+}
+
+/// Adds to the end, as `>>` does: others may have written there.
+void append(const std::filesystem::path& path, const std::string& content) {
+    errno = 0;
+    std::ofstream file(path, std::ios::binary | std::ios::app);
+    file << content;
+    file.close();
+    if (!file) throw std::runtime_error(path.string() + ": " + reason());
+}
 
 CsvTable read_rows(const std::string& path, const std::vector<CsvWords>& words) {
     return is_stream(path) ? read_csv(std::cin, "standard input", words) : read_csv(path, words);
 }
-
-std::string reason() { return errno != 0 ? std::strerror(errno) : "write error"; }
 
 }  // namespace
 
@@ -111,13 +130,10 @@ void write_answer(const std::filesystem::path& path,
     }
     std::ostringstream answer;  // written here first, where signals still interrupt
     write(answer);
+    if (takes_what_comes(path)) return append(path, answer.str());
     const SignalsHeld held;
-    errno = 0;
     write_atomically(path, [&](const std::filesystem::path& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
-        file << answer.view();
-        file.close();
-        if (!file) throw std::runtime_error(path.string() + ": " + reason());
+        write_content(temporary, answer.view());
     });
 }
 

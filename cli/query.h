@@ -31,8 +31,8 @@ inline const std::vector<std::string> side_names{"lit", "unlit", "beam"};
 CsvTable read_observations(const std::string& path, const std::vector<std::string>& required,
                            const std::vector<std::string>& optional);
 
-/// Calls `write` with stdout where `path` is "" or "-"; writes the file at `path` atomically
-/// otherwise.
+/// Calls `write` with stdout where `path` is "" or "-"; adds to the end of a device, a pipe or an
+/// open file (/dev/stdout); writes any other file at `path` atomically.
 ///
 /// Errors   std::runtime_error when the file cannot be written in full; main checks stdout.
 void write_answer(const std::filesystem::path& path,

@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -44,9 +43,7 @@ struct OutputFile {
 
 OutputFile text_file(const std::string& name, const std::string& text) {
     return {name, [text](const std::filesystem::path& path) {
-                std::ofstream file(path, std::ios::binary);
-                file.exceptions(std::ios::failbit | std::ios::badbit);
-                file << text;
+                write_content(path, text);
             }};
 }
 
@@ -59,10 +56,7 @@ OutputFile texture_file(const ShaderTexture& texture, bool as_exr) {
                                      texture.halves, path);
                     return;
                 }
-                std::ofstream file(path, std::ios::binary);
-                file.exceptions(std::ios::failbit | std::ios::badbit);
-                file.write(texture.bytes.data(),
-                           static_cast<std::streamsize>(texture.bytes.size()));
+                write_content(path, {texture.bytes.data(), texture.bytes.size()});
             }};
 }
 

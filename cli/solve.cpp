@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "methods.h"
 #include "query.h"
+#include "say.h"
 
 #include <algorithm>
 #include <cmath>
@@ -144,7 +145,7 @@ double read_albedo(const std::string& text, const PhaseFunction& phase_function)
 void run_solve(SolveCommand command) {
     std::vector<std::string> notes;
     const auto note = [&](const std::string& text) {
-        if (!command.quiet) std::cerr << "stratus: note: " << text << '\n';
+        if (!command.quiet) say("note: " + text);
     };
     Method method;
     std::vector<std::pair<std::string, double>> medium;

@@ -5,9 +5,9 @@
 #include <stratus/runtime/packed_table.h>
 
 #include "allowed.h"
+#include "say.h"
 
 #include <filesystem>
-#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -32,7 +32,7 @@ inline Table read_noted_table(const std::filesystem::path& path, ReadOptions opt
     std::vector<std::string> notes;
     options.notes = &notes;
     Table table = read_table(path, options);
-    for (const std::string& note : notes) std::cerr << "stratus: note: " << note << '\n';
+    for (const std::string& note : notes) say("note: " + note);
     return table;
 }
 

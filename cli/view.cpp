@@ -11,7 +11,6 @@
 #include "table_option.h"
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -36,9 +35,7 @@ void run_view(const ViewOptions& options) {
     {
         const SignalsHeld held;
         write_atomically(options.output, [&](const std::filesystem::path& temporary) {
-            std::ofstream file(temporary, std::ios::binary);
-            file.exceptions(std::ios::failbit | std::ios::badbit);
-            file << page;
+            write_content(temporary, page);
         });
     }
     if (!options.quiet)

@@ -79,8 +79,8 @@ void add_cell(Row& row, const std::string& column, const Key& key, const std::st
         row.cells.insert(column, number);
     } else {
         try {
-            row.cells.insert(column, *toml::parse("value = " + cell).get("value"));
-        } catch (const toml::parse_error&) {
+            row.cells.insert(column, *parse_toml("value = " + cell, {caller, ""}).get("value"));
+        } catch (const std::invalid_argument&) {
             row.cells.insert(column, cell);
         }
     }

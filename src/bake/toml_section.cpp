@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 
@@ -61,6 +60,49 @@ std::string allowed(const Key& key) {
     return text;
 }
 
+/// Where the string or the comment ends that begins at `at`: at its last quotation mark, or at the
+/// end of the line where there is none. `at` itself where neither begins.
+std::size_t end_of_verbatim(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    if (quote != '#' && quote != '"' && quote != '\'') return at;
+    const std::string three(3, quote);
+    const bool is_long = quote != '#' && text.substr(at, 3) == three;
+    for (std::size_t i = at + (is_long ? 3 : 1); i < text.size(); ++i) {
+        if (text[i] == '\n' && !is_long) return i - 1;
+        if (text[i] == '\\' && quote == '"') ++i;
+        else if (is_long && text.substr(i, 3) == three) return i + 2;
+        else if (!is_long && quote != '#' && text[i] == quote) return i;
+    }
+    return text.size() - 1;
+}
+
+/// Refuses what is nested too deep, before the library meets it. What is not TOML is left to the
+/// library: it stops where it finds that.
+void refuse_depth(std::string_view text, const TomlFile& file) {
+    int parts = 1, depth = 0, line = 1;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const std::size_t end = end_of_verbatim(text, i);
+        line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                            text.begin() + static_cast<std::ptrdiff_t>(end + 1),
+                                            '\n'));
+        i = end;
+        const char letter = text[i];
+        if (letter == '[' || letter == '{') ++depth;
+        if (letter == ']' || letter == '}') depth = std::max(depth - 1, 0);
+        if (letter == '.') ++parts;
+        if (letter != '.' && std::string_view("\n=,[]{}").find(letter) != std::string_view::npos)
+            parts = 1;
+        if (parts <= max_key_parts && depth <= max_nesting) continue;
+        const bool is_key = parts > max_key_parts;
+        throw std::invalid_argument(
+            std::string(file.caller) + ": " + (file.name.empty() ? "" : file.name + ", ") +
+            "line " + std::to_string(line) + ": " +
+            (is_key ? "a key must have at most " + std::to_string(max_key_parts) + " dotted parts"
+                    : "brackets must be nested at most " + std::to_string(max_nesting) + " deep") +
+            ", got more");
+    }
+}
+
 }  // namespace
 
 std::string text_of(const toml::node& node) {
@@ -90,7 +132,7 @@ Section::Section(const toml::table& table, const TomlFile& file, Keys keys, cons
         const std::string met(key.str());
         if (std::ranges::find(known, met) != known.end()) continue;
         throw std::invalid_argument(std::string(file_.caller) + ": " + file_.place(node) +
-                                    "unknown key '" + prefix + met + "'; did you mean '" + prefix +
+                                    "unknown key '" + shown(prefix + met) + "'; did you mean '" + prefix +
                                     nearest_name(met, known) + "'?");
     }
 }
@@ -232,23 +274,15 @@ PhaseFunction Section::phase_function(const char* key, const std::string& direct
 }
 
 toml::table parse_toml(const std::string& text, const TomlFile& file) {
+    refuse_depth(text, file);
     try {
         return toml::parse(text);
     } catch (const toml::parse_error& error) {
         std::ostringstream line;
         line << file.caller << ": " << (file.name.empty() ? "" : file.name + ", ") << "line "
-             << error.source().begin.line << ": " << error.description();
+             << error.source().begin.line << ": " << shown(std::string(error.description()));
         throw std::invalid_argument(line.str());
     }
-}
-
-std::string read_text(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error(path.string() + ": cannot be read");
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
 }
 
 LowerBoundary read_lower_boundary(const Section& file, const char* caller,

@@ -4,6 +4,7 @@
 
 #include <stratus/bake/keys.h>
 #include <stratus/io/phase_file.h>
+#include <stratus/io/text_file.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/lower_boundary.h>
 
@@ -108,11 +109,12 @@ struct PhaseSource {
     std::vector<std::string>* notes;
 };
 
+/// Most parts of a dotted key, and most brackets within each other: the library calls itself for
+/// each, and its stack ends.
+constexpr int max_key_parts = 32, max_nesting = 32;
+
 /// The file's root table. Errors: std::invalid_argument naming the line.
 toml::table parse_toml(const std::string& text, const TomlFile& file);
-
-/// A whole file. Errors: std::runtime_error when it cannot be read.
-std::string read_text(const std::filesystem::path& path);
 
 /// The table [below]: lambert_albedo, or phase_function and albedo.
 LowerBoundary read_lower_boundary(const Section& file, const char* caller,

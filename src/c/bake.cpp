@@ -9,7 +9,6 @@
 
 #include <atomic>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <utility>
@@ -52,9 +51,7 @@ const Table& samples_of(const stratus_table* table, const char* function) {
 void write_packed(const Table& table, const std::filesystem::path& path) {
     const std::vector<char> bytes = pack(table);
     write_atomically(path, [&](const std::filesystem::path& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
-        file.exceptions(std::ios::failbit | std::ios::badbit);
-        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        write_content(temporary, bytes);
     });
 }
 

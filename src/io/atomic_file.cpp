@@ -57,10 +57,22 @@ void remove_abandoned(const fs::path& target) {
     }
 }
 
-/// The absolute path of the file to replace: the target of a symbolic link, so that the link stays,
-/// or the path itself.
+/// The absolute path of the file to replace: the target of a symbolic link, there or not, so that
+/// the link stays, or the path itself.
 fs::path resolve(const fs::path& path) {
-    return fs::absolute(fs::is_symlink(path) ? fs::weakly_canonical(path) : path);
+    constexpr int max_links = 40;  // as Linux follows
+    fs::path target = fs::absolute(path);
+    for (int links = 0; fs::is_symlink(target); ++links) {
+        if (links == max_links)
+            throw std::system_error(std::make_error_code(std::errc::too_many_symbolic_link_levels));
+        // A link of the system to a file that is open, which others may be writing to.
+        const std::string folder = target.parent_path().string();
+        if (folder.starts_with("/proc/") && folder.ends_with("/fd"))
+            throw std::runtime_error("names an open file, which cannot be replaced");
+        target = target.parent_path() / fs::read_symlink(target);
+        if (target.parent_path() == "/dev/fd") target = "/proc/self/fd" / target.filename();
+    }
+    return target.lexically_normal();
 }
 
 /// A temporary file, removed at the end of its scope unless it has been moved to its target.
@@ -136,6 +148,10 @@ void write_atomically(const fs::path& path,
         temporary.move_to(target);
         if (flush == Flush::at_once) flush_folder(folder);
     });
+}
+
+void write_content(const fs::path& path, std::string_view content) {
+    io::write_bytes(path, content);
 }
 
 void flush_files(const std::vector<fs::path>& paths) {

@@ -1,15 +1,19 @@
 #include <stratus/io/csv.h>
 
 #include <stratus/runtime/argument.h>
+#include <stratus/io/text_file.h>
 #include <stratus/runtime/number_text.h>
 
 #include <csv.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <istream>
+#include <limits>
 #include <stdexcept>
+#include <unordered_set>
 
 namespace stratus {
 namespace {
@@ -42,17 +46,17 @@ std::vector<std::string> split(std::string& text, const std::string& name, int l
 
 std::vector<std::string> read_header(const std::vector<std::string>& fields,
                                      const std::string& name, int line) {
-    std::vector<std::string> columns;
+    std::unordered_set<std::string> met;
     for (const std::string& column : fields) {
         double number;
         if (column.empty()) refuse(name, line, "a column has no name");
         if (read_number(column, number) == column.size())
-            refuse(name, line, "a header naming the columns must come first, got '" + column + "'");
-        if (std::find(columns.begin(), columns.end(), column) != columns.end())
-            refuse(name, line, "column '" + column + "' appears twice");
-        columns.push_back(column);
+            refuse(name, line, "a header naming the columns must come first, got '" + shown(column) +
+                                   "'");
+        if (!met.insert(column).second)
+            refuse(name, line, "column '" + shown(column) + "' appears twice");
     }
-    return columns;
+    return fields;
 }
 
 // The library's own numbers would not do: they are not correctly rounded, and know no infinity.
@@ -68,21 +72,30 @@ std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTa
             if (word == of->words.end())
                 refuse(table.name, line,
                        "column '" + column + "' must be one of " + joined(of->words) + ", got '" +
-                           fields[c] + "'");
+                           shown(fields[c]) + "'");
             row[c] = static_cast<double>(word - of->words.begin());
         } else if (fields[c].empty() || read_number(fields[c], row[c]) != fields[c].size()) {
             refuse(table.name, line,
-                   "column '" + column + "' must be a number, got '" + fields[c] + "'");
+                   "column '" + shown(column) + "' must be a number, got '" + shown(fields[c]) + "'");
         }
     }
     return row;
 }
 
-/// Reads all lines into a table, its rows by read(fields, line).
+/// Reads all lines into a table, its rows by read(fields, line). Together they have at most
+/// `max_bytes`.
 template <class Table, class Read>
-void read_lines(std::istream& stream, Table& table, const Read& read) {
+void read_lines(std::istream& stream, Table& table, std::uint64_t max_bytes, const Read& read) {
     std::string text;
-    for (int line = 1; std::getline(stream, text); ++line) {
+    std::uint64_t bytes = 0;
+    for (int line = 1; read_line(stream, text); ++line) {
+        if (text.size() > max_text)
+            refuse(table.name, line, "must have at most " + std::to_string(max_text) + " bytes");
+        bytes += text.size() + 1;
+        if (bytes > max_bytes)
+            refuse(table.name, line,
+                   "what is no regular file must have at most " + std::to_string(max_bytes) +
+                       " bytes, got more");
         const char* const byte_order_mark = "\xEF\xBB\xBF";  // spreadsheets begin with one
         if (line == 1 && text.compare(0, 3, byte_order_mark) == 0) text.erase(0, 3);
         const std::size_t first = text.find_first_not_of(" \t\r");
@@ -111,6 +124,22 @@ std::ifstream open(const std::string& path) {
     return stream;
 }
 
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+std::uint64_t max_bytes_of(const std::string& path) {
+    return std::filesystem::is_regular_file(path) ? unlimited : max_text;
+}
+
+CsvTable read_numbers(std::istream& stream, const std::string& name,
+                      const std::vector<CsvWords>& words, std::uint64_t max_bytes) {
+    CsvTable table;
+    table.name = name;
+    read_lines(stream, table, max_bytes, [&](const std::vector<std::string>& fields, int line) {
+        return read_row(fields, table, words, line);
+    });
+    return table;
+}
+
 }  // namespace
 
 bool CsvTable::has_column(const std::string& wanted) const {
@@ -121,29 +150,25 @@ int CsvTable::column(const std::string& wanted) const {
     const auto found = std::find(columns.begin(), columns.end(), wanted);
     if (found != columns.end()) return static_cast<int>(found - columns.begin());
     throw std::invalid_argument("read_csv: " + name + ": column '" + wanted +
-                                "' must be there, got " + joined(columns));
+                                "' must be there, got " + shown(joined(columns)));
 }
 
 CsvTable read_csv(std::istream& stream, const std::string& name,
                   const std::vector<CsvWords>& words) {
-    CsvTable table;
-    table.name = name;
-    read_lines(stream, table, [&](const std::vector<std::string>& fields, int line) {
-        return read_row(fields, table, words, line);
-    });
-    return table;
+    return read_numbers(stream, name, words, unlimited);
 }
 
 CsvTable read_csv(const std::string& path, const std::vector<CsvWords>& words) {
     std::ifstream stream = open(path);
-    return read_csv(stream, path, words);
+    return read_numbers(stream, path, words, max_bytes_of(path));
 }
 
 CsvTexts read_csv_texts(const std::string& path) {
     std::ifstream stream = open(path);
     CsvTexts table;
     table.name = path;
-    read_lines(stream, table, [](const std::vector<std::string>& fields, int) { return fields; });
+    read_lines(stream, table, max_bytes_of(path),
+               [](const std::vector<std::string>& fields, int) { return fields; });
     return table;
 }
 

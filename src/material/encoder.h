@@ -1,13 +1,12 @@
 // Little-endian files, built in memory.
 #pragma once
 
+#include <stratus/io/atomic_file.h>
+
 #include <bit>
-#include <cerrno>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
-#include <system_error>
 #include <type_traits>
 #include <vector>
 
@@ -36,11 +35,7 @@ class Encoder {
 
     /// Errors   std::system_error.
     void write(const std::filesystem::path& path) const {
-        std::ofstream file(path, std::ios::binary);
-        errno = 0;
-        file.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
-        file.close();
-        if (!file) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+        write_content(path, bytes_);
     }
 
   private:

@@ -8,7 +8,6 @@
 #include "formats.h"
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -119,10 +118,7 @@ void write_material(const MaterialFile& file, const std::filesystem::path& path)
         if (file.json.empty()) return;
         std::filesystem::path beside = path;
         write_atomically(beside.replace_extension(".json"), [&](const std::filesystem::path& to) {
-            std::ofstream stream(to, std::ios::binary);
-            stream << file.json;
-            stream.close();
-            if (!stream) throw std::runtime_error(beside.string() + ": write error");
+            write_content(to, file.json);
         });
     });
 }

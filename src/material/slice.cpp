@@ -1,6 +1,7 @@
 // R and T of one layer or stack on even axes, as named arrays in the safetensors layout: for
 // lookups by straight lines, in any language.
 #include <stratus/bake/parallel.h>
+#include <stratus/io/atomic_file.h>
 #include <stratus/runtime/constants.h>
 
 #include "even_grid.h"
@@ -8,7 +9,6 @@
 #include "tensor_file.h"
 
 #include <cstddef>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <utility>
@@ -101,10 +101,7 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
     }
     const auto bytes = std::make_shared<const std::vector<char>>(tensors.bytes());
     file.write = [bytes](const std::filesystem::path& path) {
-        std::ofstream stream(path, std::ios::binary);
-        stream.exceptions(std::ios::failbit | std::ios::badbit);
-        stream.write(bytes->data(), static_cast<std::streamsize>(bytes->size()));
-        stream.close();
+        write_content(path, *bytes);
     };
     return file;
 }

@@ -68,6 +68,11 @@ void write_png(const Image& image, double white, const std::vector<Label>& label
 
 Image read_png(const std::filesystem::path& path, std::uintmax_t max_memory) {
     errno = 0;
+    std::error_code absent;  // opening it says so better
+    if (const auto status = std::filesystem::status(path, absent);
+        std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
+        !std::filesystem::is_regular_file(status))
+        throw std::runtime_error(path.string() + ": is not a regular file");
     std::ifstream file(path, std::ios::binary);
     if (!file) fail(path, CAIRO_STATUS_READ_ERROR);
     io::naming(path, [&] { check_size(file, io::MemoryLimit(max_memory)); });

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "module.h"
@@ -61,9 +60,7 @@ void write_file(const AnyTable& table, const std::string& path) {
     const py::gil_scoped_release release;
     const std::vector<char> bytes = packed_bytes(table);
     write_atomically(path, [&](const std::filesystem::path& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
-        file.exceptions(std::ios::failbit | std::ios::badbit);
-        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        write_content(temporary, bytes);
     });
 }
 

@@ -65,7 +65,7 @@ void refuse_bare_number(PhaseText text, const ReadableKind& kind) {
     const std::size_t begin = text.at;
     double value;
     if (!text.accept_number(value)) return;
-    const std::string met = text.text.substr(begin, text.at - begin);
+    const std::string met(text.text.substr(begin, text.at - begin));
     text.refuse("parameter of " + std::string(kind.name) + " must be written " +
                 kind.parameters[0] + "=" + met + ", got '" + met + "'");
 }
@@ -111,7 +111,7 @@ std::string read_file_name(PhaseText& text, bool with_options) {
                (with_options && letter == ',' && begins_option(text, text.at));
     };
     while (text.at < text.text.size() && !ends(text.text[text.at])) ++text.at;
-    std::string file = text.text.substr(begin, text.at - begin);
+    std::string file(text.text.substr(begin, text.at - begin));
     file.erase(file.find_last_not_of(" \t") + 1);
     if (file.empty()) text.refuse("file must be a name, got nothing");
     return file;

@@ -40,13 +40,7 @@ void refuse_tensor_file(const std::string& argument, const std::string& allowed,
     throw std::invalid_argument("TensorFile: " + argument + " must be " + allowed + ", got " + met);
 }
 
-std::string quoted(const std::string& text) {
-    constexpr std::size_t max_shown = 40;
-    std::string front = text.substr(0, max_shown);
-    for (char& letter : front)
-        if (letter < ' ' || letter > '~') letter = '?';
-    return "'" + front + (text.size() > max_shown ? "...'" : "'");
-}
+std::string quoted(const std::string& text) { return "'" + shown(text, 60) + "'"; }
 
 std::string list_text(const std::vector<std::size_t>& numbers) {
     std::vector<std::string> words;

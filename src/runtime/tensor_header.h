@@ -14,7 +14,7 @@ constexpr std::size_t tensor_header_start = 8;  // bytes of the header's length,
 [[noreturn]] void refuse_tensor_file(const std::string& argument, const std::string& allowed,
                                      const std::string& met);
 
-/// The front of a text for a message; what is not printable ASCII is '?'.
+/// A text for a message, in quotation marks, as shown() has it.
 std::string quoted(const std::string& text);
 
 /// "[2, 3]", which is JSON, too.

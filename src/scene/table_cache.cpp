@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <fstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -174,9 +173,7 @@ std::vector<char> TableCache::keep(const Recipe& recipe, Table table) {
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);
         write_atomically(path, [&](const fs::path& temporary) {
-            std::ofstream file(temporary, std::ios::binary);
-            file.exceptions(std::ios::failbit | std::ios::badbit);
-            file.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+            write_content(temporary, packed);
         });
         remove_oldest(path);
     } catch (const std::exception& error) {

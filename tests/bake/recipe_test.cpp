@@ -382,6 +382,41 @@ TEST(Recipe, MayMixTwoPhaseFunctions) {
     EXPECT_NEAR(at_member(some, {0.25}).phase_function(1), 0.25 * 1.5 + 0.75, 1e-15);
 }
 
+TEST(Recipe, RefusesWhatIsNestedTooDeep) {  // the stack ended, and the program with it
+    std::string key = "a", lists, tables;
+    for (int i = 1; i < 40'000; ++i) key += ".a", lists += '[', tables += "{a=";
+    const auto refused = [](const std::string& lines, const char* sentence) {
+        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with(lines)); },
+                                              {"line 5", sentence, "got more"});
+    };
+    refused(key + " = 1\n", "a key must have at most 32 dotted parts");
+    refused("[" + key + "]\n", "a key must have at most 32 dotted parts");
+    refused("a = " + lists, "brackets must be nested at most 32 deep");
+    refused("a = " + tables, "brackets must be nested at most 32 deep");
+}
+
+TEST(Recipe, CountsNoDotsOrBracketsInTexts) {
+    const std::string dots(100, '.'), brackets(100, '[');
+    for (const char* const quote : {"'", "\"", "'''", "\"\"\""}) {
+        const std::string text = std::string(quote) + dots + brackets + quote;
+        EXPECT_NO_THROW(parse_recipe(recipe_but("phase_function", "phase_function = 'rayleigh' # " +
+                                                                      dots + brackets)));
+        expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with("depth = " + text)); },
+                                              {"unknown key 'depth'"});
+    }
+}
+
+TEST(Recipe, ShowsNoControlCharacters) {
+    expect_refusal<std::invalid_argument>(
+        [] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); }, {"unknown key '\\x1b[2J'"});
+}
+
+TEST(Recipe, IsNoDeviceWithoutEnd) {
+    if (!std::filesystem::is_character_file("/dev/zero")) GTEST_SKIP() << "no /dev/zero here";
+    expect_refusal<std::runtime_error>([] { read_recipe("/dev/zero"); },
+                                       {"/dev/zero: must have at most 67108864 bytes"});
+}
+
 TEST(Recipe, RefusesMixturesOutOfRange) {
     const std::string second = "second_phase_function = 'isotropic'\nmixture = ";
     expect_recipe_refusal(recipe_with(second + "{ min = -0.1, max = 1 }\n"),

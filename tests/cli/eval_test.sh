@@ -200,7 +200,33 @@ expect_refused 2 table.txt .h5 .exr -- eval table.txt --query query.csv
 expect_refused 1 absent/out.csv -- eval full.h5 --query query.csv -o absent/out.csv
 expect_refused 2 full.h5 another -- eval full.h5 --query query.csv -o full.h5
 expect_refused 2 query.csv another -- eval full.h5 --query query.csv -o ./query.csv
-expect_refused 1 /dev/null -- eval full.h5 --query query.csv -o /dev/null
+
+# devices, pipes and what is open take the answer behind what they hold
+expect_ok eval full.h5 --query query.csv -o /dev/null
+expect_ok eval full.h5 --query query.csv
+cp "$out" answer.csv
+(echo before && cat answer.csv && echo after) >expected.csv
+(echo before && "$stratus" eval full.h5 --query query.csv -o /dev/stdout >>kept.csv; echo after >>kept.csv) >kept.csv
+expect_same kept.csv expected.csv
+mkfifo pipe
+timeout 20 cat pipe >piped.csv &
+expect_ok eval full.h5 --query query.csv -o pipe
+wait $!
+expect_same piped.csv answer.csv
+rm pipe piped.csv kept.csv expected.csv
+
+# beyond the largest size of a file: refused, not killed
+head -c 4000 /dev/zero | tr '\0' '\n' >>query.csv
+for row in $(seq 200); do echo 0.5,0.5,0,1,0.5; done >>query.csv
+through 'ulimit -f 1; exec "$stratus" "$@"' expect_refused 1 "out.csv: File too large" -- \
+    eval full.h5 --query query.csv -o out.csv
+through 'ulimit -f 1; exec "$stratus" "$@"' expect_refused 1 "small.stratus: File too large" -- pack full.h5 -o small.stratus
+
+# what is no table is refused, not waited for
+ln -s /dev/zero zero.h5
+expect_refused 1 "zero.h5: is not a regular file" -- eval zero.h5 --query query.csv
+rm zero.h5
+expect_refused 2 "67108864 bytes" -- eval full.h5 --query /dev/zero
 head -c 1000 full.h5 >short.h5
 expect_refused 1 short.h5 -- eval short.h5 --query query.csv
 

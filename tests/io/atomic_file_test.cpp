@@ -147,6 +147,38 @@ TEST(AtomicFile, KeepsASymbolicLinkAndReplacesItsTarget) {
     EXPECT_EQ(content(folder / "elsewhere" / "a.txt"), "new");
 }
 
+TEST(AtomicFile, MakesTheTargetOfADanglingLink) {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "elsewhere");
+    fs::create_symlink("elsewhere/b.txt", folder / "first.txt");
+    fs::create_symlink("first.txt", folder / "link.txt");
+    write_atomically(folder / "link.txt", write_new);
+    EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
+    EXPECT_TRUE(fs::is_symlink(folder / "first.txt"));
+    EXPECT_EQ(content(folder / "elsewhere" / "b.txt"), "new");
+}
+
+TEST(AtomicFile, RefusesALinkToItself) {
+    const TemporaryFolder folder;
+    fs::create_symlink("link.txt", folder / "link.txt");
+    EXPECT_EQ(refusal_of_writing(folder / "link.txt"),
+              (folder / "link.txt").string() + ": Too many levels of symbolic links");
+}
+
+TEST(AtomicFile, RefusesToReplaceAnOpenFile) {
+    if (!fs::is_symlink("/dev/stdout")) GTEST_SKIP() << "no /dev/stdout here";
+    EXPECT_EQ(refusal_of_writing("/dev/stdout"),
+              "/dev/stdout: names an open file, which cannot be replaced");
+}
+
+TEST(WriteContent, SaysThatTheDiskIsFull) {
+    if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    const TemporaryFolder folder;
+    const auto write = [](const fs::path&) { write_content("/dev/full", "new"); };
+    EXPECT_EQ(refusal<std::runtime_error>([&] { write_atomically(folder / "a.txt", write); }),
+              (folder / "a.txt").string() + ": No space left on device");
+}
+
 /// The hidden file left by a writer that is killed while writing to `path`.
 fs::path abandoned_by_a_killed_writer(const fs::path& path) {
     const pid_t child = ::fork();

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -31,6 +33,24 @@ TEST(Csv, SkipsByteOrderMarkAndCarriageReturns) {
     const CsvTable table = read("\xEF\xBB\xBFl,chi\r\n0, 1\r\n1,+2.5e-1 \r\n");
     EXPECT_EQ(table.columns, (std::vector<std::string>{"l", "chi"}));
     EXPECT_EQ(table.rows, (std::vector<std::vector<double>>{{0, 1}, {1, 0.25}}));
+}
+
+TEST(Csv, ReadsManyColumnsInLinearTime) {  // 200,000 took 22 s
+    std::string header = "c0", row = "0";
+    for (int c = 1; c < 200'000; ++c) header += ",c" + std::to_string(c), row += ",1";
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(read(header + '\n' + row + '\n').columns.size(), 200'000U);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST(Csv, RefusesDevicesWithoutEnd) {
+    if (!std::filesystem::is_character_file("/dev/zero")) GTEST_SKIP() << "no /dev/zero here";
+    expect_refusal<std::invalid_argument>([] { read_csv("/dev/zero"); },
+                                          {"/dev/zero, line 1", "at most 67108864 bytes"});
+}
+
+TEST(Csv, ShowsNoControlCharacters) {
+    expect_refusal<std::invalid_argument>([] { read("x\n\x1b[2J\n"); }, {"got '\\x1b[2J'"});
 }
 
 TEST(Csv, ReadsInfinity) { EXPECT_TRUE(std::isinf(read("tau\ninf\n").rows[0][0])); }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -322,6 +323,28 @@ TEST(Moments, MayBeSlightlyNegative) {
     const PhaseFunction phi = PhaseFunction::from_moments({1, 0.3335});
     EXPECT_NEAR(phi(-1), 1 - 3 * 0.3335, 1e-15);
     EXPECT_LT(phi(-1), 0);
+}
+
+TEST(Moments, AreSoonChecked) {  // 16 s for 20,000 when each angle summed them all
+    const auto begin = std::chrono::steady_clock::now();
+    std::vector<double> chi(20'000);
+    for (std::size_t l = 0; l < chi.size(); ++l) chi[l] = std::pow(0.999, static_cast<double>(l));
+    const PhaseFunction phase{Moments(chi)};
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4));
+    // The closed form, to what the 20,001st moment and more would add.
+    EXPECT_NEAR(phase(0.0) / PhaseFunction(HenyeyGreenstein(0.999))(0.0), 1, 1e-2);
+}
+
+TEST(Moments, AreRefusedWhereTheirSumIsNegative) {
+    // 1 + 3 chi_1 cos x + 5 chi_2 P_2 is lowest between the angles of a coarse grid.
+    expect_refusal<std::invalid_argument>([] { Moments({1, 0.3, 0.9}); }, {"no lower than"});
+    expect_refusal<std::invalid_argument>([] { Moments({1, 0.5}); }, {"got -0.5"});
+}
+
+TEST(Moments, AreAtMost65536) {
+    std::vector<double> chi(65'537);
+    chi[0] = 1;
+    expect_refusal<std::invalid_argument>([&] { Moments{chi}; }, {"at most 65536", "got 65537"});
 }
 
 TEST(Moments, AreDividedByTheFirst) {

@@ -178,7 +178,7 @@ TEST(TensorFile, RefusesWhatIsNotTheJsonOfAHeader) {
     refused("{", "byte 9 of the file must be '\"', got the end of the header");
     refused("{}}", "byte 10 of the file must be a space up to the end of the header, got '}'");
     refused(std::string("{}\0", 3),
-            "byte 10 of the file must be a space up to the end of the header, got '?'");
+            "byte 10 of the file must be a space up to the end of the header, got '\\x00'");
     refused("{a:1}", "byte 9 of the file must be '\"', got 'a'");
     refused("{\"a\"}", "byte 12 of the file must be ':', got '}'");
     refused("{\"a\":1}", "byte 13 of the file must be '{', got '1'");
@@ -203,7 +203,7 @@ TEST(TensorFile, RefusesStringsThatAreNotJson) {
         refused(text + "\"}}", "the string from byte 29 of the file must be UTF-8, got '");
     };
     refused("b", "byte 31 of the file must be a character of a string or '\"', got the end of");
-    refused("b\n", "byte 31 of the file must be a character of a string or '\"', got '?'");
+    refused("b\n", "byte 31 of the file must be a character of a string or '\"', got '\\x0a'");
     refused(std::string(1, '\0'), "byte 30 of the file must be a character of a string");
     refused("\\", "byte 31 of the file must be one of \"\\/bfnrtu after '\\', got the end");
     refused("\\x", "byte 31 of the file must be one of \"\\/bfnrtu after '\\', got 'x'");
@@ -469,7 +469,7 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
                 "TensorWriter: name of a tensor must be new and neither '__metadata__' nor "
                 "'padding_...', got '");
     refused([&](TensorWriter& writer) { writer.add("\xff", {2}, two); },
-            "TensorWriter: name of a tensor must be UTF-8, got '?'");
+            "TensorWriter: name of a tensor must be UTF-8, got '\\xff'");
     refused([&](TensorWriter& writer) { writer.add("b", {3}, two); },
             "TensorWriter: shape of tensor 'b' must be of 2 numbers, got [3]");
     refused([&](TensorWriter& writer) { writer.add("b", {0}, two.data()); },
@@ -480,7 +480,7 @@ TEST(TensorWriter, RefusesWhatCannotBeRead) {
         },
         "TensorWriter: shape of tensor 'b' must be at most 8 numbers of at least 1, got [1, 1");
     refused([](TensorWriter& writer) { writer.set("b", "\xc3"); },
-            "TensorWriter: string 'b' must be UTF-8, got '?'");
+            "TensorWriter: string 'b' must be UTF-8, got '\\xc3'");
     refused([](TensorWriter& writer) { writer.set("\xc3", "b"); }, "must be UTF-8");
     refused(
         [](TensorWriter& writer) {

@@ -37,7 +37,7 @@ struct CsvWords {
     std::vector<std::string> words;
 };
 
-/// Reads a whole file.
+/// Reads a whole file; a line, and all that a pipe or a device gives, must have at most 64 MiB.
 ///
 /// Errors   std::runtime_error when the file cannot be opened; std::invalid_argument, naming file,
 ///          line and text, for a row that is too short, too long or not a number (or not one of a

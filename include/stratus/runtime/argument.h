@@ -1,7 +1,8 @@
 // The message of a refused argument: function, argument, allowed range and the value met.
 //
 // Whatever constructs or loads checks its arguments on entry and throws std::invalid_argument with
-// such a line. Lookups throw nothing.
+// such a line. Lookups throw nothing. What a message repeats of a file or of what somebody typed may
+// be long and may hold anything; shown() makes it fit to be read.
 #pragma once
 
 #include <algorithm>
@@ -15,18 +16,28 @@
 
 namespace stratus {
 
-/// Throws std::invalid_argument "function: argument must be allowed, got value" unless `holds`.
+/// Most bytes that a message shows of one name or value, and of everything together.
+constexpr std::size_t max_shown = 400, max_message = 2000;
+
+/// A text from outside as a message shows it: control characters and what is not UTF-8 are written
+/// as bytes, "\x1b", and at most `most` bytes stay, " ... " standing for what was in the middle.
+std::string shown(const std::string& text, std::size_t most = max_shown);
+
+/// Throws std::invalid_argument "function: argument must be allowed, got value" unless `holds`;
+/// argument and value as shown() has them.
 template <class Value>
 void require(bool holds, const char* function, const std::string& argument,
              const std::string& allowed, const Value& value) {
     if (holds) return;
     std::ostringstream line;
-    line << function << ": " << argument << " must be " << allowed << ", got ";
+    line << function << ": " << shown(argument) << " must be " << allowed << ", got ";
     if constexpr (std::is_floating_point_v<Value>) {  // the shortest text that reads back the same
         char text[40];
         line.write(text, std::to_chars(text, text + sizeof text, value).ptr - text);
     } else {
-        line << value;
+        std::ostringstream text;
+        text << value;
+        line << shown(text.str());
     }
     throw std::invalid_argument(line.str());
 }
@@ -38,9 +49,10 @@ inline std::string joined(const std::vector<std::string>& words, const char* bet
     return text;
 }
 
-/// The known name nearest to `met`, by letters changed, added or left out; empty when none is
+/// The known name nearest to `given`, by letters changed, added or left out; empty when none is
 /// known.
-inline std::string nearest_name(const std::string& met, const std::vector<std::string>& known) {
+inline std::string nearest_name(const std::string& given, const std::vector<std::string>& known) {
+    const std::string met = given.substr(0, max_shown);  // what follows is no slip of the pen
     std::string nearest;
     std::size_t least = 0;
     for (const std::string& name : known) {

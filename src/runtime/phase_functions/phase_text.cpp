@@ -18,7 +18,8 @@ bool is_name_letter(char letter) {
 }  // namespace
 
 void PhaseText::refuse(const std::string& what) const {
-    throw std::invalid_argument("parse_phase_function: in '" + text + "': " + what);
+    throw std::invalid_argument("parse_phase_function: in '" + shown(std::string(text)) + "': " +
+                                shown(what, max_message - 2 * max_shown));
 }
 
 bool PhaseText::at_end() {
@@ -36,7 +37,7 @@ bool PhaseText::accept(char letter) {
 
 bool PhaseText::accept_number(double& value) {
     if (at_end()) return false;
-    const std::size_t length = read_number(std::string_view(text).substr(at), value);
+    const std::size_t length = read_number(text.substr(at), value);
     at += length;
     return length > 0;
 }
@@ -51,7 +52,7 @@ std::string PhaseText::name() {
     at_end();
     const std::size_t begin = at;
     while (at < text.size() && is_name_letter(text[at])) ++at;
-    return text.substr(begin, at - begin);
+    return std::string(text.substr(begin, at - begin));
 }
 
 std::string PhaseText::csv_name(const std::vector<std::string>& parameters) {
@@ -77,12 +78,13 @@ std::string PhaseText::csv_name(const std::vector<std::string>& parameters) {
 
 std::string PhaseText::parameter(const std::string& owner,
                                  const std::vector<std::string>& allowed) {
-    const std::string given = rest();
+    const std::size_t begin = at;
     std::string met = name();
     if (std::find(allowed.begin(), allowed.end(), met) == allowed.end()) {
         if (!accept('='))
             refuse("parameter of " + owner + " must be written " + joined(allowed, "=... or ") +
-                   "=..., got '" + given.substr(0, given.find_first_of(" \t")) + "'");
+                   "=..., got '" +
+                   std::string(text.substr(begin, text.find_first_of(" \t", begin) - begin)) + "'");
         refuse("parameter of " + owner + " must be " + joined(allowed, " or ") + ", got '" + met +
                "'; did you mean '" + nearest_name(met, allowed) + "'?");
     }

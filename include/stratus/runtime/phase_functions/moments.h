@@ -17,9 +17,9 @@ struct Moments {
     /// Where the moment of an order stands, for messages: " (haze.csv, line 3)".
     using RowName = std::function<std::string(std::size_t)>;
 
-    /// chi_0 = 1 (1e-6; all are divided by it), |chi_l| <= 1, and the sum not below -1e-3 of its
-    /// largest value anywhere: a truncated series may dip that far, and its values are returned as
-    /// they are.
+    /// At most 65,536 moments, chi_0 = 1 (1e-6; all are divided by it), |chi_l| <= 1, and the sum
+    /// not below -1e-3 of its largest value anywhere: a truncated series may dip that far, and its
+    /// values are returned as they are.
     Moments(std::vector<double> chi, const RowName& row_name);
     explicit Moments(std::vector<double> chi);
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stratus {
@@ -20,7 +21,7 @@ using PhaseFileReader =
     std::function<PhaseColumns(const std::string& file, const std::vector<std::string>& columns)>;
 
 struct PhaseText {
-    std::string text;
+    std::string_view text;
     std::size_t at = 0;         // the next character
     PhaseFileReader read_file;  // empty where no files are read
 
@@ -28,7 +29,7 @@ struct PhaseText {
     [[noreturn]] void refuse(const std::string& what) const;
 
     /// What is left.
-    std::string rest() const { return text.substr(at); }
+    std::string rest() const { return std::string(text.substr(at)); }
 
     // Each of these skips blanks first.
     bool at_end();

@@ -71,7 +71,7 @@ std::string PhaseText::csv_name(const std::vector<std::string>& parameters) {
         PhaseText behind{text, end + 4, {}};
         if (!behind.at_end() && !behind.next_is(',') && !behind.next_is('+')) continue;
         at = end + 4;
-        return text.substr(begin, at - begin);
+        return std::string(text.substr(begin, at - begin));
     }
     return "";
 }

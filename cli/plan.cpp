@@ -222,9 +222,8 @@ std::string coloured_path(const std::filesystem::path& path, std::size_t channel
 
 void write_recipe(const std::string& recipe, const std::string& path) {
     const SignalsHeld held;
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
-        write_content(temporary, recipe);
-    });
+    write_atomically(
+        path, [&](const std::filesystem::path& temporary) { write_content(temporary, recipe); });
 }
 
 void run_plan(const PlanCommand& command) {

@@ -42,9 +42,7 @@ struct OutputFile {
 };
 
 OutputFile text_file(const std::string& name, const std::string& text) {
-    return {name, [text](const std::filesystem::path& path) {
-                write_content(path, text);
-            }};
+    return {name, [text](const std::filesystem::path& path) { write_content(path, text); }};
 }
 
 /// Raw numbers, or for OSL, whose texture() reads pictures, OpenEXR.

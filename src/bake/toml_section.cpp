@@ -69,9 +69,12 @@ std::size_t end_of_verbatim(std::string_view text, std::size_t at) {
     const bool is_long = quote != '#' && text.substr(at, 3) == three;
     for (std::size_t i = at + (is_long ? 3 : 1); i < text.size(); ++i) {
         if (text[i] == '\n' && !is_long) return i - 1;
-        if (text[i] == '\\' && quote == '"') ++i;
-        else if (is_long && text.substr(i, 3) == three) return i + 2;
-        else if (!is_long && quote != '#' && text[i] == quote) return i;
+        if (text[i] == '\\' && quote == '"')
+            ++i;
+        else if (is_long && text.substr(i, 3) == three)
+            return i + 2;
+        else if (!is_long && quote != '#' && text[i] == quote)
+            return i;
     }
     return text.size() - 1;
 }
@@ -82,9 +85,9 @@ void refuse_depth(std::string_view text, const TomlFile& file) {
     int parts = 1, depth = 0, line = 1;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const std::size_t end = end_of_verbatim(text, i);
-        line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
-                                            text.begin() + static_cast<std::ptrdiff_t>(end + 1),
-                                            '\n'));
+        line +=
+            static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                        text.begin() + static_cast<std::ptrdiff_t>(end + 1), '\n'));
         i = end;
         const char letter = text[i];
         if (letter == '[' || letter == '{') ++depth;
@@ -132,8 +135,8 @@ Section::Section(const toml::table& table, const TomlFile& file, Keys keys, cons
         const std::string met(key.str());
         if (std::ranges::find(known, met) != known.end()) continue;
         throw std::invalid_argument(std::string(file_.caller) + ": " + file_.place(node) +
-                                    "unknown key '" + shown(prefix + met) + "'; did you mean '" + prefix +
-                                    nearest_name(met, known) + "'?");
+                                    "unknown key '" + shown(prefix + met) + "'; did you mean '" +
+                                    prefix + nearest_name(met, known) + "'?");
     }
 }
 

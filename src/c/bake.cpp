@@ -50,9 +50,8 @@ const Table& samples_of(const stratus_table* table, const char* function) {
 
 void write_packed(const Table& table, const std::filesystem::path& path) {
     const std::vector<char> bytes = pack(table);
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
-        write_content(temporary, bytes);
-    });
+    write_atomically(
+        path, [&](const std::filesystem::path& temporary) { write_content(temporary, bytes); });
 }
 
 }  // namespace

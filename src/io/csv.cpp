@@ -51,8 +51,8 @@ std::vector<std::string> read_header(const std::vector<std::string>& fields,
         double number;
         if (column.empty()) refuse(name, line, "a column has no name");
         if (read_number(column, number) == column.size())
-            refuse(name, line, "a header naming the columns must come first, got '" + shown(column) +
-                                   "'");
+            refuse(name, line,
+                   "a header naming the columns must come first, got '" + shown(column) + "'");
         if (!met.insert(column).second)
             refuse(name, line, "column '" + shown(column) + "' appears twice");
     }
@@ -75,8 +75,9 @@ std::vector<double> read_row(const std::vector<std::string>& fields, const CsvTa
                            shown(fields[c]) + "'");
             row[c] = static_cast<double>(word - of->words.begin());
         } else if (fields[c].empty() || read_number(fields[c], row[c]) != fields[c].size()) {
-            refuse(table.name, line,
-                   "column '" + shown(column) + "' must be a number, got '" + shown(fields[c]) + "'");
+            refuse(
+                table.name, line,
+                "column '" + shown(column) + "' must be a number, got '" + shown(fields[c]) + "'");
         }
     }
     return row;

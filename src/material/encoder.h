@@ -34,9 +34,7 @@ class Encoder {
     const std::vector<char>& bytes() const { return bytes_; }
 
     /// Errors   std::system_error.
-    void write(const std::filesystem::path& path) const {
-        write_content(path, bytes_);
-    }
+    void write(const std::filesystem::path& path) const { write_content(path, bytes_); }
 
   private:
     std::vector<char> bytes_;

@@ -59,9 +59,8 @@ void write_file(const AnyTable& table, const std::string& path) {
             "a dense one: a packed one is a file already", "packed");
     const py::gil_scoped_release release;
     const std::vector<char> bytes = packed_bytes(table);
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
-        write_content(temporary, bytes);
-    });
+    write_atomically(
+        path, [&](const std::filesystem::path& temporary) { write_content(temporary, bytes); });
 }
 
 Shared packed(const AnyTable& table) {

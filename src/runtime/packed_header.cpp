@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <variant>
 
 namespace stratus {
 namespace {
@@ -142,8 +143,15 @@ std::string shape_text(const std::vector<std::size_t>& shape) {
 PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
                     const PhaseFunction& phase_function) {
     if (!file.has(name)) {
+        const auto is_closed = [](const auto& part) {
+            return std::visit([](const auto& kind) { return kind.closed_form().has_value(); },
+                              part.second);
+        };
+        const auto& terms = phase_function.terms();  // asked before a curve is sampled for nothing
+        require(width == 1 && std::all_of(terms.begin(), terms.end(), is_closed), packed_caller,
+                name, "given", "none");
         PhaseCurve curve(phase_function);
-        require(width == 1 && curve.sample_count() == 0, packed_caller, name, "given", "none");
+        require(curve.sample_count() == 0, packed_caller, name, "given", "none");
         return curve;
     }
     const TensorOf<float> samples = file.numbers<float>(name, 2);

@@ -399,16 +399,16 @@ TEST(Recipe, CountsNoDotsOrBracketsInTexts) {
     const std::string dots(100, '.'), brackets(100, '[');
     for (const char* const quote : {"'", "\"", "'''", "\"\"\""}) {
         const std::string text = std::string(quote) + dots + brackets + quote;
-        EXPECT_NO_THROW(parse_recipe(recipe_but("phase_function", "phase_function = 'rayleigh' # " +
-                                                                      dots + brackets)));
+        EXPECT_NO_THROW(parse_recipe(
+            recipe_but("phase_function", "phase_function = 'rayleigh' # " + dots + brackets)));
         expect_refusal<std::invalid_argument>([&] { parse_recipe(recipe_with("depth = " + text)); },
                                               {"unknown key 'depth'"});
     }
 }
 
 TEST(Recipe, ShowsNoControlCharacters) {
-    expect_refusal<std::invalid_argument>(
-        [] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); }, {"unknown key '\\x1b[2J'"});
+    expect_refusal<std::invalid_argument>([] { parse_recipe(recipe_with("\"\\u001b[2J\" = 1\n")); },
+                                          {"unknown key '\\x1b[2J'"});
 }
 
 TEST(Recipe, IsNoDeviceWithoutEnd) {

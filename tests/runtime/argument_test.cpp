@@ -45,8 +45,8 @@ TEST(Shown, EscapesWhatATerminalObeys) {
 
 TEST(Shown, EscapesWhatIsNotUtf8) {
     EXPECT_EQ(shown("\xff"), "\\xff");
-    EXPECT_EQ(shown("\xc3"), "\\xc3");                  // cut off
-    EXPECT_EQ(shown("\xc0\x9b"), "\\xc0\\x9b");        // too long
+    EXPECT_EQ(shown("\xc3"), "\\xc3");                    // cut off
+    EXPECT_EQ(shown("\xc0\x9b"), "\\xc0\\x9b");           // too long
     EXPECT_EQ(shown("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // a surrogate
     EXPECT_EQ(shown("\x9b"), "\\x9b");
 }

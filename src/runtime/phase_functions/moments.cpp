@@ -22,8 +22,7 @@ constexpr std::size_t max_moments = std::size_t{1} << 16;  // of drops of some m
 std::vector<double> cosine_coefficients(const std::vector<double>& chi) {
     const std::size_t n = chi.size();
     std::vector<double> h(n, 1.0), scaled(n), cosines(n, 0.0);
-    for (std::size_t m = 1; m < n; ++m)
-        h[m] = h[m - 1] * (1 - 0.5 / static_cast<double>(m));
+    for (std::size_t m = 1; m < n; ++m) h[m] = h[m - 1] * (1 - 0.5 / static_cast<double>(m));
     for (std::size_t l = 0; l < n; ++l) scaled[l] = (2 * static_cast<double>(l) + 1) * chi[l];
     for (std::size_t m = 0; 2 * m < n; ++m) {
         cosines[0] += h[m] * h[m] * scaled[2 * m];

@@ -18,8 +18,8 @@ bool is_name_letter(char letter) {
 }  // namespace
 
 void PhaseText::refuse(const std::string& what) const {
-    throw std::invalid_argument("parse_phase_function: in '" + shown(std::string(text)) + "': " +
-                                shown(what, max_message - 2 * max_shown));
+    throw std::invalid_argument("parse_phase_function: in '" + shown(std::string(text)) +
+                                "': " + shown(what, max_message - 2 * max_shown));
 }
 
 bool PhaseText::at_end() {

@@ -21,8 +21,8 @@ double log_gamma(double z) {
     return (z - 0.5) * std::log(z) - z + 0.5 * std::log(2 * pi) + series - std::log(product);
 }
 
-/// Of the modified gamma distribution: the integral of r^p n(r) is Gamma((alpha + p + 1) / gamma)
-/// b^(-(p + 1) / gamma) but for a constant.
+/// The effective size of a modified gamma distribution, whose integral of r^p n(r) is proportional
+/// to Gamma((alpha + p + 1) / gamma) b^(-(p + 1) / gamma).
 EffectiveSize size_of_modified_gamma(const Droplets& droplets) {
     const double alpha = droplets.alpha, gamma = droplets.gamma;
     const auto log_moment = [&](int p) { return log_gamma((alpha + p + 1) / gamma); };
@@ -111,7 +111,8 @@ double radius_of_small_share(const Curve& curve, int power, double end) {
     return outside;
 }
 
-/// Of rows: between any two of them Gauss points of cells of equal root, two a cell.
+/// Sizes at which a tabulated distribution is integrated: each interval between rows is cut into
+/// cells of equal width in the square root of the radius, with two Gauss points a cell.
 std::vector<SphereSize> sizes_of_rows(const Droplets& droplets, double x_of_um, int count) {
     const std::vector<double>& radius = droplets.radius;
     const double largest = *std::max_element(droplets.number.begin(), droplets.number.end());

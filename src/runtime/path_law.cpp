@@ -241,8 +241,9 @@ double PathLaw::smooth_moment(std::size_t l) const noexcept {
 }
 
 std::vector<double> PathLaw::legendre(const PathWeights& weights) const {
-    std::vector<double> sum(chi_.size(), 0.0);
-    for (int n = 2; n < std::min(weights.count, order_count_); ++n) {
+    const int orders = std::min(weights.count, order_count_);
+    std::vector<double> sum(orders > 2 ? legendre(2).size() : 0, 0.0);  // the most of any order
+    for (int n = 2; n < orders; ++n) {
         const double weight = weights.of_order[n];
         const std::vector<double>& coefficients = legendre(n);
         for (std::size_t l = 0; l < coefficients.size(); ++l) sum[l] += weight * coefficients[l];

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double rounding = 1e-7;
 
-/// What phase functions have the parameter, for messages.
+/// Names the phase functions that have the parameter, for messages.
 const char* owner_of(PhaseParameter parameter) noexcept {
     switch (parameter) {
         case PhaseParameter::g: return "of a phase function with one henyey_greenstein";

@@ -300,8 +300,8 @@ double monotone_slope(double width_before, double secant_before, double width_af
            (weight_before / secant_before + weight_after / secant_after);
 }
 
-/// What `value_of` says of rows, at a wavelength within the interval: a monotone cubic in the
-/// logarithm of the wavelength. Where a row has no neighbour beyond it the slope is the secant.
+/// Interpolates `value_of` of the rows by a monotone cubic in the logarithm of the wavelength, which
+/// must lie between the middle two. At the ends of the table the slope is that of the secant.
 template <class ValueOf>
 double interpolated(const Neighbours& rows, double wavelength, const ValueOf& value_of) {
     const auto width = [&](int i) {

@@ -18,16 +18,16 @@ struct IndexRows {
     std::size_t count;
 };
 
-/// All that are known of liquid water.
+/// The rows of liquid water.
 IndexRows water_rows();
 
-/// n and the logarithm of k, either a monotone cubic in the logarithm of the wavelength; at a row that
-/// row. Beside a row of k = 0 it is k that is linear.
+/// Interpolates n and ln k by monotone cubics in the logarithm of the wavelength, and passes through
+/// every row. Beside a row with k = 0, k itself is interpolated, linearly.
 ///
 /// Range  two rows or more, ascending; a wavelength within them.
 std::complex<double> interpolated_index(IndexRows rows, double wavelength);
 
-/// The same of a file's columns wavelength_um, n and k.
+/// Interpolates likewise in a file with the columns wavelength_um, n and k.
 ///
 /// Errors  std::invalid_argument naming the file and its line, what is allowed and what was met; for
 ///         fewer than two rows, and for a wavelength beyond them.

@@ -78,7 +78,7 @@ class LadderRun {
 
     std::shared_ptr<const TruncatedPath> path_of(const LadderProblem& problem) const {
         if (problem.boundary.is_present() ||
-            !follows_paths(problem.phase_function, problem.options))
+            !follows_paths(problem.phase_function, truncation_, problem.options))
             return {};
         return std::make_shared<const TruncatedPath>(PathLaw(path_moments(problem.phase_function)),
                                                      truncation_);

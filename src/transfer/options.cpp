@@ -49,10 +49,10 @@ Truncation truncation_of(const PhaseFunction& phase_function, const SolverOption
                                 : truncate_peak(phase_function, moments_integrated(options.nodes));
 }
 
-bool follows_paths(const PhaseFunction& phase_function, const SolverOptions& options) {
+bool follows_paths(const PhaseFunction& phase_function, const Truncation& truncation,
+                   const SolverOptions& options) {
     return options.truncate == Truncate::smooth &&
-           (has_narrow_peak(phase_function) ||
-            truncation_of(phase_function, options, false).narrow);
+           (truncation.narrow || has_narrow_peak(phase_function));
 }
 
 std::vector<double> path_moments(const PhaseFunction& phase_function) {

@@ -18,8 +18,10 @@ void check_options(const SolverOptions& options);
 Truncation truncation_of(const PhaseFunction& phase_function, const SolverOptions& options,
                          bool delta_m);
 
-/// Whether what a forward peak scatters again is left to the path law (path_law.h).
-bool follows_paths(const PhaseFunction& phase_function, const SolverOptions& options);
+/// Whether what a forward peak scatters again is left to the path law (path_law.h); `truncation` is
+/// that without delta-M.
+bool follows_paths(const PhaseFunction& phase_function, const Truncation& truncation,
+                   const SolverOptions& options);
 
 /// The moments that a path law is summed from, 2^20 at most: Henyey-Greenstein needs these at
 /// g = 0.99998; tabulated functions 8,192, which take the square of their number to integrate.

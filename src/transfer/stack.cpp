@@ -46,21 +46,21 @@ std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
     return all;
 }
 
-/// Whether any layer's peak is left to the path law.
-bool follows_paths(const std::vector<StackLayer>& layers, const SolverOptions& options) {
-    return std::ranges::any_of(layers, [&](const StackLayer& layer) {
-        return follows_paths(layer.phase_function, options);
-    });
-}
+/// How each layer is truncated, and whether any layer's peak is left to the path law.
+struct StackTruncation {
+    std::vector<Truncation> layers;
+    bool follows_paths = false;
 
-std::vector<Truncation> truncations_of(const std::vector<StackLayer>& layers,
-                                       const SolverOptions& options) {
-    const bool delta_m = !follows_paths(layers, options);
-    std::vector<Truncation> all;
-    for (const StackLayer& layer : layers)
-        all.push_back(truncation_of(layer.phase_function, options, delta_m));
-    return all;
-}
+    StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options) {
+        for (const StackLayer& layer : stack) {
+            layers.push_back(truncation_of(layer.phase_function, options, false));
+            follows_paths |=
+                stratus::follows_paths(layer.phase_function, layers.back(), options);
+        }
+        for (std::size_t k = 0; k < layers.size() && !follows_paths; ++k)
+            layers[k] = truncation_of(stack[k].phase_function, options, true);
+    }
+};
 
 /// One set of directions for all layers, dense near mu = 1 if any layer needs it.
 Directions stack_directions(const std::vector<Truncation>& truncations,
@@ -88,20 +88,20 @@ class StackRun {
     StackRun(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
              const std::vector<double>& mu, const SolverOptions& options)
         : options_(options),
-          truncations_(truncations_of(layers, options)),
+          truncation_(layers, options),
           boundary_truncation_(truncation_of(boundary, options)),
-          directions_(stack_directions(truncations_, boundary_truncation_, mu, options)),
+          directions_(stack_directions(truncation_.layers, boundary_truncation_, mu, options)),
           boundary_modes_(boundary, boundary_truncation_, directions_) {
         solution_.layers = layers;
         solution_.lower_boundary = boundary;
         solution_.boundary_truncation = boundary_truncation_;
         solution_.mu = solved_cosines(directions_);
-        solution_.truncations = truncations_;
-        if (follows_paths(layers, options))
-            solution_.path = std::make_shared<const StackPath>(layers, truncations_);
+        solution_.truncations = truncation_.layers;
+        if (truncation_.follows_paths)
+            solution_.path = std::make_shared<const StackPath>(layers, truncation_.layers);
         for (std::size_t k = 0; k < layers.size(); ++k) {
             const StackLayer& layer = layers[k];
-            const Truncation& truncation = truncations_[k];
+            const Truncation& truncation = truncation_.layers[k];
             depths_.push_back(truncation.optical_depth(layer.optical_depth, layer.albedo));
             layers_.emplace_back(directions_,
                                  LayerTask{truncation.moments, truncation.albedo(layer.albedo),
@@ -185,7 +185,7 @@ class StackRun {
     }
 
     const SolverOptions& options_;
-    const std::vector<Truncation> truncations_;
+    const StackTruncation truncation_;
     const Truncation boundary_truncation_;
     const Directions directions_;
     BoundaryModes boundary_modes_;
@@ -259,17 +259,13 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         const double w = layers[k].albedo, depth = layers[k].optical_depth;
         single_layers.albedos.push_back(w);
         single_layers.depths.push_back(depth);
-        // The path law is beside single scattering as it is.
-        corrected_layers.albedos.push_back(path ? w : truncations[k].single_scattering_albedo(w));
-        corrected_layers.depths.push_back(path ? depth : truncations[k].optical_depth(depth, w));
+        corrected_layers.albedos.push_back(truncations[k].single_scattering_albedo(w));
+        corrected_layers.depths.push_back(truncations[k].optical_depth(depth, w));
     }
     const std::vector<double> along_path =
         path ? path->legendre(side, mu(in), mu(out)) : std::vector<double>{};
     for (SingleLayers* const some : {&single_layers, &corrected_layers})
         some->around = surroundings_of(some->depths);
-    double truncated_depth = 0;
-    for (std::size_t k = 0; k < layers.size(); ++k)
-        truncated_depth += truncations[k].optical_depth(layers[k].optical_depth, layers[k].albedo);
     const LowerBoundary boundary_corrected = truncated(lower_boundary, boundary_truncation);
     std::vector<double> modes;
     for (const MatrixXd& mode : reflected ? reflection_modes : transmission_modes)
@@ -281,13 +277,15 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
                                         : cos_scattering_angle_transmitted(geometry);
         std::vector<double> phase;
         for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
-        double single = single_layers.scattered(side, phase, mu(in), mu(out)),
-               corrected = corrected_layers.scattered(side, phase, mu(in), mu(out));
+        double single = single_layers.scattered(side, phase, mu(in), mu(out));
+        // The path law is added to single scattering by the layers as they are.
+        double corrected =
+            path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
         if (reflected && lower_boundary.is_present()) {
             single +=
                 single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);
-            corrected +=
-                single_reflection_of_boundary(boundary_corrected, truncated_depth, geometry);
+            corrected += single_reflection_of_boundary(boundary_corrected,
+                                                       corrected_layers.below_all(), geometry);
         }
         all.push_back(put_together(single, corrected,
                                    sum_modes(modes, azimuth) + sum_legendre(along_path, cosine)));

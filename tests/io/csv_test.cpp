@@ -75,12 +75,6 @@ TEST(Csv, SkipsCommentsAfterBlanks) {
 
 TEST(Csv, MayHaveNoRows) { EXPECT_TRUE(read("a,b\n").rows.empty()); }
 
-struct Refusal {
-    const char* name;
-    const char* text;
-    std::vector<const char*> fragments;
-};
-
 class CsvRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(CsvRefuses, NamingFileLineAndText) {

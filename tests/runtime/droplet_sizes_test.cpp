@@ -185,13 +185,7 @@ TEST(DropletFamily, VariesRadiusAndVarianceOfGammaAndLognormalAlone) {
 
 // ---- Refusals
 
-struct SizeRefusal {
-    const char* name;
-    const char* text;
-    std::vector<const char*> fragments;
-};
-
-class DropletSizesRefuse : public testing::TestWithParam<SizeRefusal> {};
+class DropletSizesRefuse : public testing::TestWithParam<Refusal> {};
 
 TEST_P(DropletSizesRefuse, NamingWhatIsWrong) {
     expect_refusal<std::invalid_argument>([] { parse_phase_function(GetParam().text); },
@@ -201,52 +195,52 @@ TEST_P(DropletSizesRefuse, NamingWhatIsWrong) {
 INSTANTIATE_TEST_SUITE_P(
     Texts, DropletSizesRefuse,
     testing::Values(
-        SizeRefusal{"RadiusOfModified",
+        Refusal{"RadiusOfModified",
                     "mie:radius=1um,distribution=modified_gamma,mode_radius=4um,alpha=6,gamma=1",
                     {"radius must be absent", "mode_radius, alpha and gamma"}},
-        SizeRefusal{"VarianceOfModified",
+        Refusal{"VarianceOfModified",
                     "mie:distribution=modified_gamma,mode_radius=4um,alpha=6,gamma=1,variance=0.1",
                     {"variance must be absent", "mode_radius, alpha and gamma"}},
-        SizeRefusal{"NoModeRadius",
+        Refusal{"NoModeRadius",
                     "mie:distribution=modified_gamma,alpha=6,gamma=1",
                     {"mie needs mode_radius="}},
-        SizeRefusal{"NoGamma",
+        Refusal{"NoGamma",
                     "mie:distribution=modified_gamma,mode_radius=4um,alpha=6",
                     {"mie needs gamma="}},
-        SizeRefusal{"AlphaOfGamma",
+        Refusal{"AlphaOfGamma",
                     "mie:radius=1um,variance=0.1,alpha=6",
                     {"alpha must be absent unless distribution=modified_gamma"}},
-        SizeRefusal{"ModeRadiusOfZero",
+        Refusal{"ModeRadiusOfZero",
                     "mie:distribution=modified_gamma,mode_radius=0um,alpha=6,gamma=1",
                     {"mode_radius (um)", "above 0", "got 0"}},
-        SizeRefusal{"SmallAlpha",
+        Refusal{"SmallAlpha",
                     "mie:distribution=modified_gamma,mode_radius=1um,alpha=0.09,gamma=1",
                     {"alpha", "[0.1, 100]", "got 0.09"}},
-        SizeRefusal{"LargeGamma",
+        Refusal{"LargeGamma",
                     "mie:distribution=modified_gamma,mode_radius=1um,alpha=2,gamma=10.1",
                     {"gamma", "[0.25, 10]", "got 10.1"}},
-        SizeRefusal{"LargeDroplets",
+        Refusal{"LargeDroplets",
                     "mie:distribution=modified_gamma,mode_radius=100um,alpha=2,gamma=0.5",
                     {"largest droplet", "at most 5000"}},
-        SizeRefusal{"RadiusOfRows",
+        Refusal{"RadiusOfRows",
                     "mie:distribution=1 0/2 1,radius=3um",
                     {"radius must be absent", "rows of the distribution"}},
-        SizeRefusal{"OneRow", "mie:distribution=1 1", {"rows", "2 to 1000", "got 1"}},
-        SizeRefusal{"RowsOutOfOrder",
+        Refusal{"OneRow", "mie:distribution=1 1", {"rows", "2 to 1000", "got 1"}},
+        Refusal{"RowsOutOfOrder",
                     "mie:distribution=1 1/1 2",
                     {"radius_um (row 2)", "above the one before", "got 1"}},
-        SizeRefusal{"RadiusOfARowTooSmall",
+        Refusal{"RadiusOfARowTooSmall",
                     "mie:distribution=0.00001 1/1 2",
                     {"radius_um (row 1)", "at least 1e-4", "got 1e-05"}},
-        SizeRefusal{"NegativeNumber",
+        Refusal{"NegativeNumber",
                     "mie:distribution=1 1/2 -2",
                     {"number_per_um (row 2)", "at least 0", "got -2"}},
-        SizeRefusal{
+        Refusal{
             "NoDroplets", "mie:distribution=1 0/2 0", {"number_per_um", "above 0 somewhere"}},
-        SizeRefusal{"FileWithoutReader",
+        Refusal{"FileWithoutReader",
                     "mie:distribution=drops.csv",
                     {"distribution", "where no files are read", "'drops.csv'"}},
-        SizeRefusal{"UnknownWord",
+        Refusal{"UnknownWord",
                     "mie:distribution=gama,index=my.csv",
                     {"distribution", "gamma, lognormal, modified_gamma or a file", "'gama"}}),
     [](const auto& row) { return row.param.name; });

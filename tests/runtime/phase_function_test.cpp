@@ -436,12 +436,6 @@ TEST(PhaseFunction, HasACaption) {
     EXPECT_EQ(parse_phase_function("moments:chi=1 0.1").caption(), "2 Legendre moments");
 }
 
-struct Refusal {
-    const char* name;
-    const char* text;
-    std::vector<const char*> fragments;
-};
-
 class ParsePhaseFunctionRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ParsePhaseFunctionRefuses, NamingWhatIsWrong) {

@@ -6,6 +6,13 @@
 #include <string>
 #include <vector>
 
+/// A text that must be refused, for parameterised tests.
+struct Refusal {
+    const char* name;
+    const char* text;
+    std::vector<const char*> fragments;
+};
+
 /// Fails unless `call` throws an `Error` whose message holds every fragment.
 template <class Error, class Call>
 void expect_refusal(const Call& call, const std::vector<const char*>& fragments) {

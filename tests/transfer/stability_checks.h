@@ -13,6 +13,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace stratus::test {
 
@@ -34,10 +35,9 @@ void for_each_value(const LayerSolution& layer, const Visit& visit) {
                                                 layer.mu(j)),
                          T1 = single_transmission(1, layer.albedo, layer.optical_depth, layer.mu(i),
                                                   layer.mu(j));
-            for (const double azimuth : {0.0, 1.0, pi / 2, 2.2, pi}) {
-                visit(0, layer.reflection(i, j, azimuth), R1, i, j);
-                visit(1, layer.transmission(i, j, azimuth), T1, i, j);
-            }
+            const std::vector<double> azimuths{0.0, 1.0, pi / 2, 2.2, pi};
+            for (const SolvedValue& R : layer.reflection(i, j, azimuths)) visit(0, R, R1, i, j);
+            for (const SolvedValue& T : layer.transmission(i, j, azimuths)) visit(1, T, T1, i, j);
         }
 }
 

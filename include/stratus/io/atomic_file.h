@@ -18,18 +18,19 @@ enum class Flush { at_once, later };
 ///
 /// If `write` throws or anything fails, the temporary file is removed, an existing file at `path`
 /// is unchanged, and the caller gets the error. A killed writer leaves a hidden file, which the
-/// next writer of the same path removes. If `path` is a symbolic link, its target is replaced, or made where
-/// there is none yet.
+/// next writer of the same path removes. If `path` is a symbolic link, its target is replaced, or
+/// created if it does not exist.
 ///
 /// Errors   std::runtime_error "PATH: reason": missing or unwritable folder, full disk, `path` is a
-///          directory or device, or names an open file (/dev/stdout); also for a std::system_error that `write` throws.
+///          directory or device, or names an open file (/dev/stdout); also for a std::system_error
+///          that `write` throws.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write,
                       Flush flush = Flush::at_once);
 
-/// Makes `content` what the file at `path` holds, for `write` above to call.
+/// Writes `content` to the file at `path`, for `write` above to call.
 ///
-/// Errors   std::system_error with the system's reason, as a full disk.
+/// Errors   std::system_error with the system's reason, such as a full disk.
 void write_content(const std::filesystem::path& path, std::string_view content);
 inline void write_content(const std::filesystem::path& path, const std::vector<char>& content) {
     write_content(path, std::string_view(content.data(), content.size()));

@@ -214,7 +214,8 @@ const std::vector<std::string>& materials() {  // as in the enum
     return names;
 }
 
-/// What a text says of droplets; a file of indices, whose wavelength may follow.
+/// Droplets as far as their text has been read. A file of indices is read at the end, because the
+/// wavelength may follow it in the text.
 struct DropletText {
     Droplets droplets;
     std::string index_file;
@@ -321,7 +322,7 @@ void check_parameters(const PhaseText& text, const DropletText& met) {
         text.refuse("mie: index must be absent where material is given, got both");
 }
 
-/// What gives the sizes, as `read` reads it.
+/// The text of the size distribution, which `read` takes back.
 std::string size_text(const Droplets& droplets) {
     if (droplets.distribution == Droplets::Distribution::modified_gamma)
         return "distribution=modified_gamma,mode_radius=" + shortest_text(droplets.mode_radius) +

@@ -42,13 +42,13 @@ struct EffectiveSize {
     double radius, variance;
 };
 
-/// Those of any distribution: as given, from gamma functions, or integrated over rows.
+/// The effective size of any distribution: as given, from gamma functions, or integrated over rows.
 EffectiveSize effective_size(const Droplets& droplets);
 
 /// True where the droplets are of the same sizes, whatever they consist of.
 bool have_same_sizes(const Droplets& a, const Droplets& b) noexcept;
 
-/// The same distribution, every droplet `times` as large.
+/// Makes every droplet `times` as large.
 Droplets scaled(const Droplets& droplets, double times);
 
 /// The index of refraction n + i k: of water from Segelstein, University of Missouri, 1981, of ice
@@ -57,14 +57,15 @@ std::complex<double> index_of_refraction(const Droplets& droplets);
 
 /// Droplets by Mie scattering, unpolarised.
 ///
-/// Sizes    2,000, of rows four at least between any two of them, up to where those left out add less than 1e-6 to phi straight on. Real indices
-///          have resonances narrower than any spacing: with all sizes there are, phi would be up
-///          to 6 % different where it is smallest, 1 % in root mean square, g by 2e-4.
+/// Sizes    2,000, at least four between neighbouring rows, up to where those left out add less than
+///          1e-6 to phi at 0 degrees. Without absorption, resonances are narrower than any spacing:
+///          with all sizes, phi would differ by up to 6 % where it is smallest, by 1 % in root mean
+///          square, and g by 2e-4.
 /// Range    2 pi radius / wavelength of every droplet at most 5,000, of the effective radius at
 ///          least 1e-4.
 /// Accuracy phi 1e-6 relative in the forward peak; moments 1e-12.
 /// Cost     of the first value, 0.03 s for a cloud of 10 um at 0.55 um, growing as the cube
-///          of their ratio up to seconds; copies, and all that live of the same droplets, share one table.
+///          of their ratio up to seconds; all objects of the same droplets share one table.
 /// Threads  may be constructed and asked by several at a time.
 struct Mie {
     static constexpr PhaseKind kind{

@@ -6,7 +6,8 @@
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
-#include <stratus/transfer/stack.h>
+#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include <cmath>
 #include <limits>
@@ -104,79 +105,102 @@ std::vector<std::string> order_columns(int orders) {
 
 // ---- the solver --------------------------------------------------------------------------------
 
-SolverOptions options_of(const LayerQuestion& question) {
+/// Textbook doubling, whose thin layer errs where more nodes do not help.
+Method by_classic(const LayerQuestion& question) {
     SolverOptions options;
     if (question.nodes) options.nodes = question.nodes;
-    if (question.scheme == "classic") options.scheme = Scheme::classic;
+    options.scheme = Scheme::classic;
     if (question.start == "single") options.start = ClassicStart::single;
     options.start_depth = question.start_depth;
-    options.orders = question.orders;
-    return options;
-}
-
-/// Sums of single values, order by order.
-SolvedValue& operator+=(SolvedValue& sum, const SolvedValue& more) {
-    sum.total += more.total;
-    sum.single += more.single;
-    sum.multiple += more.multiple;
-    return sum;
-}
-
-Method by_solver(const LayerQuestion& question) {
-    const SolverOptions options = options_of(question);
-    Method method;
-    method.fluxes = [=](const std::vector<double>& mu) {
-        const SolverOptions first_mode = flux_only(options);
-        const LayerSolution solution = solve_layer(question.phase_function, question.albedo,
-                                                   question.optical_depth, mu, first_mode);
-        auto absorptance = absorptance_of(solution, question.orders);
-        if (question.albedo == 1 && question.orders == 0) absorptance.second = 0;
-        MethodFluxes fluxes =
-            fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
-        if (question.orders == 0) return fluxes;
-        std::vector<double> albedo, transmittance;
-        for (const LayerSolution& order : solve_orders(question.phase_function, question.albedo,
-                                                       question.optical_depth, mu, first_mode)) {
-            albedo.push_back(order.spherical_albedo);
-            transmittance.push_back(order.total_transmittance);
-        }
-        fluxes.lists.insert(fluxes.lists.begin(),
-                            {{"spherical_albedo_of_order", albedo},
-                             {"diffuse_transmittance_of_order", transmittance}});
-        return fluxes;
+    const auto solve = [=](const std::vector<double>& mu, const SolverOptions& with) {
+        return solve_layer(question.phase_function, question.albedo, question.optical_depth, mu,
+                           with);
     };
-    if (question.orders == 0) {
-        method.rows = rows_by([=](const std::vector<double>& mu) {
-            return solve_layer(question.phase_function, question.albedo, question.optical_depth, mu,
-                               options);
-        });
-        return method;
-    }
-    method.more_columns = order_columns(question.orders);
-    method.rows = [=](const std::vector<Geometry>& geometries) {
-        const Cosines cosines(geometries);
-        const std::vector<LayerSolution> orders =
-            solve_orders(question.phase_function, question.albedo, question.optical_depth,
-                         cosines.values, options);
-        std::vector<MethodRow> rows;
-        for (const Geometry& at : geometries) {
-            const int in = cosines[at.mu_in], out = cosines[at.mu_out];
-            MethodRow row{};
-            for (const LayerSolution& order : orders) {
-                const SolvedValue value = order.reflection(in, out, at.azimuth);
-                row.reflection += value;
-                row.more.push_back(value.total);
-            }
-            for (const LayerSolution& order : orders) {
-                const SolvedValue value = order.transmission(in, out, at.azimuth);
-                row.transmission += value;
-                row.more.push_back(value.total);
-            }
-            rows.push_back(row);
-        }
-        return rows;
+    Method method;
+    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
+    method.fluxes = [=](const std::vector<double>& mu) {
+        const LayerSolution solution = solve(mu, flux_only(options));
+        auto absorptance = absorptance_of(solution, 0);
+        if (question.albedo == 1) absorptance.second = 0;
+        return fluxes_of(solution, mu, question.optical_depth, std::move(absorptance));
     };
     return method;
+}
+
+/// The single layer whose orders are counted, one by one.
+std::vector<LayerSolution> orders_of(const Stack& stack, const std::vector<double>& mu,
+                                     const SolverOptions& options) {
+    const StackLayer& layer = stack.layers.front();
+    return solve_orders(layer.phase_function, layer.albedo, layer.optical_depth, mu, options);
+}
+
+MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
+                           const std::vector<double>& mu) {
+    const SolvedFluxes solved = solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
+    const ModeSolution& solution = solved.fluxes;
+    const bool is_over = stack.lower_boundary.is_present();
+    double depth = 0;
+    bool is_conservative = options.orders == 0 && (!is_over || stack.lower_boundary.albedo == 1);
+    for (const StackLayer& layer : stack.layers) {
+        depth += layer.optical_depth;
+        is_conservative = is_conservative && layer.albedo == 1;
+    }
+    auto absorptance = absorptance_of(solution, options.orders);
+    // The boundary's share is part of it: what falls on the boundary is not lost.
+    if (is_over) absorptance.second = 1 - solution.spherical_albedo;
+    if (is_conservative) absorptance.second = 0;
+    MethodFluxes fluxes = fluxes_of(solution, mu, depth, std::move(absorptance));
+    if (is_over) {
+        fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
+        if (!mu.empty())
+            fluxes.lists.emplace_back("plane_ground_absorptance",
+                                      to_list(solution.ground_absorptance));
+    }
+    fluxes.uniform.emplace_back("error", solved.error);
+    fluxes.misses = options.tolerance > 0 && solved.relative_error > options.tolerance;
+    if (options.orders == 0) return fluxes;
+    SolverOptions with = flux_only(options);
+    with.nodes = solved.nodes;
+    std::vector<double> albedo, transmittance;
+    for (const LayerSolution& order : orders_of(stack, mu, with)) {
+        albedo.push_back(order.spherical_albedo);
+        transmittance.push_back(order.total_transmittance);
+    }
+    fluxes.lists.insert(fluxes.lists.begin(), {{"spherical_albedo_of_order", albedo},
+                                               {"diffuse_transmittance_of_order", transmittance}});
+    return fluxes;
+}
+
+bool misses(double value, double error, double tolerance) {
+    return tolerance > 0 && error > tolerance * std::abs(value);
+}
+
+std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& options,
+                                   const std::vector<Geometry>& geometries) {
+    const SolvedGeometries solved =
+        solve_geometries(stack.layers, stack.lower_boundary, geometries, options);
+    std::vector<MethodRow> rows;
+    for (const SolvedGeometry& at : solved.at)
+        rows.push_back(
+            {at.reflection,
+             at.transmission,
+             {at.reflection_error, at.transmission_error},
+             misses(at.reflection.total, at.reflection_error, options.tolerance) ||
+                 misses(at.transmission.total, at.transmission_error, options.tolerance)});
+    if (options.orders == 0) return rows;
+    SolverOptions with = options;
+    with.nodes = solved.nodes;
+    const Cosines cosines(geometries);
+    const std::vector<LayerSolution> orders = orders_of(stack, cosines.values, with);
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        const Geometry& at = geometries[row];
+        const int in = cosines[at.mu_in], out = cosines[at.mu_out];
+        for (const LayerSolution& order : orders)
+            rows[row].more.push_back(order.reflection(in, out, at.azimuth).total);
+        for (const LayerSolution& order : orders)
+            rows[row].more.push_back(order.transmission(in, out, at.azimuth).total);
+    }
+    return rows;
 }
 
 // ---- the reference solvers ---------------------------------------------------------------------
@@ -321,38 +345,29 @@ Method method_of(const LayerQuestion& question) {
     if (question.scheme == "h-function") return by_h_function(question);
     if (question.scheme == "markov") return by_markov(question);
     if (question.scheme == "photons") return by_photons(question);
-    return by_solver(question);
+    if (question.scheme == "classic") return by_classic(question);
+    return method_of(
+        Stack{{{question.phase_function, question.albedo, question.optical_depth}}, {}}, question);
 }
 
-Method method_of(const Stack& stack, int nodes) {
+Method method_of(const Stack& stack, const LayerQuestion& question) {
     SolverOptions options;
-    if (nodes) options.nodes = nodes;
-    const auto solve = [=](const std::vector<double>& mu, const SolverOptions& with) {
-        return solve_stack(stack.layers, stack.lower_boundary, mu, with);
-    };
+    options.orders = question.orders;
+    if (question.nodes)
+        options.nodes = question.nodes;
+    else
+        options.tolerance = question.tolerance;
     Method method;
-    method.rows = rows_by([=](const std::vector<double>& mu) { return solve(mu, options); });
+    // With orders, these are solved at all cosines that are given at once.
+    if (question.orders == 0) method.max_cosines = std::numeric_limits<std::size_t>::max();
+    method.more_columns = error_columns();
+    for (const std::string& column : order_columns(question.orders))
+        method.more_columns.push_back(column);
+    method.rows = [=](const std::vector<Geometry>& geometries) {
+        return solved_rows(stack, options, geometries);
+    };
     method.fluxes = [=](const std::vector<double>& mu) {
-        const StackSolution solution = solve(mu, flux_only(options));
-        double depth = 0;
-        bool is_conservative =
-            !stack.lower_boundary.is_present() || stack.lower_boundary.albedo == 1;
-        for (const StackLayer& layer : stack.layers) {
-            depth += layer.optical_depth;
-            is_conservative = is_conservative && layer.albedo == 1;
-        }
-        // The boundary's share is part of it: what falls on the boundary is not lost.
-        const double absorptance =
-            1 - solution.spherical_albedo -
-            (stack.lower_boundary.is_present() ? 0 : solution.total_transmittance);
-        MethodFluxes fluxes =
-            fluxes_of(solution, mu, depth, {"absorptance", is_conservative ? 0 : absorptance});
-        if (!stack.lower_boundary.is_present()) return fluxes;
-        fluxes.uniform.emplace_back("ground_absorptance", solution.spherical_ground_absorptance);
-        if (!mu.empty())
-            fluxes.lists.emplace_back("plane_ground_absorptance",
-                                      to_list(solution.ground_absorptance));
-        return fluxes;
+        return solved_fluxes(stack, options, mu);
     };
     return method;
 }

@@ -3,7 +3,7 @@
 
 #include <stratus/bake/stack_file.h>
 #include <stratus/runtime/phase_function.h>
-#include <stratus/transfer/solve.h>
+#include <stratus/transfer/solution.h>
 
 #include <cstdint>
 #include <functional>
@@ -19,7 +19,8 @@ struct LayerQuestion {
     PhaseFunction phase_function;
     double albedo = 0, optical_depth = 0;
     std::string scheme = "harmonic";
-    int nodes = 0;
+    int nodes = 0;            // harmonic: 0: as many as the tolerance needs
+    double tolerance = 1e-4;  // harmonic, relative
     int orders = 0;          // harmonic, markov: one by one; photons: the last one followed
     std::string start;       // classic
     double start_depth = 0;  // classic
@@ -33,6 +34,7 @@ struct LayerQuestion {
 struct MethodRow {
     SolvedValue reflection, transmission;
     std::vector<double> more;
+    bool misses = false;  // the tolerance
 };
 
 /// Fluxes by name, in output order: under uniform illumination, and lists of
@@ -40,6 +42,7 @@ struct MethodRow {
 struct MethodFluxes {
     std::vector<std::pair<std::string, double>> uniform;
     std::vector<std::pair<std::string, std::vector<double>>> lists;
+    bool misses = false;  // the tolerance
 };
 
 struct Method {
@@ -51,6 +54,6 @@ struct Method {
 
 /// Errors   std::invalid_argument for what a scheme cannot solve.
 Method method_of(const LayerQuestion& question);
-Method method_of(const Stack& stack, int nodes);
+Method method_of(const Stack& stack, const LayerQuestion& how);  // by the solver
 
 }  // namespace stratus

@@ -18,7 +18,9 @@
 #include <optional>
 #include <ostream>
 #include <set>
+#include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace stratus {
@@ -29,6 +31,7 @@ struct SolveCommand {
     LayerQuestion question;
     std::vector<double> mu_in;
     bool asked = false;  // a query was given
+    bool accept = false;
     bool quiet = false;
 };
 
@@ -41,29 +44,44 @@ void write_row(std::ostream& out, const std::vector<double>& row, const MethodRo
     out << '\n';
 }
 
-/// Values below zero among the answers: they come from a phase series cut short.
-struct Negatives {
-    int values = 0;
+/// What users have to be told of the answers.
+struct Findings {
+    int negative = 0;  // values: they come from a phase series cut short
     double lowest = 0;
+    std::size_t rows = 0, missing = 0;  // the tolerance
+    std::string worst;                  // of those missing it
+    double worst_error = 0;             // relative
 
-    void look_at(const MethodRow& row) {
+    void look_at(const Geometry& at, const MethodRow& row) {
         constexpr double rounding = 1e-15;
         for (const double value : {row.reflection.total, row.transmission.total})
             if (value < -rounding) {
-                ++values;
+                ++negative;
                 lowest = std::min(lowest, value);
             }
+        ++rows;
+        if (!row.misses) return;
+        ++missing;
+        for (const auto& [side, value, error] :
+             {std::tuple("R", row.reflection.total, row.more[0]),
+              std::tuple("T", row.transmission.total, row.more[1])}) {
+            if (error <= worst_error * std::abs(value)) continue;
+            worst_error = error / std::abs(value);
+            worst = std::string(side) + " at mu_in " + shortest_text(at.mu_in) + ", mu_out " +
+                    shortest_text(at.mu_out) + ", azimuth_deg " +
+                    shortest_text(std::round(degrees(at.azimuth) * 1e9) / 1e9);
+        }
     }
 };
 
-Negatives answer_query(const SolveCommand& command, const Method& method) {
+Findings answer_query(const SolveCommand& command, const Method& method) {
     require_different_files("solve", command.query, command.output);
     const CsvTable query = read_query(command.query, {"mu_in", "mu_out", "azimuth_deg"});
     const auto column = [&](const char* name) {
         return static_cast<std::size_t>(query.column(name));
     };
     const std::size_t in = column("mu_in"), out = column("mu_out"), azimuth = column("azimuth_deg");
-    Negatives negatives;
+    Findings findings;
     write_answer(command.output, [&](std::ostream& stream) {
         for (const std::string& name : query.columns) stream << name << ',';
         stream << "reflection,transmission,reflection_single,transmission_single,"
@@ -80,13 +98,14 @@ Negatives answer_query(const SolveCommand& command, const Method& method) {
                 geometries.push_back({of[in], of[out], radians(of[azimuth])});
                 cosines.insert({of[in], of[out]});
             }
-            for (const MethodRow& answer : method.rows(geometries)) {
-                write_row(stream, query.rows[first++], answer);
-                negatives.look_at(answer);
+            const std::vector<MethodRow> answers = method.rows(geometries);
+            for (std::size_t i = 0; i < answers.size(); ++i) {
+                write_row(stream, query.rows[first++], answers[i]);
+                findings.look_at(geometries[i], answers[i]);
             }
         }
     });
-    return negatives;
+    return findings;
 }
 
 /// JSON of numbers and lists, one a line.
@@ -120,7 +139,8 @@ class Json {
 };
 
 /// `medium`: what the layer or the stack is, as far as numbers tell.
-void answer_fluxes(const SolveCommand& command, const Method& method,
+/// Returns whether they miss the tolerance.
+bool answer_fluxes(const SolveCommand& command, const Method& method,
                    const std::vector<std::pair<std::string, double>>& medium) {
     const MethodFluxes fluxes = method.fluxes(command.mu_in);
     write_answer(command.output, [&](std::ostream& out) {
@@ -130,6 +150,7 @@ void answer_fluxes(const SolveCommand& command, const Method& method,
         for (const auto& [name, values] : fluxes.lists) json.list(name, values);
         json.end();
     });
+    return fluxes.misses;
 }
 
 /// A number, or the albedo of the droplets.
@@ -160,20 +181,29 @@ void run_solve(SolveCommand command) {
         double depth = 0;
         for (const StackLayer& layer : stack.layers) depth += layer.optical_depth;
         medium = {{"optical_depth", depth}};
-        method = method_of(stack, question.nodes);
+        method = method_of(stack, question);
     }
     for (const std::string& text : notes) note(text);
+    const std::string missed = "solve: the tolerance of " + shortest_text(question.tolerance) +
+                               " is missed, and 512 nodes would not reach it: ";
+    const std::string way_out = " (--accept: exit code 0)";
     if (!command.asked) {
-        answer_fluxes(command, method, medium);
+        if (answer_fluxes(command, method, medium) && !command.accept)
+            throw std::runtime_error(missed + "see error" + way_out);
         return;
     }
-    const Negatives negatives = answer_query(command, method);
-    if (negatives.values > 0)
-        note(std::to_string(negatives.values) + " values are negative, down to " +
-             shortest_text(negatives.lowest) +
+    const Findings findings = answer_query(command, method);
+    if (findings.negative > 0)
+        note(std::to_string(findings.negative) + " values are negative, down to " +
+             shortest_text(findings.lowest) +
              (question.scheme == "photons"
                   ? ": chance, see their errors"
                   : ": the phase function's series is, as far as these --nodes reach"));
+    if (findings.missing > 0 && !command.accept)
+        throw std::runtime_error(missed + "by " + std::to_string(findings.missing) + " of " +
+                                 std::to_string(findings.rows) + " rows, most by " +
+                                 findings.worst + ", whose relative error is some " +
+                                 short_number(findings.worst_error) + way_out);
 }
 
 /// Refuses an option that the scheme does not know.
@@ -190,6 +220,7 @@ void check_given(const CLI::App& solve, const std::string& scheme) {
     const auto given = [&](const char* name) { return solve.get_option(name)->count() > 0; };
     for (const char* needed : {"--phase", "--albedo", "--optical-depth"})
         if (!given("--layers") && !given(needed)) throw CLI::RequiredError(needed);
+    require_scheme(solve.get_option("--tolerance"), scheme, {"harmonic"});
     require_scheme(solve.get_option("--orders"), scheme, {"harmonic", "markov", "photons"});
     for (const char* name : {"--start", "--start-depth"})
         require_scheme(solve.get_option(name), scheme, {"classic"});
@@ -214,8 +245,18 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
         ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
     solve
         .add_option("--nodes", command.question.nodes,
-                    "Gauss nodes of the solver, [1, 512]. Default: 32; h-function 64, markov 16")
+                    "Gauss nodes of the solver, [1, 512], in place of --tolerance. Default of other "
+                    "schemes: classic 32, h-function 64, markov 16")
         ->check(whole_number(1, 512));
+    solve
+        .add_option("--tolerance", command.question.tolerance,
+                    "harmonic: relative error of R and T, or of fluxes, [1e-12, 1]; nodes are "
+                    "chosen to meet it. The errors of all values are estimated and given")
+        ->capture_default_str()
+        ->check(number("in [1e-12, 1]", [](double t) { return t >= 1e-12 && t <= 1; }))
+        ->excludes(solve.get_option("--nodes"));
+    solve.add_flag("--accept", command.accept,
+                   "Exit code 0 even if 512 nodes do not meet the tolerance");
     solve
         .add_option("--scheme", command.question.scheme,
                     "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "

@@ -25,9 +25,9 @@ int main(void) {
     const stratus_geometry geometry = {0.8, 0.5, 1}; /* mu_in, mu_out, azimuth */
     const stratus_problem problem = {
         .size = sizeof(stratus_problem), .layer_count = 2, .layers = layers};
-    stratus_scattered r;
+    stratus_solved r;
     demand(stratus_solve(&problem, 1, &geometry, &r, NULL));
-    printf("a haze over a cloud: R = %.4f\n", r.single + r.multiple);
+    printf("a haze over a cloud: R = %.4f, right to %.0e\n", r.single + r.multiple, r.error);
 
     const char* const recipe =
         "phase_function = 'rayleigh'\n"

@@ -33,8 +33,10 @@ typedef struct stratus_problem {
     int below;                        /* one of the above */
     double below_albedo;              /* [0, 1] */
     const char* below_phase_function; /* of a semi-infinite layer */
-    int nodes;                        /* Gauss nodes of the solver, [1, 512]; 0: 32 */
-    int orders;                       /* [0, 200]: higher ones are left out; 0: all */
+    double tolerance;                 /* relative error of what is asked, [1e-12, 1]; 0: 1e-4 */
+    int nodes;                        /* Gauss nodes, [1, 512], in place of a tolerance; 0: none */
+    int orders;                       /* [0, 200], of one layer over nothing: higher ones are left
+                                         out; 0: all */
 } stratus_problem;
 
 typedef struct stratus_geometry {
@@ -42,10 +44,16 @@ typedef struct stratus_geometry {
     double azimuth;       /* radians */
 } stratus_geometry;
 
+/* Light scattered once and more often, and the estimated error of their sum: 99 % of the true ones are
+ * below 1.5 times theirs. Beyond the tolerance where 512 nodes would not meet it. */
+typedef struct stratus_solved {
+    double single, multiple, error;
+} stratus_solved;
+
 /* R and diffuse T at `count` geometries: reflection[count], transmission[count], either of which
  * may be null. Over something T is 0: nothing leaves the far side of both. */
 int stratus_solve(const stratus_problem* problem, size_t count, const stratus_geometry* geometries,
-                  stratus_scattered* reflection, stratus_scattered* transmission);
+                  stratus_solved* reflection, stratus_solved* transmission);
 
 /* Under uniform illumination from above, shares of the incident flux. */
 typedef struct stratus_fluxes {
@@ -53,6 +61,7 @@ typedef struct stratus_fluxes {
     double spherical_albedo;
     double total_transmittance; /* beam included; over something: what arrives there */
     double ground_absorptance;  /* 0 where nothing is below */
+    double error;               /* the largest that is estimated of any flux asked for */
 } stratus_fluxes;
 
 /* Fluxes: of beams at the cosines mu[count], plane_albedo[count] and diffuse_transmittance[count],

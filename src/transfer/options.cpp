@@ -13,6 +13,8 @@ namespace stratus {
 void check_options(const SolverOptions& options) {
     require(options.nodes >= 1 && options.nodes <= 512, "solve", "nodes", "in [1, 512]",
             options.nodes);
+    require(options.tolerance == 0 || (options.tolerance >= 1e-12 && options.tolerance <= 1),
+            "solve", "tolerance", "0 or in [1e-12, 1]", options.tolerance);
     require(options.moments >= 0 && options.moments <= 2 * options.nodes, "solve", "moments",
             "in [0, 2 nodes]", options.moments);
     require(options.modes >= 0, "solve", "modes", ">= 0", options.modes);

@@ -203,8 +203,10 @@ StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoun
     check_layers(layers, boundary.is_present(), "solve_stack");
     check_boundary(boundary);
     const std::vector<StackLayer> unlike = merged(layers);
-    if (unlike.size() > 1 || boundary.is_present())
-        return StackRun(unlike, boundary, mu, options).run();
+    const bool is_one_layer = unlike.size() == 1 && !boundary.is_present();
+    require(options.orders == 0 || is_one_layer, "solve_stack", "orders",
+            "0 (all) for several layers or a lower boundary", options.orders);
+    if (!is_one_layer) return StackRun(unlike, boundary, mu, options).run();
     const StackLayer& only = unlike.front();
     return as_stack(solve_layer(only.phase_function, only.albedo, only.optical_depth, mu, options),
                     only);

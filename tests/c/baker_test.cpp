@@ -45,7 +45,7 @@ stratus_problem problem_of(const stratus_layer* layers, std::size_t count, int n
 /// R and T of a solution whose cosines are those of the geometries, two each.
 template <class Solution>
 void expect_same(const Solution& solution, const std::vector<stratus_geometry>& geometries,
-                 const std::vector<stratus_scattered>& r, const std::vector<stratus_scattered>& t) {
+                 const std::vector<stratus_solved>& r, const std::vector<stratus_solved>& t) {
     for (std::size_t i = 0; i < geometries.size(); ++i) {
         const int in = static_cast<int>(2 * i);
         const auto R = solution.reflection(in, in + 1, geometries[i].azimuth);
@@ -65,7 +65,7 @@ TEST(SolverInC, SolvesLayersAndStacks) {
         geometries.push_back({0.01 + 0.02 * i, 0.995 - 0.021 * i, 0.07 * i});
         mu.insert(mu.end(), {geometries.back().mu_in, geometries.back().mu_out});
     }
-    std::vector<stratus_scattered> r(geometries.size()), t(geometries.size());
+    std::vector<stratus_solved> r(geometries.size()), t(geometries.size());
     stratus::SolverOptions options;
     options.nodes = 12;
     const auto solve = [&](const stratus_problem& problem) {
@@ -85,6 +85,8 @@ TEST(SolverInC, SolvesLayersAndStacks) {
     expect_same(
         stratus::solve_layer(cloud.phase_function, cloud.albedo, cloud.optical_depth, mu, options),
         geometries, r, t);
+    EXPECT_GT(r[3].error, 0);
+    EXPECT_LT(r[3].error, 0.1 * r[3].multiple);
     problem.orders = options.orders = 0;
     problem.below = STRATUS_LAYER_BELOW;
     problem.below_albedo = 0.8;
@@ -95,7 +97,7 @@ TEST(SolverInC, SolvesLayersAndStacks) {
                     stratus::LowerBoundary::layer(stratus::PhaseFunction::isotropic(), 0.8)),
                 geometries, r, t);
     EXPECT_EQ(t[3].single, 0);
-    const std::vector<stratus_scattered> before = r;
+    const std::vector<stratus_solved> before = r;
     ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), nullptr, t.data()), STRATUS_OK);
     ASSERT_EQ(stratus_solve(&problem, 2, geometries.data(), r.data(), nullptr), STRATUS_OK);
     EXPECT_NEAR(r[1].multiple, before[1].multiple, 1e-12);
@@ -125,7 +127,7 @@ TEST(SolverInC, GivesFluxesThatConserveEnergy) {
 TEST(SolverInC, RefusesInWords) {
     stratus_problem problem = problem_of(haze_over_cloud, 2);
     const stratus_geometry good{0.5, 0.5, 0}, flat{0, 0.5, 0}, nowhere{0.5, 0.5, infinity};
-    stratus_scattered r{7, 7};
+    stratus_solved r{7, 7, 7};
     const auto refused = [&](const stratus_problem* of, const stratus_geometry* at,
                              const char* part) {
         expect_refused(stratus_solve(of, 1, at, &r, nullptr), STRATUS_INVALID_ARGUMENT, part);
@@ -273,7 +275,8 @@ TEST(BakerInC, BakesStacks) {
     const stratus_problem problem = problem_of(layers, count, 24);
     const stratus_geometry geometry{0.8, 0.4, 1};
     const stratus_point point{info.optical_depth.lowest, info.albedo.lowest, 0.8, 0.4, 1};
-    stratus_scattered met{}, solved{};
+    stratus_scattered met{};
+    stratus_solved solved{};
     ASSERT_EQ(stratus_table_transmission(table, 1, &point, &met), STRATUS_OK);
     ASSERT_EQ(stratus_solve(&problem, 1, &geometry, nullptr, &solved), STRATUS_OK);
     EXPECT_NEAR(met.single + met.multiple, solved.single + solved.multiple,

@@ -23,7 +23,9 @@ enum class Truncate {
 };
 
 struct SolverOptions {
-    int nodes = 32;   // Gauss nodes in (0, 1), [1, 512]
+    int nodes = 32;        // Gauss nodes in (0, 1), [1, 512]
+    double tolerance = 0;  // [1e-12, 1], relative: solve_geometries and solve_fluxes choose the
+                           // nodes (solve_to_tolerance.h); 0: as given
     int moments = 0;  // of the phase function, before its peak is cut off; 0: chosen for the nodes
     int modes = 0;    // azimuthal modes solved; 0: until the rest is negligible
     int orders = 0;   // [0, 200]; higher scattering orders are left out; 0: all

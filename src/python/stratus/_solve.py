@@ -22,13 +22,16 @@ class Light:
     """R and diffuse T at geometries, in the shape that these have together.
 
     `_single` is the light scattered once, over a lower boundary by the layer or the boundary; the
-    rest is that of the orders n >= 2.
+    rest is that of the orders n >= 2. `_error` is the estimated error of the total: 99 % of the true
+    ones are below 1.5 times theirs.
     """
 
     reflection: NDArray[np.float64]
     transmission: NDArray[np.float64]
     reflection_single: NDArray[np.float64]
     transmission_single: NDArray[np.float64]
+    reflection_error: NDArray[np.float64]
+    transmission_error: NDArray[np.float64]
 
     @property
     def reflection_multiple(self) -> NDArray[np.float64]:
@@ -56,6 +59,7 @@ class Fluxes:
     plane_albedo: NDArray[np.float64]
     diffuse_transmittance: NDArray[np.float64]
     direct_transmittance: NDArray[np.float64]
+    error: float  # the largest that is estimated of any of them
 
 
 class Stack:
@@ -82,7 +86,13 @@ def _boundary(below: Below | None) -> object:
     return below
 
 
-def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...]) -> Light:
+def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], tolerance: float) -> Light:
+    missed = sum(
+        int(np.count_nonzero(error > tolerance * np.abs(value)))
+        for value, error in ((found[0], found[4]), (found[1], found[5]))
+    )
+    if missed:
+        warn_of([f"solve: the tolerance of {tolerance:g} is missed by {missed} of {2 * found[0].size} values"])
     return Light(*(values.reshape(shape)[()] for values in found))
 
 
@@ -94,7 +104,8 @@ def solve(
     mu_out: ArrayLike,
     azimuth: ArrayLike,
     *,
-    nodes: int = 32,
+    tolerance: float = 1e-4,
+    nodes: int | None = None,
     orders: int = 0,
     below: Below | None = None,
 ) -> Light:
@@ -102,23 +113,35 @@ def solve(
 
     albedo, optical_depth   [0, 1] and [0, inf]
     mu_in, mu_out, azimuth  cosines (0, 1], radians; azimuth 0 is the forward side
-    nodes                   Gauss nodes, [1, 512]: R and T are right to rounding as they grow
+    tolerance               relative error of R and T, [1e-12, 1]; as many Gauss nodes as it needs
+    nodes                   their number in place of a tolerance, [1, 512]
     orders                  light scattered more often is left out, [0, 200]; 0: all
     below                   what the layer lies on: the albedo of a Lambert surface, or the phase
                             function and albedo of a semi-infinite layer
 
-    Errors   ValueError naming argument, range and value.
+    Errors   ValueError naming argument, range and value. A tolerance that 512 nodes would not meet is
+             a UserWarning, and the errors say by how much it is missed.
     Cost     that of a solution for every 63 cosines, in the order in which they come.
     """
     arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth)
     own = phase_function_of(phase_function)._own
-    return _light(_stratus.solve_layer(own, albedo, optical_depth, *arrays, nodes, orders, _boundary(below)), shape)
+    found = _stratus.solve_layer(own, albedo, optical_depth, *arrays, nodes or 0, tolerance, orders, _boundary(below))
+    return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
-def solve_stack(stack: Stack, mu_in: ArrayLike, mu_out: ArrayLike, azimuth: ArrayLike, *, nodes: int = 32) -> Light:
+def solve_stack(
+    stack: Stack,
+    mu_in: ArrayLike,
+    mu_out: ArrayLike,
+    azimuth: ArrayLike,
+    *,
+    tolerance: float = 1e-4,
+    nodes: int | None = None,
+) -> Light:
     """R and T of a stack lit from above, as `solve` has them."""
     arrays, shape = broadcast(np.float64, mu_in, mu_out, azimuth)
-    return _light(_stratus.solve_stack(stack._own, *arrays, nodes), shape)
+    found = _stratus.solve_stack(stack._own, *arrays, nodes or 0, tolerance, 0)
+    return _light(found, shape, tolerance if nodes is None else np.inf)
 
 
 def _fluxes(found: dict[str, Any], mu_in: NDArray[np.float64]) -> Fluxes:
@@ -133,18 +156,21 @@ def fluxes(
     optical_depth: float,
     mu_in: ArrayLike = 1.0,
     *,
-    nodes: int = 32,
+    tolerance: float = 1e-4,
+    nodes: int | None = None,
     orders: int = 0,
     below: Below | None = None,
 ) -> Fluxes:
     """Fluxes of one layer, at cosines mu_in of shape (n,) or one. Arguments as of `solve`."""
     at = np.atleast_1d(np.asarray(mu_in, np.float64))
     own = phase_function_of(phase_function)._own
-    found = _stratus.layer_fluxes(own, albedo, optical_depth, at, nodes, orders, _boundary(below))
+    found = _stratus.layer_fluxes(own, albedo, optical_depth, at, nodes or 0, tolerance, orders, _boundary(below))
     return _fluxes(found, at)
 
 
-def stack_fluxes(stack: Stack, mu_in: ArrayLike = 1.0, *, nodes: int = 32) -> Fluxes:
+def stack_fluxes(
+    stack: Stack, mu_in: ArrayLike = 1.0, *, tolerance: float = 1e-4, nodes: int | None = None
+) -> Fluxes:
     """Fluxes of a stack lit from above, at cosines mu_in of shape (n,) or one."""
     at = np.atleast_1d(np.asarray(mu_in, np.float64))
-    return _fluxes(_stratus.stack_fluxes(stack._own, at, nodes), at)
+    return _fluxes(_stratus.stack_fluxes(stack._own, at, nodes or 0, tolerance, 0), at)

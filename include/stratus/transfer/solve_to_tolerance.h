@@ -1,0 +1,56 @@
+// R, T and fluxes with their estimated errors, from as many Gauss nodes as a tolerance needs.
+//
+// The layer is solved with 8 nodes, then 12, 20, 32, 48, ..., half as many again at each step, until
+// the changes from step to step say that what is asked for is within the tolerance
+// (src/transfer/convergence.h). bench/tolerance_bench.cpp compares the estimates with the truth.
+#pragma once
+
+#include <stratus/runtime/lower_boundary.h>
+#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/stack_layers.h>
+#include <stratus/transfer/solution.h>
+#include <stratus/transfer/solver_options.h>
+
+#include <vector>
+
+namespace stratus {
+
+struct SolvedGeometry {
+    SolvedValue reflection, transmission;
+    double reflection_error = 0, transmission_error = 0;  // estimated, of the totals
+};
+
+struct SolvedGeometries {
+    std::vector<SolvedGeometry> at;  // in the order asked
+    int nodes = 0;                   // the most that any of them was solved with
+};
+
+/// R and T of a layer or a stack on a lower boundary, top first, at any number of geometries.
+///
+/// Range    layers, boundary and options as for solve_stack; cosines [1e-100, 1]. Where
+///          options.tolerance is 0, options.nodes are used, and compared with fewer.
+/// Errors   std::invalid_argument naming argument, range and value.
+/// Accuracy 99 % of the errors are below 1.5 times their estimate (docs/accuracy.md). A tolerance
+///          that 512 nodes do not reach, or would not by the pace so far, is missed: see the errors.
+/// Cost     that of the last solution, and a third of it for the others; a solution for every 62
+///          cosines, in the order in which they come.
+SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
+                                  const LowerBoundary& boundary,
+                                  const std::vector<Geometry>& geometries,
+                                  const SolverOptions& options);
+
+/// The largest ratio of an error to its value; the values that are 0 are left out.
+double largest_relative_error(const SolvedGeometries& solved);
+
+struct SolvedFluxes {
+    ModeSolution fluxes;  // at `mu`; without modes
+    double error = 0;     // the largest that is estimated of any of them
+    double relative_error = 0;
+    int nodes = 0;
+};
+
+/// Fluxes likewise, at the cosines `mu` or none, relative to which the tolerance is.
+SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                          const std::vector<double>& mu, const SolverOptions& options);
+
+}  // namespace stratus

@@ -1,0 +1,237 @@
+#include <stratus/transfer/solve_to_tolerance.h>
+
+#include <stratus/runtime/constants.h>
+#include <stratus/transfer/stack.h>
+
+#include "convergence.h"
+#include "options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+namespace stratus {
+
+namespace {
+
+constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, most_nodes = 512;
+constexpr int patience = 96;     // nodes before a tolerance can be given up as out of reach
+constexpr double rough = 1e-2;   // tolerance of what few nodes are compared with
+
+/// Half as many again, in whole registers.
+int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
+
+int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
+
+struct Estimate {
+    std::vector<double> values, errors;  // absolute errors
+    int nodes = 0;
+};
+
+/// The largest error of the values that count, relative to the value.
+double largest_relative(const Estimate& found, const std::vector<bool>& counts) {
+    double largest = 0;
+    for (std::size_t i = 0; i < found.values.size(); ++i)
+        if (counts[i] && found.values[i] != 0)
+            largest = std::max(largest, found.errors[i] / std::abs(found.values[i]));
+    return largest;
+}
+
+/// Solves with more and more nodes, until the values that count are within the tolerance or will
+/// not be with the most nodes. `solve` gives all values by a number of nodes.
+template <class Solve>
+Estimate solve_until(double tolerance, int first_nodes, const std::vector<bool>& counts,
+                     const Solve& solve) {
+    Convergence convergence;
+    for (int nodes = first_nodes;; nodes = more_nodes(nodes)) {
+        Estimate found{{}, {}, nodes};
+        try {
+            found.values = solve(nodes);
+        } catch (const std::runtime_error&) {  // the phase function's series is too negative
+            if (nodes == most_nodes) throw;
+            continue;
+        }
+        convergence.add(found.values);
+        if (!convergence.can_tell()) continue;
+        found.errors = convergence.errors();
+        const double error = largest_relative(found, counts);
+        const double steps = std::log(most_nodes / static_cast<double>(nodes)) / std::log(1.5);
+        const bool is_out_of_reach =
+            nodes >= patience && error * std::pow(convergence.decay(), steps) > tolerance;
+        if (error <= tolerance || nodes == most_nodes || is_out_of_reach) return found;
+    }
+}
+
+/// Solves with `nodes`, and compares with fewer; or, where these are few, with more.
+template <class Solve>
+Estimate solve_with(int nodes, const std::vector<bool>& counts, const Solve& solve) {
+    if (nodes >= fewest_nodes) {
+        const int third = fewer_nodes(nodes), second = fewer_nodes(third);
+        Convergence convergence;
+        try {
+            for (const int fewer : {fewer_nodes(second), second, third})
+                convergence.add(solve(fewer));
+            const std::vector<double> values = solve(nodes);
+            convergence.add(values);
+            return {values, convergence.errors(), nodes};
+        } catch (const std::runtime_error&) {  // perhaps only of the fewer ones
+        }
+    }
+    const Estimate finer = solve_until(rough, fewest_nodes, counts, solve);
+    Estimate found{solve(nodes), finer.errors, nodes};
+    for (std::size_t i = 0; i < found.values.size(); ++i)
+        found.errors[i] += std::abs(found.values[i] - finer.values[i]);
+    return found;
+}
+
+/// As options say. `found`: nodes that sufficed for the like before, or 0.
+template <class Solve>
+Estimate solve_as(const SolverOptions& options, int fewest, int found,
+                  const std::vector<bool>& counts, const Solve& solve) {
+    if (options.tolerance == 0) return solve_with(options.nodes, counts, solve);
+    int first = fewest;
+    while (more_nodes(more_nodes(more_nodes(first))) < found) first = more_nodes(first);
+    return solve_until(options.tolerance, first, counts, solve);
+}
+
+/// Geometries that are solved at once.
+class Group {
+  public:
+    /// As many of `geometries`, from `first` on, as share a list of cosines of reasonable length:
+    /// extra directions cost as much as nodes do.
+    Group(const std::vector<Geometry>& geometries, std::size_t first) {
+        constexpr std::size_t most_cosines = 64;
+        for (std::size_t i = first; i < geometries.size() && mu_.size() + 2 <= most_cosines; ++i) {
+            const int in = place_of(geometries[i].mu_in), out = place_of(geometries[i].mu_out);
+            Pair& pair = pairs_[{in, out}];
+            asked_.push_back({&pair, pair.azimuths.size()});
+            pair.azimuths.push_back(geometries[i].azimuth);
+        }
+        for (auto& [places, pair] : pairs_) {
+            const std::size_t count = pair.azimuths.size();
+            // Few values may agree by chance; others are looked at with them.
+            if (count < 4)
+                for (const double more : {0.0, 0.25, 0.5, 0.75, 1.0})
+                    pair.azimuths.push_back(more * pi);
+            for (std::size_t side = 0; side < 2; ++side)
+                for (std::size_t k = 0; k < pair.azimuths.size(); ++k) counts_.push_back(k < count);
+        }
+    }
+
+    std::size_t size() const { return asked_.size(); }
+
+    /// Of which values the error counts, in the order of `values`.
+    const std::vector<bool>& counts() const { return counts_; }
+
+    /// R and T of all pairs at all azimuths, one after the other.
+    std::vector<double> values(const StackSolution& solution) {
+        std::vector<double> all;
+        for (auto& [places, pair] : pairs_) {
+            pair.first = all.size();
+            for (const Side side : {Side::reflection, Side::transmission}) {
+                std::vector<SolvedValue>& values = side == Side::reflection ? pair.R : pair.T;
+                values = solution.values(side, places.first, places.second, pair.azimuths);
+                for (const SolvedValue& value : values) all.push_back(value.total);
+            }
+        }
+        return all;
+    }
+
+    /// The i-th geometry as last solved.
+    SolvedGeometry at(std::size_t i, const std::vector<double>& errors) const {
+        const auto& [pair, k] = asked_[i];
+        const std::size_t reflection = pair->first + k,
+                          transmission = reflection + pair->azimuths.size();
+        return {pair->R[k], pair->T[k], errors[reflection], errors[transmission]};
+    }
+
+    const std::vector<double>& cosines() const { return mu_; }
+
+  private:
+    struct Pair {
+        std::vector<double> azimuths;   // those asked, and others
+        std::vector<SolvedValue> R, T;  // at them
+        std::size_t first = 0;          // of R's among all values; T's follow
+    };
+    struct Asked {
+        const Pair* pair;
+        std::size_t azimuth;
+    };
+
+    int place_of(double mu) {
+        const auto [found, is_new] = places_.try_emplace(mu, static_cast<int>(mu_.size()));
+        if (is_new) mu_.push_back(mu);
+        return found->second;
+    }
+
+    std::vector<double> mu_;
+    std::map<double, int> places_;
+    std::map<std::pair<int, int>, Pair> pairs_;
+    std::vector<Asked> asked_;
+    std::vector<bool> counts_;
+};
+
+}  // namespace
+
+SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
+                                  const LowerBoundary& boundary,
+                                  const std::vector<Geometry>& geometries,
+                                  const SolverOptions& options) {
+    SolvedGeometries all;
+    for (std::size_t first = 0; first < geometries.size();) {
+        Group group(geometries, first);
+        SolverOptions with = options;
+        const Estimate found =
+            solve_as(options, fewest_nodes, all.nodes, group.counts(), [&](int nodes) {
+                with.nodes = nodes;
+                return group.values(solve_stack(layers, boundary, group.cosines(), with));
+            });
+        for (std::size_t i = 0; i < group.size(); ++i)
+            all.at.push_back(group.at(i, found.errors));
+        all.nodes = std::max(all.nodes, found.nodes);
+        first += group.size();
+    }
+    return all;
+}
+
+double largest_relative_error(const SolvedGeometries& solved) {
+    double largest = 0;
+    for (const SolvedGeometry& at : solved.at)
+        for (const auto& [value, error] :
+             {std::pair(at.reflection.total, at.reflection_error),
+              std::pair(at.transmission.total, at.transmission_error)})
+            if (value != 0) largest = std::max(largest, error / std::abs(value));
+    return largest;
+}
+
+SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                          const std::vector<double>& mu, const SolverOptions& options) {
+    SolverOptions with = options;
+    with.modes = 1;  // fluxes are made of the first azimuthal mode alone
+    // That is quickly solved with so many nodes that peaks need no other truncation.
+    if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
+    SolvedFluxes solved;
+    const std::size_t count = 3 * mu.size() + 3;
+    const Estimate found = solve_as(
+        options, fewest_nodes_of_fluxes, 0, std::vector<bool>(count, true), [&](int nodes) {
+            with.nodes = nodes;
+            solved.fluxes = solve_stack(layers, boundary, mu, with);
+            const ModeSolution& fluxes = solved.fluxes;
+            std::vector<double> values{fluxes.spherical_albedo, fluxes.total_transmittance,
+                                       fluxes.spherical_ground_absorptance};
+            if (mu.empty()) return values;  // those at the nodes differ
+            for (const Eigen::VectorXd* const list :
+                 {&fluxes.plane_albedo, &fluxes.diffuse_transmittance, &fluxes.ground_absorptance})
+                for (Eigen::Index i = 0; i < std::ssize(mu); ++i)
+                    values.push_back(list->size() > 0 ? (*list)(i) : 0);
+            return values;
+        });
+    for (const double error : found.errors) solved.error = std::max(solved.error, error);
+    solved.relative_error = largest_relative(found, std::vector<bool>(count, true));
+    solved.nodes = found.nodes;
+    return solved;
+}
+
+}  // namespace stratus

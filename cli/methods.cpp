@@ -171,10 +171,6 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
     return fluxes;
 }
 
-bool misses(double value, double error, double tolerance) {
-    return tolerance > 0 && error > tolerance * std::abs(value);
-}
-
 std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& options,
                                    const std::vector<Geometry>& geometries) {
     const SolvedGeometries solved =
@@ -185,8 +181,9 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
             {at.reflection,
              at.transmission,
              {at.reflection_error, at.transmission_error},
-             misses(at.reflection.total, at.reflection_error, options.tolerance) ||
-                 misses(at.transmission.total, at.transmission_error, options.tolerance)});
+             options.tolerance > 0 &&
+                 (misses(at.reflection.total, at.reflection_error, options.tolerance) ||
+                  misses(at.transmission.total, at.transmission_error, options.tolerance))});
     if (options.orders == 0) return rows;
     SolverOptions with = options;
     with.nodes = solved.nodes;

@@ -244,9 +244,10 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
                     "Vertical optical depth, [0, inf]")
         ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
     solve
-        .add_option("--nodes", command.question.nodes,
-                    "Gauss nodes of the solver, [1, 512], in place of --tolerance. Default of other "
-                    "schemes: classic 32, h-function 64, markov 16")
+        .add_option(
+            "--nodes", command.question.nodes,
+            "Gauss nodes of the solver, [1, 512], in place of --tolerance. Default of other "
+            "schemes: classic 32, h-function 64, markov 16")
         ->check(whole_number(1, 512));
     solve
         .add_option("--tolerance", command.question.tolerance,

@@ -40,8 +40,7 @@ Problem problem_of(const stratus_problem* asked, const char* function) {
     if (asked->nodes != 0)
         problem.options.nodes = asked->nodes;
     else
-        problem.options.tolerance =
-            asked->tolerance != 0 ? asked->tolerance : default_tolerance;
+        problem.options.tolerance = asked->tolerance != 0 ? asked->tolerance : default_tolerance;
     problem.options.orders = asked->orders;
     return problem;
 }
@@ -104,8 +103,8 @@ int stratus_solve_fluxes(const stratus_problem* problem, size_t count, const dou
         if (diffuse_transmittance != nullptr)
             std::copy_n(found.diffuse_transmittance.data(), count, diffuse_transmittance);
         if (uniform != nullptr)
-            fill(*uniform, {sizeof(stratus_fluxes), found.spherical_albedo,
-                            found.total_transmittance, found.spherical_ground_absorptance,
-                            solved.error});
+            fill(*uniform,
+                 {sizeof(stratus_fluxes), found.spherical_albedo, found.total_transmittance,
+                  found.spherical_ground_absorptance, solved.error});
     });
 }

@@ -22,7 +22,7 @@ double total_depth(const std::vector<StackLayer>& layers) noexcept {
 void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller) {
     require(!layers.empty(), caller, "layers", "at least one", "none");
     for (std::size_t k = 0; k < layers.size(); ++k) {
-        const std::string of = " of layer " + std::to_string(k + 1);
+        const std::string of = layers.size() > 1 ? " of layer " + std::to_string(k + 1) : "";
         const double depth = layers[k].optical_depth;
         require(layers[k].albedo >= 0 && layers[k].albedo <= 1, caller, "albedo" + of, "in [0, 1]",
                 layers[k].albedo);

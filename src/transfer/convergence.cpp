@@ -9,7 +9,7 @@ namespace stratus {
 namespace {
 
 // Set by bench/tolerance_bench.cpp: 99 % of errors below 1.5 times their estimate.
-constexpr double least_decay = 0.35, most_decay = 0.8, least_share = 0.5;
+constexpr double least_decay = 0.4, most_decay = 0.8, least_share = 1;
 constexpr double rounding = 1e-13;
 
 }  // namespace
@@ -29,12 +29,12 @@ std::vector<double> Convergence::changes(std::size_t level) const {
 
 double Convergence::mean_change(std::size_t level) const {
     double sum = 0;
-    std::size_t count = 1;
+    std::size_t count = 0;
     for (const double change : changes(level)) {
-        sum += change * change;
+        sum += std::sqrt(change);
         if (change > 0) ++count;
     }
-    return std::sqrt(sum / static_cast<double>(count)) + rounding / 100;
+    return std::pow(sum / static_cast<double>(std::max<std::size_t>(1, count)), 2) + rounding / 100;
 }
 
 double Convergence::decay() const { return std::sqrt(mean_change(levels - 1) / mean_change(1)); }

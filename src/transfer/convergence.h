@@ -1,10 +1,11 @@
 // Values solved with more and more nodes, and the errors that their changes tell.
 //
-// Let d_k be the change of a value from level k - 1 to level k, relative to it, and D_k the root mean
-// square of d_k over all values that are not 0. With the decay q = sqrt(D_k / D_k-2), the mean error that is left
-// after level k is D_k (q + q^2 + ...) = D_k q / (1 - q). One value's share of it is the largest of
-// d / D at the last three levels: a single change may be small by chance, all three hardly. For the
-// same reason q is kept between bounds, and no share is below a half.
+// Let d_k be the change of a value from level k - 1 to level k, relative to it, and D_k the mean of
+// d_k over all values, as the square of the mean root: a few large changes, near forward, do not make
+// up all of it. With the decay q = sqrt(D_k / D_k-2), the mean error that is left after level k is
+// D_k (q + q^2 + ...) = D_k q / (1 - q). One value's share of it is the largest of d / D at the last
+// three levels: a single change may be small by chance, all three hardly. For the same reason q is
+// kept between bounds, and no share is below 1.
 #pragma once
 
 #include <cstddef>

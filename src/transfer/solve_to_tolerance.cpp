@@ -17,8 +17,9 @@ namespace stratus {
 namespace {
 
 constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, most_nodes = 512;
-constexpr int patience = 96;     // nodes before a tolerance can be given up as out of reach
-constexpr double rough = 1e-2;   // tolerance of what few nodes are compared with
+constexpr int patience = 96;          // nodes before a tolerance can be given up as out of reach
+constexpr double negligible = 1e-15;  // errors of what is 0 but for rounding
+constexpr double rough = 1e-2;        // tolerance of what few nodes are compared with
 
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
@@ -34,7 +35,7 @@ struct Estimate {
 double largest_relative(const Estimate& found, const std::vector<bool>& counts) {
     double largest = 0;
     for (std::size_t i = 0; i < found.values.size(); ++i)
-        if (counts[i] && found.values[i] != 0)
+        if (counts[i] && found.errors[i] > negligible)
             largest = std::max(largest, found.errors[i] / std::abs(found.values[i]));
     return largest;
 }
@@ -179,6 +180,7 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const LowerBoundary& boundary,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options) {
+    check_options(options);
     SolvedGeometries all;
     for (std::size_t first = 0; first < geometries.size();) {
         Group group(geometries, first);
@@ -188,26 +190,20 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                 with.nodes = nodes;
                 return group.values(solve_stack(layers, boundary, group.cosines(), with));
             });
-        for (std::size_t i = 0; i < group.size(); ++i)
-            all.at.push_back(group.at(i, found.errors));
+        for (std::size_t i = 0; i < group.size(); ++i) all.at.push_back(group.at(i, found.errors));
         all.nodes = std::max(all.nodes, found.nodes);
         first += group.size();
     }
     return all;
 }
 
-double largest_relative_error(const SolvedGeometries& solved) {
-    double largest = 0;
-    for (const SolvedGeometry& at : solved.at)
-        for (const auto& [value, error] :
-             {std::pair(at.reflection.total, at.reflection_error),
-              std::pair(at.transmission.total, at.transmission_error)})
-            if (value != 0) largest = std::max(largest, error / std::abs(value));
-    return largest;
+bool misses(double value, double error, double tolerance) noexcept {
+    return error > tolerance * std::abs(value) && error > negligible;
 }
 
 SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
+    check_options(options);
     SolverOptions with = options;
     with.modes = 1;  // fluxes are made of the first azimuthal mode alone
     // That is quickly solved with so many nodes that peaks need no other truncation.

@@ -54,8 +54,7 @@ struct StackTruncation {
     StackTruncation(const std::vector<StackLayer>& stack, const SolverOptions& options) {
         for (const StackLayer& layer : stack) {
             layers.push_back(truncation_of(layer.phase_function, options, false));
-            follows_paths |=
-                stratus::follows_paths(layer.phase_function, layers.back(), options);
+            follows_paths |= stratus::follows_paths(layer.phase_function, layers.back(), options);
         }
         for (std::size_t k = 0; k < layers.size() && !follows_paths; ++k)
             layers[k] = truncation_of(stack[k].phase_function, options, true);
@@ -281,8 +280,7 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
         for (const StackLayer& layer : layers) phase.push_back(layer.phase_function(cosine));
         double single = single_layers.scattered(side, phase, mu(in), mu(out));
         // The path law is added to single scattering by the layers as they are.
-        double corrected =
-            path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
+        double corrected = path ? single : corrected_layers.scattered(side, phase, mu(in), mu(out));
         if (reflected && lower_boundary.is_present()) {
             single +=
                 single_reflection_of_boundary(lower_boundary, single_layers.below_all(), geometry);

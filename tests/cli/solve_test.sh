@@ -203,10 +203,41 @@ expect_refused 2 --layers -- solve --layers ''
 expect_refused 1 absent.toml -- solve --layers absent.toml
 expect_refused 2 "--phase is required" -- solve --albedo 1 --optical-depth 1
 
+# --- tolerance: nodes are chosen, and every value has its error
+
+query mu_in,mu_out,azimuth_deg 0.5,0.5,0 0.5,0.5,180 0.2,0.9,60
+layer=(--phase henyey_greenstein:g=-0.95 --albedo 1 --optical-depth 10 --query query.csv)
+expect_ok solve "${layer[@]}" --nodes 200
+fine=$(awk -F, 'NR == 2 { print $4 }' "$out")
+for tolerance in 1e-2 1e-4 1e-6; do
+    expect_ok solve "${layer[@]}" --tolerance $tolerance
+    expect_silent "$err"
+    expect_rows 3 "f[\"reflection_error\"] > 0 && f[\"reflection_error\"] <= $tolerance * f[\"reflection\"] && (NR > 2 || (f[\"reflection\"] - $fine) ^ 2 <= (2 * f[\"reflection_error\"]) ^ 2)"
+done
+expect_ok solve "${layer[@]}" --nodes 24
+expect_rows 3 "NR > 2 || f[\"reflection_error\"] > 1e-2 * f[\"reflection\"]"
+expect_ok solve --phase henyey_greenstein:g=0.9 --albedo 0.9 --optical-depth 1 --tolerance 1e-9 --mu-in 0.5
+expect_json
+awk -v e="$(figure error)" 'BEGIN { exit !(e > 0 && e < 1e-9) }' || fail "fluxes need their error, within the tolerance"
+
+# one that is out of reach
+query mu_in,mu_out,azimuth_deg 0.1,0.15,0 0.5,0.8,90
+layer=(solve --phase henyey_greenstein:g=0.999 --albedo 1 --optical-depth 2 --query query.csv --tolerance 1e-6)
+"$stratus" "${layer[@]}" >"$out" 2>"$err"  # the answers are printed all the same
+[ $? -eq 1 ] || fail "a tolerance that is missed needs exit code 1"
+expect_says "$err" "tolerance of 1e-06 is missed" "of 2 rows" "mu_in 0.1, mu_out 0.15, azimuth_deg 0" --accept
+expect_rows 2 'f["reflection_error"] > 0'
+expect_ok "${layer[@]}" --accept
+layer=(solve --phase isotropic --albedo 0.9 --optical-depth 1)
+expect_refused 2 --tolerance "[1e-12, 1]" "got 0" -- "${layer[@]}" --tolerance 0
+expect_refused 2 --tolerance --nodes -- "${layer[@]}" --tolerance 1e-3 --nodes 8
+expect_refused 2 --scheme "harmonic with --tolerance" "got classic" -- "${layer[@]}" --scheme classic --tolerance 1e-3
+
 # --- queries
 
 columns=mu_in,mu_out,azimuth_deg
 parts=reflection,transmission,reflection_single,transmission_single,reflection_multiple,transmission_multiple
+parts+=,reflection_error,transmission_error
 sums='f["reflection"] == f["reflection_single"] + f["reflection_multiple"]'
 sums+=' && f["transmission"] == f["transmission_single"] + f["transmission_multiple"]'
 layer=(--phase henyey_greenstein:g=0.75 --albedo 0.99 --optical-depth 8 --nodes 64)

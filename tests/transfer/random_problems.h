@@ -48,8 +48,7 @@ class RandomDraw {
 inline PhaseFunction random_phase_function(RandomDraw& draw, const std::string& kind) {
     if (kind == "peaked") return PhaseFunction::henyey_greenstein(draw.between(0.8, 0.97));
     if (kind == "narrow") return PhaseFunction::henyey_greenstein(1 - draw.magnitude(1e-3, 0.03));
-    if (kind == "backward")
-        return PhaseFunction::henyey_greenstein(draw.magnitude(0.02, 0.2) - 1);
+    if (kind == "backward") return PhaseFunction::henyey_greenstein(draw.magnitude(0.02, 0.2) - 1);
     if (kind == "droplets")
         return parse_phase_function("mie:radius=" + shortest_text(draw.magnitude(0.1, 30)) +
                                     "um,variance=0.1,wavelength=0.55um");

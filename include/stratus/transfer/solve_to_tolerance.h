@@ -39,8 +39,8 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options);
 
-/// The largest ratio of an error to its value; the values that are 0 are left out.
-double largest_relative_error(const SolvedGeometries& solved);
+/// Whether the error of R or T is beyond a relative tolerance, and above rounding, 1e-15.
+bool misses(double value, double error, double tolerance) noexcept;
 
 struct SolvedFluxes {
     ModeSolution fluxes;  // at `mu`; without modes

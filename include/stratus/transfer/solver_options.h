@@ -34,7 +34,7 @@ struct SolverOptions {
     double start_depth = 0;  // classic only: start at tau / 2^n <= this, [1e-15, 1]; 0: at 1e-3 of
                              // the smallest cosine
     Truncate truncate = Truncate::smooth;
-    bool exact_fluxes = true;  // of a narrow peak: mode 0 once more, with 64 nodes or more
+    bool exact_fluxes = true;       // of a narrow peak: mode 0 once more, with 64 nodes or more
     double mode_tolerance = 1e-14;  // with modes = 0: negligible, relative to R and T
 };
 

@@ -88,7 +88,7 @@ def _boundary(below: Below | None) -> object:
 
 def _light(found: tuple[NDArray[np.float64], ...], shape: tuple[int, ...], tolerance: float) -> Light:
     missed = sum(
-        int(np.count_nonzero(error > tolerance * np.abs(value)))
+        int(np.count_nonzero(error > np.maximum(tolerance * np.abs(value), 1e-15)))
         for value, error in ((found[0], found[4]), (found[1], found[5]))
     )
     if missed:

@@ -1,5 +1,10 @@
 // Whether estimated errors are the true ones: random layers and stacks are solved to a tolerance,
-// and compared with two and three times as many nodes.
+// and compared with two and three times as many nodes. Columns: all values, and those whose
+// reference is surer than their estimate; of these in per cent, errors below 1.5 estimates; the
+// error that 99 % of them are within; errors beyond the tolerance, in per cent, and said to be;
+// the median of estimate over error, of how many errors above a hundredth of the tolerance; the
+// median of nodes, and of the time over that of the last solution alone. Grazing: a cosine below
+// 0.15.
 //
 // usage: tolerance_bench [COUNT [TOLERANCE [FIRST SEED]]]; with --references in place of TOLERANCE, it
 // prints tests/reference/random_layers.csv: values by four times the nodes that 1e-3 needs.
@@ -74,26 +79,31 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
+/// The value that 99 of 100 do not exceed.
+double most(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto at = values.begin() + (std::ssize(values) * 99 - 1) / 100;
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
 void print(const std::string& name, const Class& all, double tolerance) {
-    int honest = 0, known = 0, beyond = 0;
-    std::vector<double> ratios;
+    int honest = 0, beyond = 0;
+    std::vector<double> errors, ratios;
     for (const Value& value : all.values) {
         const double least = std::min(value.estimate, std::max(value.error, 1e-13));
         if (value.uncertainty > 0.2 * least && value.uncertainty > 0.1 * value.estimate) continue;
-        ++known;
         honest += value.error < 1.5 * value.estimate;
         beyond += value.error > tolerance;
+        errors.push_back(value.error);
         if (value.error > tolerance / 100) ratios.push_back(value.estimate / value.error);
     }
-    std::printf(
-        "%-9s %6zu values, %5.1f %% with a sure reference; of these %6.2f %% below 1.5 "
-        "estimates, %5.2f %% beyond the tolerance (%4.1f %% say so); estimate / error %5.1f "
-        "in the median of %zu; nodes %3.0f; cost %.2f\n",
-        name.c_str(), all.values.size(),
-        100.0 * known / std::max<double>(1, double(all.values.size())),
-        100.0 * honest / std::max(1, known), 100.0 * beyond / std::max(1, known),
-        100.0 * all.missed / std::max<double>(1, double(all.values.size())), median(ratios),
-        ratios.size(), median(all.nodes), median(all.cost));
+    const double known = std::max(1.0, static_cast<double>(errors.size())),
+                 count = std::max(1.0, static_cast<double>(all.values.size()));
+    std::printf("%-18s %5zu %5zu %8.2f %8.1e %8.2f %8.1f %6.1f %5zu %6.0f %6.2f\n", name.c_str(),
+                all.values.size(), errors.size(), 100 * honest / known, most(errors),
+                100 * beyond / known, 100 * all.missed / count, median(ratios), ratios.size(),
+                median(all.nodes), median(all.cost));
 }
 
 }  // namespace
@@ -137,27 +147,34 @@ int main(int argc, char** argv) {
             continue;
         }
         for (const std::string& name : {problem.kind, std::string("all")}) {
-            Class& to = classes[name];
-            to.nodes.push_back(solved.nodes);
-            to.cost.push_back((middle - start) / alone);
-            for (std::size_t i = 0; i < found.size(); ++i) {
-                if (finest[i] == 0) continue;  // nothing is transmitted
-                const SolvedGeometry& at = solved.at[i / 2];
-                const double scale = std::abs(finest[i]);
-                const double estimate =
-                    (i % 2 == 0 ? at.reflection_error : at.transmission_error) / scale;
-                to.values.push_back({estimate, std::abs(found[i] - finest[i]) / scale,
-                                     std::abs(finer[i] - finest[i]) / scale});
-                to.missed += estimate > options.tolerance;
-                if (name == "all" && to.values.back().error > 1.5 * estimate)
-                    std::printf(
-                        "seed %d, %s, value %zu: error %.1e, estimate %.1e, reference "
-                        "%.1e, %d nodes\n",
-                        seed, problem.kind.c_str(), i, to.values.back().error, estimate,
-                        to.values.back().uncertainty, solved.nodes);
+            classes[name].nodes.push_back(solved.nodes);
+            classes[name].cost.push_back((middle - start) / alone);
+        }
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            if (finest[i] == 0) continue;  // nothing is transmitted
+            const SolvedGeometry& at = solved.at[i / 2];
+            const Geometry& asked = problem.geometries[i / 2];
+            const double scale = std::abs(finest[i]);
+            const Value value{(i % 2 == 0 ? at.reflection_error : at.transmission_error) / scale,
+                              std::abs(found[i] - finest[i]) / scale,
+                              std::abs(finer[i] - finest[i]) / scale};
+            const bool is_grazing = std::min(asked.mu_in, asked.mu_out) < 0.15;
+            for (const std::string& name :
+                 {problem.kind + (is_grazing ? ", grazing" : ""), std::string("all")}) {
+                classes[name].values.push_back(value);
+                classes[name].missed += value.estimate > options.tolerance;
             }
+            if (value.error > 1.5 * value.estimate)
+                std::printf(
+                    "seed %d, %s, value %zu: error %.1e, estimate %.1e, reference %.1e, "
+                    "%d nodes\n",
+                    seed, problem.kind.c_str(), i, value.error, value.estimate, value.uncertainty,
+                    solved.nodes);
         }
         std::fflush(stdout);
     }
+    if (references) return 0;
+    std::printf("%-18s %5s %5s %8s %8s %8s %8s %6s %5s %6s %6s\n", "", "all", "sure", "honest %",
+                "99 % in", "beyond %", "said %", "ratio", "of", "nodes", "cost");
     for (const auto& [name, all] : classes) print(name, all, options.tolerance);
 }

@@ -50,6 +50,23 @@ void add_threads(CLI::App& command, int& threads, const std::string& more) {
         ->check(whole_number(0, 1024));
 }
 
+void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept,
+                  const std::string& more) {
+    CLI::Option* const fixed =
+        command
+            .add_option("--nodes", nodes,
+                        "Gauss nodes of the solver, [1, 512], in place of --tolerance" + more)
+            ->check(whole_number(1, 512));
+    command
+        .add_option("--tolerance", tolerance,
+                    "Relative error of R and T, or of fluxes, [1e-12, 1]: the solver chooses nodes "
+                    "to meet it, and gives estimated errors")
+        ->capture_default_str()
+        ->check(number("in [1e-12, 1]", [](double t) { return t >= 1e-12 && t <= 1; }))
+        ->excludes(fixed);
+    command.add_flag("--accept", accept, "Go on even if 512 nodes do not meet the tolerance");
+}
+
 void add_keys(CLI::App& command, const std::string& files, Keys keys) {
     std::string text = key_columns(keys);
     text.pop_back();  // CLI11 ends the line

@@ -23,6 +23,10 @@ CLI::Validator file_name();
 /// Adds the option --threads; `more` ends its help.
 void add_threads(CLI::App& command, int& threads, const std::string& more = "");
 
+/// Adds --nodes or --tolerance of the solver, and --accept; `more` ends the help of --nodes.
+void add_accuracy(CLI::App& command, int& nodes, double& tolerance, bool& accept,
+                  const std::string& more = "");
+
 /// Adds the option --keys, which prints a file's keys and ends the program.
 void add_keys(CLI::App& command, const std::string& files, Keys keys);
 

@@ -152,7 +152,9 @@ void run_export(ExportCommand command) {
     progress.note(
         command.output + ": " +
         short_number(static_cast<double>(std::filesystem::file_size(command.output)) / 1e6, 3) +
-        " MB in " + short_number(seconds_since(started), 2) + " s");
+        " MB in " + short_number(seconds_since(started), 2) + " s; R and T within " +
+        short_number(file.error, 2) + " at cosines from 0.15 on, as estimated (" +
+        std::to_string(file.nodes) + " nodes)");
 }
 
 void add_layer_options(CLI::App& app, ExportCommand& command) {
@@ -207,9 +209,8 @@ void add_export(CLI::App& app) {
         ->required()
         ->check(file_name());
     export_app->add_option("--title", command->title, "Text kept in the file");
-    export_app->add_option("--nodes", command->options.nodes, "Gauss nodes of the solver, [1, 512]")
-        ->capture_default_str()
-        ->check(whole_number(1, 512));
+    add_accuracy(*export_app, command->options.nodes, command->options.tolerance,
+                 command->options.accept);
     add_threads(*export_app, command->options.threads);
     add_max_memory(*export_app, command->reading);
     export_app->add_flag("--quiet", command->quiet, "No progress, no notes");

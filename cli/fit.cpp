@@ -31,7 +31,6 @@
 namespace stratus {
 namespace {
 
-constexpr int solver_nodes = 24;
 
 struct FitCommand {
     std::string observations, table, phase, second_phase, output;
@@ -231,10 +230,8 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
         if (!command.second_phase.empty())
             second = read_phase_function(command.second_phase, "", &notes);
         for (const std::string& note : notes) say("note: " + note);
-        SolverOptions solver;
-        solver.nodes = solver_nodes;
         prediction.model = command.single ? single_scattering_model(first, second)
-                                          : solver_model(first, second, solver);
+                                          : solver_model(first, second);
     } else if (beams_alone) {
         prediction.model = beam_model();
     } else {

@@ -178,11 +178,14 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
             write_atomically(output, draw);
         }
     };
+    double error = 0;
     if (const auto* const lobes = std::get_if<LobeFigure>(&*file.figure)) {
         const LobePlot plot = plot_lobes(*lobes);
+        error = plot.error;
         write([&](const std::filesystem::path& svg) { draw_lobe_plot(plot, svg); });
     } else {
         const LambertComparison made = compare_with_lambert(std::get<LambertFigure>(*file.figure));
+        error = made.error;
         write([&](const std::filesystem::path& svg) { draw_line_plot(made.plot, svg); });
         std::printf(
             "largest deviation from Lambert's law, for cosines of at least 0.2: %.3g at mu_in = "
@@ -190,9 +193,8 @@ void run_figure(const RenderCommand& command, const SceneFile& file, Progress& p
             "%.3g (mean over azimuths); %.3g at mu = %.3g on the disk at full phase\n",
             made.deviation, made.mu_in, made.mu, made.disk_deviation, made.disk_mu);
     }
-    char line[80];
-    std::snprintf(line, sizeof line, "%.2f s", seconds_since(started));
-    progress.note(line);
+    progress.note("the solver's relative error, estimated: " + short_number(error, 2));
+    progress.note(short_number(seconds_since(started), 2) + " s");
 }
 
 void run_render(const RenderCommand& command) {

@@ -243,21 +243,8 @@ void add_layer_options(CLI::App& solve, SolveCommand& command) {
         .add_option("--optical-depth", command.question.optical_depth,
                     "Vertical optical depth, [0, inf]")
         ->check(number("in [0, inf]", [](double depth) { return depth >= 0; }));
-    solve
-        .add_option(
-            "--nodes", command.question.nodes,
-            "Gauss nodes of the solver, [1, 512], in place of --tolerance. Default of other "
-            "schemes: classic 32, h-function 64, markov 16")
-        ->check(whole_number(1, 512));
-    solve
-        .add_option("--tolerance", command.question.tolerance,
-                    "harmonic: relative error of R and T, or of fluxes, [1e-12, 1]; nodes are "
-                    "chosen to meet it. The errors of all values are estimated and given")
-        ->capture_default_str()
-        ->check(number("in [1e-12, 1]", [](double t) { return t >= 1e-12 && t <= 1; }))
-        ->excludes(solve.get_option("--nodes"));
-    solve.add_flag("--accept", command.accept,
-                   "Exit code 0 even if 512 nodes do not meet the tolerance");
+    add_accuracy(solve, command.question.nodes, command.question.tolerance, command.accept,
+                 ". Default of other schemes: classic 32, h-function 64, markov 16");
     solve
         .add_option("--scheme", command.question.scheme,
                     "harmonic (doubling as an arithmetic-harmonic mean), or a reference solver: "

@@ -2,6 +2,7 @@
 
 #include <stratus/fit/chi_square.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/number_text.h>
 
 #include "least_squares.h"
 #include "remarks.h"
@@ -128,8 +129,14 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     const Minimum& best = minima.front();
     const Eigen::MatrixXd covariance = covariance_of(problem, best.at);
 
-    Fit fit;
     const LayerParameters layer = space.layer(best.at);
+    constexpr double tolerated = 0.1;  // standard deviations
+    const double error = model.error(layer, observations);
+    if (error > tolerated)
+        if (const auto finer = model.refined(layer, observations, tolerated))
+            return fit_layer(*finer, observations, options);
+
+    Fit fit;
     const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
         return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
     };
@@ -145,6 +152,9 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
     if (fit.degrees_of_freedom > 0)
         fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
     add_remarks(problem, model, minima, covariance, fit);
+    if (error > tolerated)
+        fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
+                              " standard deviations of an observation");
     return fit;
 }
 

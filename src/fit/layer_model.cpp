@@ -3,6 +3,7 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include <algorithm>
 #include <cmath>
@@ -233,9 +234,9 @@ class SingleScatteringModel : public ParticleModel {
 
 class SolverModel : public ParticleModel {
   public:
-    SolverModel(const PhaseFunction& first, const std::optional<PhaseFunction>& second,
-                const SolverOptions& options)
-        : ParticleModel(first, second), options_(options) {
+    SolverModel(const PhaseFunction& first, const std::optional<PhaseFunction>& second, int nodes)
+        : ParticleModel(first, second) {
+        options_.nodes = nodes;
         options_.exact_fluxes = false;  // which no observation is made of
     }
 
@@ -252,11 +253,8 @@ class SolverModel : public ParticleModel {
         const auto at = [&](double cosine) {
             return static_cast<int>(std::ranges::lower_bound(mu, cosine) - mu.begin());
         };
-        const PhaseFunction first = phase_function(1, layer.g1);
-        const LayerSolution solution = solve_layer(
-            second_ ? PhaseFunction::mixture(layer.mixture(), first, phase_function(2, layer.g2))
-                    : first,
-            layer.albedo(), layer.optical_depth, mu, options_);
+        const LayerSolution solution = solve_layer(mixed_phase_function(layer), layer.albedo(),
+                                                   layer.optical_depth, mu, options_);
         for (std::size_t i = 0; i < observations.size(); ++i) {
             const auto& [geometry, light, brightness, sigma, known] = observations[i];
             if (light == Light::beam) continue;
@@ -269,6 +267,36 @@ class SolverModel : public ParticleModel {
         return values;
     }
 
+    double error(const LayerParameters& layer,
+                 const std::vector<Observation>& observations) const override {
+        double largest = 0;
+        const SolvedGeometries solved = solved_at(layer, observations, options_);
+        for (std::size_t i = 0; i < observations.size(); ++i) {
+            const Observation& observed = observations[i];
+            if (observed.light == Light::beam) continue;
+            const double error = observed.light == Light::transmitted
+                                     ? solved.at[i].transmission_error
+                                     : solved.at[i].reflection_error;
+            largest = std::max(largest, observed.geometry.mu_in * error / observed.sigma);
+        }
+        return largest;
+    }
+
+    std::unique_ptr<LayerModel> refined(const LayerParameters& layer,
+                                        const std::vector<Observation>& observations,
+                                        double tolerance) const override {
+        double relative = 1;
+        for (const Observation& observed : observations)
+            if (observed.light != Light::beam && observed.brightness > observed.sigma)
+                relative = std::min(relative, observed.sigma / observed.brightness);
+        SolverOptions options = options_;
+        options.tolerance = std::max(tolerance * relative, 1e-9);
+        const int nodes =
+            std::min(solved_at(layer, observations, options).nodes, most_fitted_nodes);
+        if (nodes <= options_.nodes) return nullptr;
+        return std::make_unique<SolverModel>(first_, second_, nodes);
+    }
+
     ParameterRanges ranges() const override {
         ParameterRanges ranges = ParticleModel::ranges();
         ranges.g = {-0.9, 0.9};  // peaks that few nodes hold
@@ -278,6 +306,26 @@ class SolverModel : public ParticleModel {
     int scanned_depths() const override { return 10; }
 
   private:
+    static constexpr int most_fitted_nodes = 164;  // a fit solves some hundred layers
+
+    PhaseFunction mixed_phase_function(const LayerParameters& layer) const {
+        const PhaseFunction first = phase_function(1, layer.g1);
+        if (!second_) return first;
+        return PhaseFunction::mixture(layer.mixture(), first, phase_function(2, layer.g2));
+    }
+
+    SolvedGeometries solved_at(const LayerParameters& layer,
+                               const std::vector<Observation>& observations,
+                               const SolverOptions& options) const {
+        std::vector<Geometry> geometries;
+        for (const Observation& observed : observations)
+            geometries.push_back(observed.light == Light::beam ? Geometry{1, 1, 0}
+                                                               : observed.geometry);
+        return solve_geometries(
+            {{mixed_phase_function(layer), layer.albedo(), layer.optical_depth}}, {}, geometries,
+            options);
+    }
+
     SolverOptions options_;
 };
 
@@ -344,9 +392,8 @@ std::unique_ptr<LayerModel> single_scattering_model(const PhaseFunction& first,
 }
 
 std::unique_ptr<LayerModel> solver_model(const PhaseFunction& first,
-                                         const std::optional<PhaseFunction>& second,
-                                         const SolverOptions& options) {
-    return std::make_unique<SolverModel>(first, second, options);
+                                         const std::optional<PhaseFunction>& second, int nodes) {
+    return std::make_unique<SolverModel>(first, second, nodes);
 }
 
 std::unique_ptr<LayerModel> beam_model() { return std::make_unique<BeamModel>(); }

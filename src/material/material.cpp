@@ -5,6 +5,8 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
 
+#include <stratus/transfer/solve_to_tolerance.h>
+
 #include "formats.h"
 
 #include <algorithm>
@@ -15,11 +17,9 @@
 namespace stratus {
 namespace {
 
-void check(const Material& material, const MaterialOptions& options) {
+void check(const Material& material) {
     require(material.colours.size() == 1 || material.colours.size() == 3, "export", "colours",
             "one or three", material.colours.size());
-    require(options.nodes >= 1 && options.nodes <= 512, "export", "nodes", "in [1, 512]",
-            options.nodes);
     for (const Stack& stack : material.colours)
         require(!stack.layers.empty(), "export", "layers", "at least one", "none");
 }
@@ -97,9 +97,27 @@ void note_transmission(const Material& material, std::vector<std::string>& notes
         "alone; --over puts ground under the layer");
 }
 
-MaterialFile make_material(const Material& material, MaterialFormat format,
-                           const MaterialOptions& options) {
-    check(material, options);
+namespace {
+
+/// Nodes for the most demanding colour, and the largest error of any.
+ChosenNodes choose_nodes(const Material& material, const MaterialOptions& options) {
+    SolverOptions solver;
+    if (options.nodes != 0)
+        solver.nodes = options.nodes;
+    else
+        solver.tolerance = options.tolerance;
+    std::vector<ChosenNodes> chosen(material.colours.size());
+    parallel_for(static_cast<int>(chosen.size()), options.threads, [&](int c) {
+        const auto at = static_cast<std::size_t>(c);
+        const Stack& stack = material.colours[at];
+        chosen[at] = stratus::choose_nodes(stack.layers, stack.lower_boundary, solver);
+    });
+    return {std::ranges::max(chosen, {}, &ChosenNodes::nodes).nodes,
+            std::ranges::max(chosen, {}, &ChosenNodes::error).error};
+}
+
+MaterialFile encode(const Material& material, MaterialFormat format,
+                    const MaterialOptions& options) {
     switch (format) {
         case MaterialFormat::fourier: return make_fourier(material, options);
         case MaterialFormat::tensor: return make_tensor(material, false, options);
@@ -110,6 +128,28 @@ MaterialFile make_material(const Material& material, MaterialFormat format,
     }
     throw std::invalid_argument("export: format must be one of " + joined(material_format_names()) +
                                 ", got another");
+}
+
+}  // namespace
+
+MaterialFile make_material(const Material& material, MaterialFormat format,
+                           const MaterialOptions& options) {
+    check(material);
+    require(options.nodes >= 0 && options.nodes <= 512, "export", "nodes", "in [1, 512]",
+            options.nodes);
+    const ChosenNodes chosen = choose_nodes(material, options);
+    if (options.nodes == 0 && chosen.error > options.tolerance && !options.accept)
+        throw std::runtime_error("export: the tolerance of " + short_number(options.tolerance, 3) +
+                                 " is missed: the estimated error of R and T is " +
+                                 short_number(chosen.error, 2) + " with " +
+                                 std::to_string(chosen.nodes) +
+                                 " nodes; accept it (--accept) or choose a larger tolerance");
+    MaterialOptions with = options;
+    with.nodes = chosen.nodes;
+    MaterialFile file = encode(material, format, with);
+    file.error = chosen.error;
+    file.nodes = chosen.nodes;
+    return file;
 }
 
 void write_material(const MaterialFile& file, const std::filesystem::path& path) {

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <stratus/bake/stack_file.h>
-#include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 
 #include <optional>
-#include <variant>
 #include <vector>
 
 namespace stratus {
@@ -21,7 +19,6 @@ double optical_depth(const Stack& stack);
 
 class SolvedStack {
   public:
-    /// A layer by itself is solved as `stratus solve` does it, several as a stack.
     SolvedStack(const Stack& stack, const std::vector<double>& mu, int nodes);
 
     /// R lit from above at many azimuths in radians.
@@ -33,7 +30,7 @@ class SolvedStack {
     std::vector<SolvedValue> transmission(int in, int out,
                                           const std::vector<double>& azimuths) const;
 
-    const ModeSolution& solution() const;
+    const ModeSolution& solution() const { return above_; }
 
     /// Whether T is the same with the cosines exchanged, and R from either side.
     bool is_symmetric() const { return !below_.has_value(); }
@@ -41,7 +38,7 @@ class SolvedStack {
     bool is_transparent() const { return transparent_; }
 
   private:
-    std::variant<LayerSolution, StackSolution> above_;
+    StackSolution above_;
     std::optional<StackSolution> below_;  // of layers that differ and let light through
     bool transparent_;
 };

@@ -17,17 +17,13 @@ struct Model {
     std::shared_ptr<AnyTable> table;
 };
 
-constexpr int solver_nodes = 24;
-
 /// By a table; or by phase functions, by the solver or single scattering alone; or of beams alone.
 Model model_of(const std::shared_ptr<AnyTable>& table, const std::optional<PhaseFunction>& first,
                const std::optional<PhaseFunction>& second, bool single) {
     if (table != nullptr) return {table_model(table->view()), table};
     if (!first) return {beam_model(), nullptr};
     if (single) return {single_scattering_model(*first, second), nullptr};
-    SolverOptions options;
-    options.nodes = solver_nodes;
-    return {solver_model(*first, second, options), nullptr};
+    return {solver_model(*first, second), nullptr};
 }
 
 std::vector<Observation> observations_of(const Doubles& mu_in, const Doubles& mu_out,

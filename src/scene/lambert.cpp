@@ -2,6 +2,7 @@
 #include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,7 @@
 namespace stratus {
 namespace {
 
-constexpr int layer_nodes = 48;          // of the solver
+constexpr double solver_tolerance = 1e-4;
 constexpr int cosine_count = 101;        // 0.01 to 1, denser towards 0.01
 constexpr int azimuth_count = 64;        // of a mean
 constexpr double min_compared_mu = 0.2;  // below it, no cloud is plane-parallel
@@ -33,11 +34,15 @@ LambertComparison compare_with_lambert(const LambertFigure& figure) {
     }
     mu.insert(mu.end(), figure.mu_in.begin(), figure.mu_in.end());
     SolverOptions options;
-    options.nodes = layer_nodes;
+    options.tolerance = solver_tolerance;
+    const ChosenNodes chosen =
+        choose_nodes({{figure.phase_function, figure.albedo, figure.optical_depth}}, {}, options);
+    options.nodes = chosen.nodes;
     const LayerSolution layer =
         solve_layer(figure.phase_function, figure.albedo, figure.optical_depth, mu, options);
 
     LambertComparison made;
+    made.error = chosen.error;
     made.plot = {figure.title.empty() ? "Light reflected by a deep cloud, beside Lambert's law"
                                       : figure.title,
                  "cosine of emission \u03bc",

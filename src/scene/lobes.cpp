@@ -2,14 +2,16 @@
 #include <stratus/runtime/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace stratus {
 namespace {
 
-constexpr int solver_nodes = 48;
-constexpr int angles = 61;  // three degrees each, horizon to horizon
+constexpr double lobe_tolerance = 1e-3;  // less than a line's width
+constexpr int angles = 61;               // three degrees each, horizon to horizon
 
 /// A cosine for each angle between the horizons, then those of the incident rays.
 std::vector<double> cosines(const LobeFigure& figure) {
@@ -47,13 +49,18 @@ LobePlot plot_lobes(const LobeFigure& figure) {
     for (const double albedo : figure.albedos)
         plot.names.push_back("w = " + short_number(albedo, 4));
     SolverOptions options;
-    options.nodes = solver_nodes;
+    options.tolerance = lobe_tolerance;
     const std::vector<double> mu = cosines(figure);
     for (const double depth : figure.optical_depths) {
         plot.row_titles.push_back("\u03c4 = " + short_number(depth, 4));
         std::vector<LayerSolution> layers;
-        for (const double albedo : figure.albedos)
+        for (const double albedo : figure.albedos) {
+            const ChosenNodes chosen =
+                choose_nodes({{figure.phase_function, albedo, depth}}, {}, options);
+            plot.error = std::max(plot.error, chosen.error);
+            options.nodes = chosen.nodes;
             layers.push_back(solve_layer(figure.phase_function, albedo, depth, mu, options));
+        }
         for (const bool single : {true, false}) {
             std::vector<LobePanel> row;
             for (std::size_t i = 0; i < figure.incident.size(); ++i) {

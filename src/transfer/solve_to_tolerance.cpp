@@ -201,6 +201,23 @@ bool misses(double value, double error, double tolerance) noexcept {
     return error > tolerance * std::abs(value) && error > negligible;
 }
 
+ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                         const SolverOptions& options) {
+    const std::vector<double> cosines{0.15, 0.35, 0.6, 0.85, 1};
+    std::vector<Geometry> geometries;
+    for (const double in : cosines)
+        for (const double out : cosines)
+            for (const double azimuth : {0.0, pi / 3, 2 * pi / 3, pi})
+                geometries.push_back({in, out, azimuth});
+    const SolvedGeometries solved = solve_geometries(layers, boundary, geometries, options);
+    ChosenNodes chosen{solved.nodes, 0};
+    for (const SolvedGeometry& at : solved.at)
+        for (const auto& [value, error] : {std::pair{at.reflection.total, at.reflection_error},
+                                           std::pair{at.transmission.total, at.transmission_error}})
+            if (error > negligible) chosen.error = std::max(chosen.error, error / std::abs(value));
+    return chosen;
+}
+
 SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options) {
     check_options(options);

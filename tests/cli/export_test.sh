@@ -18,7 +18,7 @@ starts_with() { [ "$(head -c ${#2} "$1" | tr -d '\0')" = "$2" ] || fail "$1 must
 {
     expect_ok export full.h5 $layer --format fourier -o m.bsdf
     expect_silent "$out"
-    expect_says "$err" "note: the beam straight through, exp(-tau/mu) with tau = 1, is not in the file" "m.bsdf: " " MB in "
+    expect_says "$err" "note: the beam straight through, exp(-tau/mu) with tau = 1, is not in the file" "m.bsdf: " " MB in " "R and T within" "as estimated ("
     starts_with m.bsdf SCATFUN
     expect_ok export full.h5 $layer --format tensor -o m.bsdf --quiet
     expect_silent "$err"

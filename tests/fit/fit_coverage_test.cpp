@@ -57,12 +57,7 @@ const PhaseFunction spheres = PhaseFunction::lambert_sphere();
 const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.4);  // where fits of g2 begin
 
 /// Few nodes: the solver's error is far below 1 % of noise, and the fits are many.
-std::unique_ptr<LayerModel> solver_of_few_nodes() {
-    SolverOptions options;
-    options.nodes = 8;
-    options.modes = 8;
-    return solver_model(spheres, lobe, options);
-}
+std::unique_ptr<LayerModel> solver_of_few_nodes() { return solver_model(spheres, lobe, 8); }
 
 std::vector<Mode> modes() {
     const std::vector<Observation> both = test::views(true), lit = test::views(false);

@@ -109,9 +109,7 @@ TEST(FitFamily, FindsAsymmetriesOfATable) {
     EXPECT_NEAR(fit.optical_depth().value, cloud.optical_depth, 5e-3 * cloud.optical_depth);
     EXPECT_TRUE(fit.remarks.empty()) << fit.remarks.front();
 
-    SolverOptions nodes;
-    nodes.nodes = 16;
-    const auto slow = solver_model(PhaseFunction::henyey_greenstein(0.3), std::nullopt, nodes);
+    const auto slow = solver_model(PhaseFunction::henyey_greenstein(0.3), std::nullopt, 16);
     const Fit solved = fit_layer(*slow, observed, options);
     EXPECT_NEAR(fit.g1().value, solved.g1().value, 2e-3);
     EXPECT_NEAR(fit.g1().sigma, solved.g1().sigma, 0.02 * solved.g1().sigma);

@@ -247,10 +247,7 @@ TEST(Fit, FindsAsymmetriesBySingleScattering) {
 }
 
 TEST(Fit, FindsAsymmetriesByTheSolver) {
-    SolverOptions few_nodes;
-    few_nodes.nodes = 12;
-    const auto model =
-        solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, few_nodes);
+    const auto model = solver_model(PhaseFunction::henyey_greenstein(-0.2), std::nullopt, 12);
     const double g = 0.35, w = 0.9, depth = 0.8;
     std::vector<Observation> views = test::views(true);
     const std::vector<double> bright = model->brightness({depth, w, 0, g, 0}, views);
@@ -265,6 +262,31 @@ TEST(Fit, FindsAsymmetriesByTheSolver) {
     EXPECT_NEAR(fit.w1().value, w, 1e-4);
     EXPECT_NEAR(fit.optical_depth().value, depth, 1e-4);
     EXPECT_EQ(fit.w2().value, 0);
+}
+
+// What eight nodes say of a narrow lobe is wrong by more than the noise.
+TEST(Fit, TakesAsManyNodesAsObservationsNeed) {
+    const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.85);
+    const double w = 0.95, depth = 2;
+    std::vector<Observation> views = test::views(true);
+    const std::vector<double> bright =
+        solver_model(lobe, std::nullopt, 96)->brightness({depth, w, 0, 0.85, 0}, views);
+    const auto model = solver_model(lobe, std::nullopt, 8);
+    const auto fitted = [&](double noise) {
+        for (std::size_t i = 0; i < views.size(); ++i) {
+            views[i].brightness = bright[i];
+            views[i].sigma = noise * bright[i];
+        }
+        return fit_layer(*model, views);
+    };
+    EXPECT_GT(model->error({depth, w, 0, 0.85, 0}, (fitted(1e-3), views)), 1);
+    const Fit fit = fitted(1e-3);
+    EXPECT_NEAR(fit.w1().value, w, 0.1 * fit.w1().sigma);
+    EXPECT_NEAR(fit.optical_depth().value, depth, 0.1 * fit.optical_depth().sigma);
+    EXPECT_TRUE(fit.remarks.empty());
+    const std::vector<std::string> remarks = fitted(1e-13).remarks;
+    ASSERT_FALSE(remarks.empty());
+    EXPECT_NE(remarks.back().find("the solver's error reaches"), std::string::npos);
 }
 
 // Slices, which pictures are made of, take density and opposition on another way.

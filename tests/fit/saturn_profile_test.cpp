@@ -48,10 +48,8 @@ std::vector<Observation> lit_rows(const CsvTable& rows, double radius) {
 std::vector<double> mean_brightness(const Region& region, double colour,
                                     const std::vector<Observation>& views) {
     static const CsvTable profile = read_csv(scenes + "saturn_profile.csv");
-    SolverOptions solver;
-    solver.nodes = 16;
-    const auto model = solver_model(PhaseFunction::lambert_sphere(),
-                                    PhaseFunction::henyey_greenstein(0.5), solver);
+    const auto model =
+        solver_model(PhaseFunction::lambert_sphere(), PhaseFunction::henyey_greenstein(0.5), 16);
     std::vector<double> sum(views.size(), 0);
     double width = 0;
     for (std::size_t r = 1; r < profile.rows.size(); ++r) {

@@ -87,6 +87,27 @@ TEST(Material, RefusesWhatCannotBeWritten) {
     EXPECT_EQ(said({{grey}, ""}, options), "export: nodes must be in [1, 512], got 513");
 }
 
+TEST(Material, StatesItsErrorAndRefusesWhatMissesItsTolerance) {
+    const auto made = [](double tolerance, int nodes, bool accept, const char* phase) {
+        MaterialOptions options;
+        options.tolerance = tolerance;
+        options.nodes = nodes;
+        options.accept = accept;
+        return make_material({{layer(phase, 0.9, 1)}, ""}, MaterialFormat::netcdf, options);
+    };
+    constexpr const char* lobe = "henyey_greenstein:g=0.75";
+    EXPECT_LE(made(1e-2, 0, false, lobe).error, 1e-2);
+    const MaterialFile fine = made(1e-5, 0, false, lobe), coarse = made(1e-5, 8, false, lobe);
+    EXPECT_LE(fine.error, 1e-5);
+    EXPECT_GT(fine.nodes, 8);
+    EXPECT_GT(coarse.error, 1e-5);  // nodes were asked for
+    EXPECT_EQ(coarse.nodes, 8);
+    constexpr const char* narrow = "henyey_greenstein:g=0.999";
+    const std::string said = refusal<std::runtime_error>([&] { made(1e-6, 0, false, narrow); });
+    EXPECT_NE(said.find("the tolerance of 1e-06 is missed"), std::string::npos) << said;
+    EXPECT_GT(made(1e-6, 0, true, narrow).error, 1e-6);
+}
+
 TEST(Material, LeavesNoHalfFile) {
     const TemporaryFolder folder;
     MaterialFile file = make_material({{layer("isotropic", 0.9, 1)}, ""}, MaterialFormat::fourier);

@@ -12,7 +12,6 @@
 #include <stratus/runtime/phase_function.h>
 #include <stratus/runtime/single_scattering.h>
 #include <stratus/runtime/table.h>
-#include <stratus/transfer/solver_options.h>
 
 #include <array>
 #include <memory>
@@ -111,6 +110,19 @@ class LayerModel {
     virtual std::vector<Scattered> scattered(
         const LayerParameters& layer, const std::vector<Observation>& observations) const = 0;
 
+    /// Estimated error at a layer: the largest of the observations', in their standard deviations.
+    virtual double error(const LayerParameters&, const std::vector<Observation>&) const {
+        return 0;
+    }
+
+    /// The model with its error at a layer within `tolerance` standard deviations; null where it
+    /// cannot be lower.
+    virtual std::unique_ptr<LayerModel> refined(const LayerParameters&,
+                                                const std::vector<Observation>&,
+                                                double /*tolerance*/) const {
+        return nullptr;
+    }
+
     /// How many depths are worth a start of their own.
     virtual int scanned_depths() const { return 24; }
 
@@ -137,10 +149,10 @@ std::unique_ptr<LayerModel> single_scattering_model(const PhaseFunction& first,
                                                     const std::optional<PhaseFunction>& second);
 
 /// All orders from the solver, at the observed geometries: some milliseconds a layer. The same
-/// ranges, but asymmetries from -0.9 to 0.9.
+/// ranges, but asymmetries from -0.9 to 0.9. `nodes`: Gauss nodes at first; refined, up to 164.
 std::unique_ptr<LayerModel> solver_model(const PhaseFunction& first,
                                          const std::optional<PhaseFunction>& second,
-                                         const SolverOptions& options);
+                                         int nodes = 24);
 
 /// Occultations alone: nothing but the optical depth.
 std::unique_ptr<LayerModel> beam_model();

@@ -41,8 +41,10 @@ enum class MaterialFormat {
 const std::vector<std::string>& material_format_names();
 
 struct MaterialOptions {
-    int nodes = 48;   // Gauss nodes of the solver, [1, 512]
-    int threads = 0;  // 0: all
+    double tolerance = 1e-3;  // relative, of R and T (choose_nodes in solve_to_tolerance.h)
+    int nodes = 0;            // Gauss nodes of the solver, [1, 512]; 0: as the tolerance needs
+    bool accept = false;      // a tolerance that is out of reach is noted in place of refused
+    int threads = 0;          // 0: all
     std::function<void(double done, const std::string& stage)> progress;
 };
 
@@ -51,12 +53,14 @@ struct MaterialFile {
     std::function<void(const std::filesystem::path& path)> write;
     std::string json;                // of the atlas; empty for others
     std::vector<std::string> notes;  // for the user: what the format leaves out
+    double error = 0;                // of R and T at cosines from 0.15 on, relative, estimated
+    int nodes = 0;                   // of the solver
 };
 
 /// Solves a material at the directions of a format.
 ///
 /// Errors   std::invalid_argument naming argument, range and value for a material that the format
-///          cannot hold.
+///          cannot hold, std::runtime_error for a tolerance that is missed.
 MaterialFile make_material(const Material& material, MaterialFormat format,
                            const MaterialOptions& options = {});
 

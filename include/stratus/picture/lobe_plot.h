@@ -32,6 +32,7 @@ struct LobePlot {
     std::vector<LobeBlock> blocks;        // side by side
     /// Of all rows of a block; else each row has its own. A circle shows it.
     bool common_scale = false;
+    double error = 0;  // relative, of the values, estimated; not drawn
 };
 
 /// Draws to `svg` itself; callers who need it whole or not at all wrap it.

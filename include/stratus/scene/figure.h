@@ -42,6 +42,7 @@ struct LambertComparison {
     // Largest |R / A - 1| for mu in [0.2, 1], A the plane albedo, and where it is.
     double deviation = 0, mu_in = 0, mu = 0;  // of the mean over azimuth
     double disk_deviation = 0, disk_mu = 0;   // of the disk
+    double error = 0;                         // of the solver, relative, estimated
 };
 LambertComparison compare_with_lambert(const LambertFigure& figure);
 

@@ -42,6 +42,16 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
 /// Whether the error of R or T is beyond a relative tolerance, and above rounding, 1e-15.
 bool misses(double value, double error, double tolerance) noexcept;
 
+struct ChosenNodes {
+    int nodes = 0;
+    double error = 0;  // the largest relative error that is estimated
+};
+
+/// Nodes for what is solved at too many directions to estimate the error of each: as options say,
+/// judged between the cosines 0.15, 0.35, 0.6, 0.85 and 1, at azimuths from 0 to 180 degrees.
+ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                         const SolverOptions& options);
+
 struct SolvedFluxes {
     ModeSolution fluxes;  // at `mu`; without modes
     double error = 0;     // the largest that is estimated of any of them

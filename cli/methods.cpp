@@ -8,6 +8,7 @@
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
+#include <stratus/transfer/stack.h>
 
 #include <cmath>
 #include <limits>
@@ -127,13 +128,6 @@ Method by_classic(const LayerQuestion& question) {
     return method;
 }
 
-/// The single layer whose orders are counted, one by one.
-std::vector<LayerSolution> orders_of(const Stack& stack, const std::vector<double>& mu,
-                                     const SolverOptions& options) {
-    const StackLayer& layer = stack.layers.front();
-    return solve_orders(layer.phase_function, layer.albedo, layer.optical_depth, mu, options);
-}
-
 MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
                            const std::vector<double>& mu) {
     const SolvedFluxes solved = solve_fluxes(stack.layers, stack.lower_boundary, mu, options);
@@ -162,7 +156,7 @@ MethodFluxes solved_fluxes(const Stack& stack, const SolverOptions& options,
     SolverOptions with = flux_only(options);
     with.nodes = solved.nodes;
     std::vector<double> albedo, transmittance;
-    for (const LayerSolution& order : orders_of(stack, mu, with)) {
+    for (const StackSolution& order : solve_orders(stack.layers, stack.lower_boundary, mu, with)) {
         albedo.push_back(order.spherical_albedo);
         transmittance.push_back(order.total_transmittance);
     }
@@ -188,13 +182,14 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
     SolverOptions with = options;
     with.nodes = solved.nodes;
     const Cosines cosines(geometries);
-    const std::vector<LayerSolution> orders = orders_of(stack, cosines.values, with);
+    const std::vector<StackSolution> orders =
+        solve_orders(stack.layers, stack.lower_boundary, cosines.values, with);
     for (std::size_t row = 0; row < rows.size(); ++row) {
         const Geometry& at = geometries[row];
         const int in = cosines[at.mu_in], out = cosines[at.mu_out];
-        for (const LayerSolution& order : orders)
+        for (const StackSolution& order : orders)
             rows[row].more.push_back(order.reflection(in, out, at.azimuth).total);
-        for (const LayerSolution& order : orders)
+        for (const StackSolution& order : orders)
             rows[row].more.push_back(order.transmission(in, out, at.azimuth).total);
     }
     return rows;

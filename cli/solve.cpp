@@ -301,8 +301,7 @@ void add_question_options(CLI::App& solve, SolveCommand& command) {
             "with phase_function and albedo")
         ->check(file_name())
         ->excludes(solve.get_option("--phase"), solve.get_option("--albedo"),
-                   solve.get_option("--optical-depth"), solve.get_option("--scheme"),
-                   solve.get_option("--orders"));
+                   solve.get_option("--optical-depth"), solve.get_option("--scheme"));
     CLI::Option* const query = solve
                                    .add_option("--query", command.query,
                                                "CSV with columns mu_in, mu_out, azimuth_deg; - is "

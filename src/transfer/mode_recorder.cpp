@@ -74,15 +74,21 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
 }
 
 void ModeRecorder::record_boundary(const LayerMode& above, BoundaryModes& boundary) {
-    const auto count = solution_.mu.size();
-    solution_.ground_absorptance = solution_.diffuse_transmittance = VectorXd::Zero(count);
-    solution_.spherical_ground_absorptance = solution_.total_transmittance = 0;
-    if (above.is_opaque()) return;
+    if (above.is_opaque()) {
+        solution_.ground_absorptance = solution_.diffuse_transmittance =
+            VectorXd::Zero(solution_.mu.size());
+        solution_.spherical_ground_absorptance = solution_.total_transmittance = 0;
+        return;
+    }
     MatrixXd weights(directions_.size(), 2);
     weights << boundary.entering(), directions_.s;
-    const MatrixXd diffuse =
-        diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes);
-    const MatrixXd flux = diffuse + above.beam.asDiagonal() * weights;
+    record_fluxes_below(diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes),
+                        weights);
+}
+
+void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& weights) {
+    const auto count = solution_.mu.size();
+    const MatrixXd flux = diffuse + beam_.unscattered.asDiagonal() * weights;
     const VectorXd unscale = directions_.s.tail(count).cwiseInverse();
     solution_.ground_absorptance = flux.col(0).tail(count).cwiseProduct(unscale);
     solution_.diffuse_transmittance =

@@ -38,6 +38,10 @@ class ModeRecorder {
     /// Mode 0: the flux that reaches the lower boundary through `above`.
     void record_boundary(const LayerMode& above, BoundaryModes& boundary);
 
+    /// Mode 0: diffuse light that falls on the lower boundary, summed with `weights`, and the beam:
+    /// column 0 is the net flux, column 1 what falls.
+    void record_fluxes_below(const Eigen::MatrixXd& diffuse, const Eigen::MatrixXd& weights);
+
     /// True when the last `count` modes add less than this share anywhere.
     bool is_negligible(int count, double tolerance) const;
 

@@ -26,13 +26,13 @@ int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 
 
 int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
 
-struct Estimate {
+struct EstimatedValues {
     std::vector<double> values, errors;  // absolute errors
     int nodes = 0;
 };
 
 /// The largest error of the values that count, relative to the value.
-double largest_relative(const Estimate& found, const std::vector<bool>& counts) {
+double largest_relative(const EstimatedValues& found, const std::vector<bool>& counts) {
     double largest = 0;
     for (std::size_t i = 0; i < found.values.size(); ++i)
         if (counts[i] && found.errors[i] > negligible)
@@ -43,11 +43,11 @@ double largest_relative(const Estimate& found, const std::vector<bool>& counts) 
 /// Solves with more and more nodes, until the values that count are within the tolerance or will
 /// not be with the most nodes. `solve` gives all values by a number of nodes.
 template <class Solve>
-Estimate solve_until(double tolerance, int first_nodes, const std::vector<bool>& counts,
-                     const Solve& solve) {
+EstimatedValues solve_until(double tolerance, int first_nodes, const std::vector<bool>& counts,
+                            const Solve& solve) {
     Convergence convergence;
     for (int nodes = first_nodes;; nodes = more_nodes(nodes)) {
-        Estimate found{{}, {}, nodes};
+        EstimatedValues found{{}, {}, nodes};
         try {
             found.values = solve(nodes);
         } catch (const std::runtime_error&) {  // the phase function's series is too negative
@@ -67,7 +67,7 @@ Estimate solve_until(double tolerance, int first_nodes, const std::vector<bool>&
 
 /// Solves with `nodes`, and compares with fewer; or, where these are few, with more.
 template <class Solve>
-Estimate solve_with(int nodes, const std::vector<bool>& counts, const Solve& solve) {
+EstimatedValues solve_with(int nodes, const std::vector<bool>& counts, const Solve& solve) {
     if (nodes >= fewest_nodes) {
         const int third = fewer_nodes(nodes), second = fewer_nodes(third);
         Convergence convergence;
@@ -80,8 +80,8 @@ Estimate solve_with(int nodes, const std::vector<bool>& counts, const Solve& sol
         } catch (const std::runtime_error&) {  // perhaps only of the fewer ones
         }
     }
-    const Estimate finer = solve_until(rough, fewest_nodes, counts, solve);
-    Estimate found{solve(nodes), finer.errors, nodes};
+    const EstimatedValues finer = solve_until(rough, fewest_nodes, counts, solve);
+    EstimatedValues found{solve(nodes), finer.errors, nodes};
     for (std::size_t i = 0; i < found.values.size(); ++i)
         found.errors[i] += std::abs(found.values[i] - finer.values[i]);
     return found;
@@ -89,8 +89,8 @@ Estimate solve_with(int nodes, const std::vector<bool>& counts, const Solve& sol
 
 /// As options say. `found`: nodes that sufficed for the like before, or 0.
 template <class Solve>
-Estimate solve_as(const SolverOptions& options, int fewest, int found,
-                  const std::vector<bool>& counts, const Solve& solve) {
+EstimatedValues solve_as(const SolverOptions& options, int fewest, int found,
+                         const std::vector<bool>& counts, const Solve& solve) {
     if (options.tolerance == 0) return solve_with(options.nodes, counts, solve);
     int first = fewest;
     while (more_nodes(more_nodes(more_nodes(first))) < found) first = more_nodes(first);
@@ -185,7 +185,7 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
     for (std::size_t first = 0; first < geometries.size();) {
         Group group(geometries, first);
         SolverOptions with = options;
-        const Estimate found =
+        const EstimatedValues found =
             solve_as(options, fewest_nodes, all.nodes, group.counts(), [&](int nodes) {
                 with.nodes = nodes;
                 return group.values(solve_stack(layers, boundary, group.cosines(), with));
@@ -227,7 +227,7 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
     if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     SolvedFluxes solved;
     const std::size_t count = 3 * mu.size() + 3;
-    const Estimate found = solve_as(
+    const EstimatedValues found = solve_as(
         options, fewest_nodes_of_fluxes, 0, std::vector<bool>(count, true), [&](int nodes) {
             with.nodes = nodes;
             solved.fluxes = solve_stack(layers, boundary, mu, with);

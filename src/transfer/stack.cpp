@@ -9,6 +9,7 @@
 #include "layer_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
+#include "ordered_stack.h"
 #include "simd/doubling_steps.h"
 #include "stack_path.h"
 
@@ -193,22 +194,68 @@ class StackRun {
     StackSolution solution_;
 };
 
-}  // namespace
-
-StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
-                          const std::vector<double>& mu, const SolverOptions& options) {
+/// The layers, neighbours that scatter alike as one.
+std::vector<StackLayer> checked(const std::vector<StackLayer>& layers,
+                                const LowerBoundary& boundary, const SolverOptions& options) {
     check_options(options);
     require(options.scheme == Scheme::harmonic, "solve_stack", "scheme", "harmonic", "another");
     check_layers(layers, boundary.is_present(), "solve_stack");
     check_boundary(boundary);
-    const std::vector<StackLayer> unlike = merged(layers);
+    return merged(layers);
+}
+
+StackSolution sum_of(const std::vector<StackSolution>& orders) {
+    StackSolution sum = orders.front();
+    sum.order = 0;
+    for (std::size_t n = 1; n < orders.size(); ++n) {
+        const StackSolution& order = orders[n];
+        for (std::size_t m = 0; m < sum.reflection_modes.size(); ++m) {
+            sum.reflection_modes[m] += order.reflection_modes[m];
+            sum.transmission_modes[m] += order.transmission_modes[m];
+        }
+        sum.plane_albedo += order.plane_albedo;
+        sum.diffuse_transmittance += order.diffuse_transmittance;
+        sum.spherical_albedo += order.spherical_albedo;
+        sum.spherical_albedo_below += order.spherical_albedo_below;
+        sum.total_transmittance += order.total_transmittance;
+        sum.spherical_ground_absorptance += order.spherical_ground_absorptance;
+        if (sum.lower_boundary.is_present()) sum.ground_absorptance += order.ground_absorptance;
+    }
+    return sum;
+}
+
+}  // namespace
+
+StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
+                          const std::vector<double>& mu, const SolverOptions& options) {
+    const std::vector<StackLayer> unlike = checked(layers, boundary, options);
     const bool is_one_layer = unlike.size() == 1 && !boundary.is_present();
-    require(options.orders == 0 || is_one_layer, "solve_stack", "orders",
-            "0 (all) for several layers or a lower boundary", options.orders);
-    if (!is_one_layer) return StackRun(unlike, boundary, mu, options).run();
+    if (is_one_layer) {
+        const StackLayer& only = unlike.front();
+        return as_stack(
+            solve_layer(only.phase_function, only.albedo, only.optical_depth, mu, options), only);
+    }
+    if (options.orders > 0) return sum_of(solve_stack_orders(unlike, boundary, mu, options));
+    return StackRun(unlike, boundary, mu, options).run();
+}
+
+std::vector<StackSolution> solve_orders(const std::vector<StackLayer>& layers,
+                                        const LowerBoundary& boundary,
+                                        const std::vector<double>& mu,
+                                        const SolverOptions& options) {
+    require(options.orders >= 1, "solve_orders", "orders", "in [1, 200]", options.orders);
+    const std::vector<StackLayer> unlike = checked(layers, boundary, options);
+    if (unlike.size() > 1 || boundary.is_present()) {
+        std::vector<StackSolution> orders = solve_stack_orders(unlike, boundary, mu, options);
+        orders.erase(orders.begin());  // the beam
+        return orders;
+    }
     const StackLayer& only = unlike.front();
-    return as_stack(solve_layer(only.phase_function, only.albedo, only.optical_depth, mu, options),
-                    only);
+    std::vector<StackSolution> orders;
+    for (const LayerSolution& order :
+         solve_orders(only.phase_function, only.albedo, only.optical_depth, mu, options))
+        orders.push_back(as_stack(order, only));
+    return orders;
 }
 
 LayerSolution as_one_layer(StackSolution solution) {
@@ -287,6 +334,8 @@ std::vector<SolvedValue> StackSolution::values(Side side, int in, int out,
             corrected += single_reflection_of_boundary(boundary_corrected,
                                                        corrected_layers.below_all(), geometry);
         }
+        if (order > 0) corrected = order == 1 ? single : 0;
+        if (order > 1) single = 0;
         all.push_back(put_together(single, corrected,
                                    sum_modes(modes, azimuth) + sum_legendre(along_path, cosine)));
     }

@@ -181,6 +181,8 @@ query mu_in,mu_out,azimuth_deg 0.5,0.8,60
 expect_ok solve --layers ground.toml --query query.csv
 [ "$(wc -l <"$out")" -eq 2 ] || fail "a row for every row of the query"
 expect_near "$(tail -1 "$out" | cut -d, -f5)" 0 0  # nothing is transmitted
+expect_ok solve --layers ground.toml --query query.csv --orders 3
+expect_rows 1 '(f["reflection_order_1"] + f["reflection_order_2"] + f["reflection_order_3"] - f["reflection"]) ^ 2 < 1e-28 && f["reflection_order_1"] == f["reflection_single"] && f["reflection_error"] < 1e-4 * f["reflection"]'
 
 refuse_stack() { # refuse_stack LINES FRAGMENT...
     printf '%s\n' "$1" >stack.toml

@@ -1,6 +1,7 @@
 // Neumann orders one by one.
 #include <stratus/runtime/constants.h>
 #include <stratus/transfer/solve.h>
+#include <stratus/transfer/stack.h>
 
 #include "refusal.h"
 
@@ -163,6 +164,92 @@ TEST(SolveLayer, OmitsHigherOrders) {
         EXPECT_GT(now, 0);
         EXPECT_LT(now, 0.6 * missing) << n;
         missing = now;
+    }
+}
+
+struct OrderedStack {
+    std::vector<StackLayer> layers;
+    LowerBoundary boundary;
+};
+
+/// Albedos, that of the boundary included, times a factor.
+OrderedStack dimmed(OrderedStack stack, double factor) {
+    for (StackLayer& layer : stack.layers) layer.albedo *= factor;
+    stack.boundary.albedo *= factor;
+    return stack;
+}
+
+std::vector<OrderedStack> ordered_stacks() {
+    const PhaseFunction lobe = PhaseFunction::henyey_greenstein(0.6);
+    const std::vector<StackLayer> two{{PhaseFunction::rayleigh(), 1, 0.4}, {lobe, 0.9, 2}};
+    return {
+        {two, {}},
+        {two, LowerBoundary::surface(0.7)},
+        {two, LowerBoundary::layer(lobe, 0.8)},
+        {{{lobe, 0.95, 1}}, LowerBoundary::surface(1)},
+        {{{PhaseFunction::rayleigh(), 1, 0.4}, {lobe, 0.9, 1e-290}, {lobe, 0.7, infinity}}, {}}};
+}
+
+// Order n goes with the n-th power of all albedos: the sum of what is left of them is the stack of
+// lower albedos, which is solved without orders.
+TEST(OrdersOfStacks, SumToStacksOfAnyAlbedo) {
+    const std::vector<double> mu{0.02, 0.3, 0.8, 1};
+    for (const OrderedStack& stack : ordered_stacks()) {
+        const std::vector<StackSolution> orders =
+            solve_orders(stack.layers, stack.boundary, mu, up_to_order(12, 20));
+        ASSERT_EQ(orders.size(), 20u);
+        for (const double factor : {0.3, 0.1}) {
+            const OrderedStack dim = dimmed(stack, factor);
+            SolverOptions options = up_to_order(12, 0);
+            options.truncate = Truncate::nothing;
+            const StackSolution expected = solve_stack(dim.layers, dim.boundary, mu, options);
+            for (int i = 0; i < 4; ++i) {
+                double albedo = 0, transmittance = 0, share = 1;
+                for (const StackSolution& order : orders) {
+                    share *= factor;
+                    albedo += share * order.plane_albedo(i);
+                    transmittance += share * order.diffuse_transmittance(i);
+                }
+                EXPECT_NEAR(albedo, expected.plane_albedo(i), 1e-11);
+                EXPECT_NEAR(transmittance, expected.diffuse_transmittance(i), 1e-11);
+                for (int j = 0; j < 4; ++j)
+                    for (const double azimuth : order_azimuths) {
+                        double R = 0, T = 0;
+                        share = 1;
+                        for (const StackSolution& order : orders) {
+                            share *= factor;
+                            R += share * order.reflection(i, j, azimuth).total;
+                            T += share * order.transmission(i, j, azimuth).total;
+                        }
+                        const double all_R = expected.reflection(i, j, azimuth).total;
+                        const double all_T = expected.transmission(i, j, azimuth).total;
+                        EXPECT_NEAR(R, all_R, 1e-10 * all_R);
+                        EXPECT_NEAR(T, all_T, 1e-10 * all_T);
+                    }
+            }
+        }
+    }
+}
+
+TEST(OrdersOfStacks, AreLeftOutOfItsSolution) {
+    const std::vector<double> mu{0.1, 0.7};
+    for (const OrderedStack& stack : ordered_stacks()) {
+        const StackSolution sum = solve_stack(stack.layers, stack.boundary, mu, up_to_order(16, 3));
+        const std::vector<StackSolution> orders =
+            solve_orders(stack.layers, stack.boundary, mu, up_to_order(16, 3));
+        double R = 0, T = 0, albedo = 0, ground = 0;
+        for (const StackSolution& order : orders) {
+            R += order.reflection(0, 1, 1).total;
+            T += order.transmission(0, 1, 1).total;
+            albedo += order.spherical_albedo;
+            ground += order.spherical_ground_absorptance;
+        }
+        EXPECT_NEAR(sum.reflection(0, 1, 1).total, R, 1e-14);
+        EXPECT_NEAR(sum.transmission(0, 1, 1).total, T, 1e-14);
+        EXPECT_DOUBLE_EQ(sum.reflection(0, 1, 1).single, orders[0].reflection(0, 1, 1).single);
+        EXPECT_NEAR(sum.spherical_albedo, albedo, 1e-14);
+        EXPECT_GE(sum.spherical_ground_absorptance, ground);  // the beam's, too
+        EXPECT_EQ(orders[1].reflection(0, 1, 1).single, 0);
     }
 }
 

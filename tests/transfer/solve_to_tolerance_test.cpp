@@ -226,9 +226,6 @@ TEST(SolveToTolerance, RefusesInWords) {
     refused(to(1e-13), {"tolerance", "got 1e-13"});
     refused(to(std::nan("")), {"tolerance", "got nan"});
     refused(with_nodes(513), {"nodes", "[1, 512]", "got 513"});
-    SolverOptions ordered = to(1e-3);
-    ordered.orders = 2;
-    refused(ordered, {"orders", "several layers", "got 2"});
 }
 
 }  // namespace

@@ -40,6 +40,8 @@ class StackSolution : public ModeSolution {
 
     bool is_opaque() const;
 
+    int order = 0;  // the only one that all of it is of (solve_orders); 0: all orders
+
     std::vector<Truncation> truncations;         // of the layers
     std::shared_ptr<const StackPath> path;       // null unless a layer's peak is narrow
     std::shared_ptr<const LayerSolution> alone;  // of a single layer over nothing: its solution
@@ -55,6 +57,16 @@ class StackSolution : public ModeSolution {
 ///          conservative.
 StackSolution solve_stack(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
                           const std::vector<double>& mu, const SolverOptions& options = {});
+
+/// The Neumann orders 1 to `options.orders` one by one: result[n - 1] is the light scattered exactly
+/// n times, by layers or the lower boundary; its transmittances leave out the beam.
+///
+/// Range    options.orders [1, 200]; the rest as for solve_stack. Several layers, and any over a
+///          lower boundary, are not truncated: narrow peaks take more nodes.
+std::vector<StackSolution> solve_orders(const std::vector<StackLayer>& layers,
+                                        const LowerBoundary& boundary,
+                                        const std::vector<double>& mu,
+                                        const SolverOptions& options);
 
 /// The stack as one material: R, T and fluxes are its own; phase function, albedo and depth those
 /// of its mean layer (stack_layers.h).

@@ -35,8 +35,7 @@ typedef struct stratus_problem {
     const char* below_phase_function; /* of a semi-infinite layer */
     double tolerance;                 /* relative error of what is asked, [1e-12, 1]; 0: 1e-4 */
     int nodes;                        /* Gauss nodes, [1, 512], in place of a tolerance; 0: none */
-    int orders;                       /* [0, 200]: higher ones are left
-                                         out; 0: all */
+    int orders;                       /* [0, 200]: higher ones are left out; 0: all */
 } stratus_problem;
 
 typedef struct stratus_geometry {

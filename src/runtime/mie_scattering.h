@@ -12,7 +12,7 @@
 
 namespace stratus {
 
-constexpr double max_size_parameter = 5000;
+constexpr double max_size_parameter = 10'000;
 
 /// a_n and b_n of one sphere, n = 1 .. a.size(). [BH83] 4.88
 struct MieCoefficients {

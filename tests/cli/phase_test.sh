@@ -33,7 +33,7 @@ expect_rows 7 '(f["value_1"] / f["value_2"] - 1) ^ 2 < 1e-12'
 expect_refused 2 PHASE required -- phase
 expect_refused 2 radius "um or nm" "got '10'" -- phase mie:radius=10
 expect_refused 2 variance "[1e-6, 0.5]" "got 0.6" -- phase mie:radius=1um,variance=0.6
-expect_refused 2 "largest droplet" "at most 5000" -- phase mie:radius=1000um -o new.csv
+expect_refused 2 "largest droplet" "at most 10000" -- phase mie:radius=1000um -o new.csv
 expect_refused 2 --moments "[1, 20000]" "got 0" -- phase rayleigh --moments 0
 expect_refused 2 --step "[0.001, 90]" "got 0" -- phase rayleigh --step 0
 expect_refused 2 --svg .svg "got phase.png" -- phase rayleigh --svg phase.png

@@ -14,6 +14,9 @@
 namespace stratus {
 namespace {
 
+constexpr const char* cloud = "moments:file=water_cloud_10um_moments.csv";
+constexpr const char* drizzle = "mie:radius=50um,variance=0.1,wavelength=0.55um";
+
 /// As few as a cloud needs: the peak is cut off early, and the path law carries it.
 constexpr int nodes = 24;
 
@@ -28,6 +31,7 @@ const std::vector<Direction> glory{{0, 180}, {0, 178}, {3, 180}};
 
 struct Cloud {
     const char* name;
+    const char* phase_function;
     double albedo, optical_depth;
 };
 
@@ -38,9 +42,8 @@ void PrintTo(const Cloud& of, std::ostream* out) {
 class CloudFromPhotons : public testing::TestWithParam<Cloud> {};
 
 TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
-    const auto [name, albedo, optical_depth] = GetParam();
-    const PhaseFunction phase_function =
-        read_phase_function("moments:file=water_cloud_10um_moments.csv", STRATUS_REFERENCE_FOLDER);
+    const auto [name, text, albedo, optical_depth] = GetParam();
+    const PhaseFunction phase_function = read_phase_function(text, STRATUS_REFERENCE_FOLDER);
     SolverOptions solver;
     solver.nodes = nodes;
     const LayerSolution layer =
@@ -73,7 +76,9 @@ TEST_P(CloudFromPhotons, HasTheSolversAureoleAndGlory) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cloud, CloudFromPhotons,
-                         testing::Values(Cloud{"Thin", 0.9, 0.5}, Cloud{"Thick", 1, 4}),
+                         testing::Values(Cloud{"Thin", cloud, 0.9, 0.5},
+                                         Cloud{"Thick", cloud, 1, 4},
+                                         Cloud{"Drizzle", drizzle, 1, 2}),
                          [](const auto& row) { return row.param.name; });
 
 }  // namespace

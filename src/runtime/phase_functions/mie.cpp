@@ -85,7 +85,7 @@ void check(const Droplets& droplets) {
     const double x = 2 * pi * effective_size(droplets).radius / droplets.wavelength;
     require(x >= 1e-4, mie_caller, "2 pi radius / wavelength", "at least 1e-4", x);
     require(radii_of(droplets).max * x <= max_size_parameter, mie_caller,
-            "2 pi radius / wavelength of the largest droplet", "at most 5000",
+            "2 pi radius / wavelength of the largest droplet", "at most 10000",
             radii_of(droplets).max * x);
 }
 

@@ -10,6 +10,7 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 #include <stratus/transfer/stack.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -171,13 +172,13 @@ std::vector<MethodRow> solved_rows(const Stack& stack, const SolverOptions& opti
         solve_geometries(stack.layers, stack.lower_boundary, geometries, options);
     std::vector<MethodRow> rows;
     for (const SolvedGeometry& at : solved.at)
-        rows.push_back(
-            {at.reflection,
-             at.transmission,
-             {at.reflection_error, at.transmission_error},
-             options.tolerance > 0 &&
-                 (misses(at.reflection.total, at.reflection_error, options.tolerance) ||
-                  misses(at.transmission.total, at.transmission_error, options.tolerance))});
+        rows.push_back({at.reflection,
+                        at.transmission,
+                        {at.reflection_error, at.transmission_error},
+                        options.tolerance > 0 &&
+                            std::max(relative_error(at.reflection.total, at.reflection_error),
+                                     relative_error(at.transmission.total, at.transmission_error)) >
+                                options.tolerance});
     if (options.orders == 0) return rows;
     SolverOptions with = options;
     with.nodes = solved.nodes;

@@ -4,6 +4,7 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/transfer/solve_to_tolerance.h>
 
 #include "allowed.h"
 #include "commands.h"
@@ -65,8 +66,8 @@ struct Findings {
         for (const auto& [side, value, error] :
              {std::tuple("R", row.reflection.total, row.more[0]),
               std::tuple("T", row.transmission.total, row.more[1])}) {
-            if (error <= worst_error * std::abs(value)) continue;
-            worst_error = error / std::abs(value);
+            if (relative_error(value, error) <= worst_error) continue;
+            worst_error = relative_error(value, error);
             worst = std::string(side) + " at mu_in " + shortest_text(at.mu_in) + ", mu_out " +
                     shortest_text(at.mu_out) + ", azimuth_deg " +
                     shortest_text(std::round(degrees(at.azimuth) * 1e9) / 1e9);

@@ -7,6 +7,7 @@
 #include "options.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -17,12 +18,26 @@ namespace stratus {
 namespace {
 
 constexpr int fewest_nodes = 8, fewest_nodes_of_fluxes = 20, most_nodes = 512;
-constexpr int patience = 96;          // nodes before a tolerance can be given up as out of reach
-constexpr double negligible = 1e-15;  // errors of what is 0 but for rounding
-constexpr double rough = 1e-2;        // tolerance of what few nodes are compared with
+constexpr double rough = 1e-2;  // tolerance of what few nodes are compared with
 
 /// Half as many again, in whole registers.
 int more_nodes(int nodes) { return std::min(most_nodes, (3 * nodes / 2 + 3) / 4 * 4); }
+
+/// Nodes before a tolerance can be given up as out of reach. Backward peaks, which nothing
+/// truncates, begin to converge with as many as hold their series.
+int patience_for(const std::vector<StackLayer>& layers) {
+    constexpr double held = 1e-4;  // moment that is left
+    constexpr int most = 248;      // more take minutes
+    int patience = 96;
+    for (const StackLayer& layer : layers) {
+        if (layer.phase_function.asymmetry() > -0.9) continue;
+        const std::vector<double> moments = layer.phase_function.moments(2 * most + 1);
+        if (std::abs(moments.back()) > held) continue;
+        while (std::abs(moments[static_cast<std::size_t>(2 * patience)]) > held)
+            patience = more_nodes(patience);
+    }
+    return patience;
+}
 
 int fewer_nodes(int nodes) { return (2 * nodes + 1) / 3; }
 
@@ -35,18 +50,24 @@ struct EstimatedValues {
 double largest_relative(const EstimatedValues& found, const std::vector<bool>& counts) {
     double largest = 0;
     for (std::size_t i = 0; i < found.values.size(); ++i)
-        if (counts[i] && found.errors[i] > negligible)
-            largest = std::max(largest, found.errors[i] / std::abs(found.values[i]));
+        if (counts[i])
+            largest = std::max(largest, relative_error(found.values[i], found.errors[i]));
     return largest;
 }
+
+struct Aim {
+    double tolerance;
+    int first_nodes;
+    int patience;                     // nodes before the tolerance can be given up
+    const std::vector<bool>& counts;  // which values have to meet it
+};
 
 /// Solves with more and more nodes, until the values that count are within the tolerance or will
 /// not be with the most nodes. `solve` gives all values by a number of nodes.
 template <class Solve>
-EstimatedValues solve_until(double tolerance, int first_nodes, const std::vector<bool>& counts,
-                            const Solve& solve) {
+EstimatedValues solve_until(const Aim& aim, const Solve& solve) {
     Convergence convergence;
-    for (int nodes = first_nodes;; nodes = more_nodes(nodes)) {
+    for (int nodes = aim.first_nodes;; nodes = more_nodes(nodes)) {
         EstimatedValues found{{}, {}, nodes};
         try {
             found.values = solve(nodes);
@@ -57,17 +78,17 @@ EstimatedValues solve_until(double tolerance, int first_nodes, const std::vector
         convergence.add(found.values);
         if (!convergence.can_tell()) continue;
         found.errors = convergence.errors();
-        const double error = largest_relative(found, counts);
+        const double error = largest_relative(found, aim.counts);
         const double steps = std::log(most_nodes / static_cast<double>(nodes)) / std::log(1.5);
         const bool is_out_of_reach =
-            nodes >= patience && error * std::pow(convergence.decay(), steps) > tolerance;
-        if (error <= tolerance || nodes == most_nodes || is_out_of_reach) return found;
+            nodes >= aim.patience && error * std::pow(convergence.decay(), steps) > aim.tolerance;
+        if (error <= aim.tolerance || nodes == most_nodes || is_out_of_reach) return found;
     }
 }
 
 /// Solves with `nodes`, and compares with fewer; or, where these are few, with more.
 template <class Solve>
-EstimatedValues solve_with(int nodes, const std::vector<bool>& counts, const Solve& solve) {
+EstimatedValues solve_with(int nodes, const Aim& aim, const Solve& solve) {
     if (nodes >= fewest_nodes) {
         const int third = fewer_nodes(nodes), second = fewer_nodes(third);
         Convergence convergence;
@@ -80,35 +101,51 @@ EstimatedValues solve_with(int nodes, const std::vector<bool>& counts, const Sol
         } catch (const std::runtime_error&) {  // perhaps only of the fewer ones
         }
     }
-    const EstimatedValues finer = solve_until(rough, fewest_nodes, counts, solve);
+    const EstimatedValues finer =
+        solve_until({rough, fewest_nodes, aim.patience, aim.counts}, solve);
     EstimatedValues found{solve(nodes), finer.errors, nodes};
     for (std::size_t i = 0; i < found.values.size(); ++i)
         found.errors[i] += std::abs(found.values[i] - finer.values[i]);
     return found;
 }
 
-/// As options say. `found`: nodes that sufficed for the like before, or 0.
+/// As options say.
 template <class Solve>
-EstimatedValues solve_as(const SolverOptions& options, int fewest, int found,
-                         const std::vector<bool>& counts, const Solve& solve) {
-    if (options.tolerance == 0) return solve_with(options.nodes, counts, solve);
-    int first = fewest;
+EstimatedValues solve_as(const SolverOptions& options, const Aim& aim, const Solve& solve) {
+    return options.tolerance == 0 ? solve_with(options.nodes, aim, solve) : solve_until(aim, solve);
+}
+
+/// Where to begin when `found` nodes sufficed for the like.
+int first_nodes_after(int found) {
+    int first = fewest_nodes;
     while (more_nodes(more_nodes(more_nodes(first))) < found) first = more_nodes(first);
-    return solve_until(options.tolerance, first, counts, solve);
+    return first;
+}
+
+/// Places of geometries whose errors are alike: grazing ones need many more nodes, and are no
+/// measure of the others.
+std::array<std::vector<std::size_t>, 3> by_cosine(const std::vector<Geometry>& geometries) {
+    std::array<std::vector<std::size_t>, 3> places;
+    for (std::size_t i = 0; i < geometries.size(); ++i) {
+        const double mu = std::min(geometries[i].mu_in, geometries[i].mu_out);
+        places[mu >= 0.15 ? 0 : mu >= 0.05 ? 1 : 2].push_back(i);
+    }
+    return places;
 }
 
 /// Geometries that are solved at once.
 class Group {
   public:
-    /// As many of `geometries`, from `first` on, as share a list of cosines of reasonable length:
-    /// extra directions cost as much as nodes do.
-    Group(const std::vector<Geometry>& geometries, std::size_t first) {
+    /// As many of `geometries`, at the places `alike` from `first` on, as share a list of cosines of
+    /// reasonable length: extra directions cost as much as nodes do.
+    Group(const std::vector<Geometry>& geometries, const std::vector<std::size_t>& alike,
+          std::size_t first) {
         constexpr std::size_t most_cosines = 64;
-        for (std::size_t i = first; i < geometries.size() && mu_.size() + 2 <= most_cosines; ++i) {
-            const int in = place_of(geometries[i].mu_in), out = place_of(geometries[i].mu_out);
-            Pair& pair = pairs_[{in, out}];
+        for (std::size_t i = first; i < alike.size() && mu_.size() + 2 <= most_cosines; ++i) {
+            const auto& [mu_in, mu_out, azimuth] = geometries[alike[i]];
+            Pair& pair = pairs_[{place_of(mu_in), place_of(mu_out)}];
             asked_.push_back({&pair, pair.azimuths.size()});
-            pair.azimuths.push_back(geometries[i].azimuth);
+            pair.azimuths.push_back(azimuth);
         }
         for (auto& [places, pair] : pairs_) {
             const std::size_t count = pair.azimuths.size();
@@ -181,24 +218,34 @@ SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options) {
     check_options(options);
+    const int patience = patience_for(layers);
     SolvedGeometries all;
-    for (std::size_t first = 0; first < geometries.size();) {
-        Group group(geometries, first);
-        SolverOptions with = options;
-        const EstimatedValues found =
-            solve_as(options, fewest_nodes, all.nodes, group.counts(), [&](int nodes) {
-                with.nodes = nodes;
-                return group.values(solve_stack(layers, boundary, group.cosines(), with));
-            });
-        for (std::size_t i = 0; i < group.size(); ++i) all.at.push_back(group.at(i, found.errors));
-        all.nodes = std::max(all.nodes, found.nodes);
-        first += group.size();
+    all.at.resize(geometries.size());
+    for (const std::vector<std::size_t>& alike : by_cosine(geometries)) {
+        int nodes_of_others = 0;
+        for (std::size_t first = 0; first < alike.size();) {
+            Group group(geometries, alike, first);
+            SolverOptions with = options;
+            const EstimatedValues found = solve_as(
+                options,
+                {options.tolerance, first_nodes_after(nodes_of_others), patience, group.counts()},
+                [&](int nodes) {
+                    with.nodes = nodes;
+                    return group.values(solve_stack(layers, boundary, group.cosines(), with));
+                });
+            for (std::size_t i = 0; i < group.size(); ++i)
+                all.at[alike[first + i]] = group.at(i, found.errors);
+            nodes_of_others = std::max(nodes_of_others, found.nodes);
+            first += group.size();
+        }
+        all.nodes = std::max(all.nodes, nodes_of_others);
     }
     return all;
 }
 
-bool misses(double value, double error, double tolerance) noexcept {
-    return error > tolerance * std::abs(value) && error > negligible;
+double relative_error(double value, double error) noexcept {
+    constexpr double least_value = 1e-8;
+    return error / std::max(std::abs(value), least_value);
 }
 
 ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBoundary& boundary,
@@ -214,7 +261,7 @@ ChosenNodes choose_nodes(const std::vector<StackLayer>& layers, const LowerBound
     for (const SolvedGeometry& at : solved.at)
         for (const auto& [value, error] : {std::pair{at.reflection.total, at.reflection_error},
                                            std::pair{at.transmission.total, at.transmission_error}})
-            if (error > negligible) chosen.error = std::max(chosen.error, error / std::abs(value));
+            chosen.error = std::max(chosen.error, relative_error(value, error));
     return chosen;
 }
 
@@ -226,9 +273,10 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
     // That is quickly solved with so many nodes that peaks need no other truncation.
     if (options.truncate == Truncate::smooth) with.truncate = Truncate::delta_m;
     SolvedFluxes solved;
-    const std::size_t count = 3 * mu.size() + 3;
+    const std::vector<bool> counts(3 * mu.size() + 3, true);
     const EstimatedValues found = solve_as(
-        options, fewest_nodes_of_fluxes, 0, std::vector<bool>(count, true), [&](int nodes) {
+        options, {options.tolerance, fewest_nodes_of_fluxes, patience_for(layers), counts},
+        [&](int nodes) {
             with.nodes = nodes;
             solved.fluxes = solve_stack(layers, boundary, mu, with);
             const ModeSolution& fluxes = solved.fluxes;
@@ -242,7 +290,7 @@ SolvedFluxes solve_fluxes(const std::vector<StackLayer>& layers, const LowerBoun
             return values;
         });
     for (const double error : found.errors) solved.error = std::max(solved.error, error);
-    solved.relative_error = largest_relative(found, std::vector<bool>(count, true));
+    solved.relative_error = largest_relative(found, counts);
     solved.nodes = found.nodes;
     return solved;
 }

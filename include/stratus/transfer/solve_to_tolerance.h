@@ -33,14 +33,15 @@ struct SolvedGeometries {
 /// Accuracy 99 % of the errors are below 1.5 times their estimate (docs/accuracy.md). A tolerance
 ///          that 512 nodes do not reach, or would not by the pace so far, is missed: see the errors.
 /// Cost     that of the last solution, and a third of it for the others; a solution for every 62
-///          cosines, in the order in which they come.
+///          cosines; geometries with a cosine below 0.15, and below 0.05, have solutions of their own.
 SolvedGeometries solve_geometries(const std::vector<StackLayer>& layers,
                                   const LowerBoundary& boundary,
                                   const std::vector<Geometry>& geometries,
                                   const SolverOptions& options);
 
-/// Whether the error of R or T is beyond a relative tolerance, and above rounding, 1e-15.
-bool misses(double value, double error, double tolerance) noexcept;
+/// The error of R or T as a tolerance judges it: relative to the value, but to no less than 1e-8, as
+/// of tables.
+double relative_error(double value, double error) noexcept;
 
 struct ChosenNodes {
     int nodes = 0;

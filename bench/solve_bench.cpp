@@ -15,7 +15,8 @@ struct Case {
     int nodes;
 };
 
-constexpr Case hazy{0.75, 0.99, 8, 32}, cloudy{0.9, 1, 64, 64};
+constexpr Case hazy{0.75, 0.99, 8, 32}, cloudy{0.9, 1, 64, 64}, fine{0.95, 1, 8, 96},
+    finest{0.95, 1, 8, 128};
 
 void solve(benchmark::State& state, Case of, stratus::Scheme scheme,
            stratus::InstructionSet widest) {
@@ -56,6 +57,11 @@ BENCHMARK_CAPTURE(solve, HG09_64_nodes_128_modes, cloudy, Scheme::harmonic, wide
     ->Unit(milliseconds);
 BENCHMARK_CAPTURE(solve, HG09_64_nodes_128_modes_generic, cloudy, Scheme::harmonic,
                   InstructionSet::generic)
+    ->Unit(milliseconds);
+
+BENCHMARK_CAPTURE(solve, HG095_96_nodes_192_modes, fine, Scheme::harmonic, widest)
+    ->Unit(milliseconds);
+BENCHMARK_CAPTURE(solve, HG095_128_nodes_256_modes, finest, Scheme::harmonic, widest)
     ->Unit(milliseconds);
 
 // Fluxes of isotropic layers with 16 nodes: mode 0 alone, one layer, or one of eight albedos.

@@ -5,6 +5,7 @@
 
 #include "boundary_modes.h"
 #include "climb.h"
+#include "flush_subnormals.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
@@ -60,6 +61,7 @@ class LadderRun {
     }
 
     std::vector<std::vector<LayerSolution>> run() {
+        const FlushSubnormals flush(problem_.targets.front().optical_depth);
         // Enough modes at a time to fill the packs; orders are solved for all albedos at once.
         const int albedos = static_cast<int>(problem_.albedos.size());
         const int group =
@@ -169,7 +171,7 @@ class LadderRun {
                 all.reflection_below = all.reflection;
                 all.beam = recorder.beam();
             }
-            if (mode == 0) recorder.record_boundary(all, boundary_modes_);
+            if (mode == 0) recorder.record_boundary(all, problem_.albedos[a] == 1, boundary_modes_);
             all = over_boundary(all, mode);
         }
         recorder.record(all, {&kernels}, boundary_modes_);

@@ -7,6 +7,7 @@
 namespace stratus {
 
 using Eigen::MatrixXd;
+using Eigen::RowVector2d;
 using Eigen::VectorXd;
 
 ModeRecorder::ModeRecorder(const Directions& directions, ModeSolution& solution,
@@ -73,7 +74,8 @@ void ModeRecorder::record_fluxes(const LayerMode& all) {
     solution_.diffuse_transmittance += beam_.truncated.tail(count);
 }
 
-void ModeRecorder::record_boundary(const LayerMode& above, BoundaryModes& boundary) {
+void ModeRecorder::record_boundary(const LayerMode& above, bool is_conservative,
+                                   BoundaryModes& boundary) {
     if (above.is_opaque()) {
         solution_.ground_absorptance = solution_.diffuse_transmittance =
             VectorXd::Zero(solution_.mu.size());
@@ -82,8 +84,28 @@ void ModeRecorder::record_boundary(const LayerMode& above, BoundaryModes& bounda
     }
     MatrixXd weights(directions_.size(), 2);
     weights << boundary.entering(), directions_.s;
-    record_fluxes_below(diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes),
-                        weights);
+    const LowerBoundary& below = solution_.lower_boundary;
+    record_fluxes_below(
+        below.kind == LowerBoundary::Kind::surface
+            ? flux_over_surface(above, is_conservative, below.albedo) *
+                  RowVector2d(1 - below.albedo, 1)
+            : diffuse_flux_between(above, boundary.layer(0), weights, directions_.nodes),
+        weights);
+}
+
+VectorXd ModeRecorder::flux_over_surface(const LayerMode& above, bool is_conservative,
+                                         double albedo) const {
+    // What falls on the surface is t + A R* t + (A R*)^2 t + ... = t / (1 - A R*), for it sends back
+    // uniform light. Without absorption R* = 1 - T, where 1 - R* would lose T of deep layers.
+    const int N = directions_.nodes;
+    const VectorXd s = directions_.s.head(N);
+    const VectorXd diffuse = above.transmission.topRows(N).transpose() * s;
+    const VectorXd all = diffuse + above.beam.cwiseProduct(directions_.s);
+    const double T = s.dot(all.head(N)) / s.squaredNorm();
+    const double R =
+        is_conservative ? 1 - T : mean_transmittance(directions_, above.reflection_below);
+    const double lost = 1 - albedo + albedo * (is_conservative ? T : 1 - R);
+    return diffuse + albedo * R / lost * all;
 }
 
 void ModeRecorder::record_fluxes_below(const MatrixXd& diffuse, const MatrixXd& weights) {

@@ -3,6 +3,7 @@
 #include "boundary_modes.h"
 #include "climb.h"
 #include "depth_regime.h"
+#include "flush_subnormals.h"
 #include "mode_recorder.h"
 #include "options.h"
 #include "orders.h"
@@ -131,6 +132,8 @@ class OrderedStackRun {
     }
 
     std::vector<StackSolution> run() {
+        const FlushSubnormals flush(
+            std::ranges::min(layers_, {}, &StackLayer::optical_depth).optical_depth);
         int modes = std::max(1, boundary_modes_.count());
         for (const auto& moments : moments_) modes = std::max(modes, count_modes(moments));
         solve_groups(

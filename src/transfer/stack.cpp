@@ -6,6 +6,7 @@
 #include <stratus/transfer/solve.h>
 
 #include "boundary_modes.h"
+#include "flush_subnormals.h"
 #include "layer_modes.h"
 #include "mode_recorder.h"
 #include "options.h"
@@ -45,6 +46,10 @@ std::vector<StackLayer> merged(const std::vector<StackLayer>& layers) {
             all.push_back(layer);
     }
     return all;
+}
+
+bool is_conservative(const std::vector<StackLayer>& layers) {
+    return std::ranges::all_of(layers, [](const StackLayer& layer) { return layer.albedo == 1; });
 }
 
 /// How each layer is truncated, and whether any layer's peak is left to the path law.
@@ -110,6 +115,7 @@ class StackRun {
     }
 
     StackSolution run() {
+        const FlushSubnormals flush(std::ranges::min(depths_));
         ModeRecorder recorder(directions_, solution_, single_factors(), beam());
         int modes = std::max(1, boundary_modes_.count());
         for (const LayerModes& layer : layers_) modes = std::max(modes, layer.count());
@@ -170,7 +176,8 @@ class StackRun {
         for (std::size_t k = 1; k < layers_.size(); ++k)
             sum = add(sum, mode_of(k, mode), directions_.nodes);
         if (solution_.lower_boundary.is_present()) {
-            if (mode == 0) recorder.record_boundary(sum, boundary_modes_);
+            if (mode == 0)
+                recorder.record_boundary(sum, is_conservative(solution_.layers), boundary_modes_);
             sum = add(sum, boundary_modes_.layer(mode), directions_.nodes);
         } else if (mode == 0 && !sum.is_opaque()) {
             const int N = directions_.nodes;

@@ -10,6 +10,10 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -342,6 +346,29 @@ TEST(SolveLayer, UsesTheGaussNodesByDefault) {
                 EXPECT_NEAR(total(layer, side, in, out, 1), expected, rounding) << in << ' ' << out;
             }
 }
+
+#ifdef __SSE2__
+// Modes of high order underflow: subnormal numbers are flushed meanwhile, and for the solver alone.
+TEST(SolveLayer, FlushesSubnormalNumbersForItselfAlone) {
+    const auto solve = [] {
+        SolverOptions options;
+        options.nodes = 64;
+        options.modes = 128;
+        options.truncate = Truncate::nothing;
+        return solve_layer(PhaseFunction::henyey_greenstein(0.95), 0.99, 1, {0.1, 0.999}, options);
+    };
+    const unsigned before = _mm_getcsr();
+    const LayerSolution plain = solve();
+    EXPECT_EQ(_mm_getcsr(), before);
+    EXPECT_ANY_THROW(solve_layer(PhaseFunction::henyey_greenstein(-0.999), 1, 1, {}, {}));
+    EXPECT_EQ(_mm_getcsr(), before);
+    _mm_setcsr(before | 0x8040);
+    const LayerSolution flushed = solve();
+    _mm_setcsr(before);
+    for (std::size_t m = 0; m < 128; ++m)
+        EXPECT_TRUE(plain.reflection_modes[m].isApprox(flushed.reflection_modes[m], 1e-14)) << m;
+}
+#endif
 
 TEST(SolveLayer, IsDeterministic) {
     const LayerSolution once = solve_layer(forward, 0.9, 3, cosines, with_nodes(16));

@@ -373,6 +373,19 @@ TEST(Stack, ReflectsAllLightOverAWhiteSurface) {
         }
 }
 
+// All that falls on it leaves again: as much has to come down, however deep the layer.
+TEST(Stack, LightsAWhiteSurfaceThroughAnyDepth) {
+    for (const double depth : {0.0, 1e-12, 1.0, 1e3, 1e6, 1e12, 1e100}) {
+        const StackSolution stack =
+            solve_stack({{haze, 1, depth}}, LowerBoundary::surface(1), {0.3, 1}, stack_options(16));
+        EXPECT_NEAR(stack.total_transmittance, 1, 1e-12) << depth;
+        EXPECT_NEAR(stack.spherical_ground_absorptance, 0, 1e-15);
+        EXPECT_NEAR(solve_layer(haze, 1, depth, {0.3}, stack_options(16), LowerBoundary::surface(1))
+                        .total_transmittance,
+                    1, 1e-12);
+    }
+}
+
 TEST(Stack, BalancesEnergyOverEveryGround) {
     for (const double tau : {0.0, 0.01, 3.0, 1e3, 1e6})
         for (const LowerBoundary& boundary :
@@ -514,17 +527,17 @@ TEST(Stack, RefusesAlbedosOutOfRange) {
 }
 
 TEST(Stack, RefusesDepthsOutOfRange) {
-    expect_stack_refusal({{isotropic, 1, -1}}, nothing,
-                         {"optical_depth of layer 1", "[0, inf]", "-1"});
+    expect_stack_refusal({{isotropic, 1, 1}, {isotropic, 0.5, -1}}, nothing,
+                         {"optical_depth of layer 2", "[0, inf]", "-1"});
     expect_stack_refusal({{isotropic, 1, std::nan("")}}, nothing,
-                         {"optical_depth of layer 1", "[0, inf]", "nan"});
+                         {"optical_depth", "[0, inf]", "nan"});
 }
 
 TEST(Stack, RefusesAnInfiniteLayerAboveAnother) {
     expect_stack_refusal({{isotropic, 1, infinity}, {isotropic, 1, 1}}, nothing,
                          {"optical_depth of layer 1", "finite", "inf"});
     expect_stack_refusal({{isotropic, 1, infinity}}, LowerBoundary::surface(0.5),
-                         {"optical_depth of layer 1", "finite", "inf"});
+                         {"optical_depth", "finite", "inf"});
 }
 
 TEST(Stack, RefusesOtherSchemes) {

@@ -357,11 +357,12 @@ TEST(SolveLayer, FlushesSubnormalNumbersForItselfAlone) {
         options.truncate = Truncate::nothing;
         return solve_layer(PhaseFunction::henyey_greenstein(0.95), 0.99, 1, {0.1, 0.999}, options);
     };
-    const unsigned before = _mm_getcsr();
+    const auto control = [] { return _mm_getcsr() & ~0x3fu; };  // less the flags that stick
+    const unsigned before = control();
     const LayerSolution plain = solve();
-    EXPECT_EQ(_mm_getcsr(), before);
+    EXPECT_EQ(control(), before);
     EXPECT_ANY_THROW(solve_layer(PhaseFunction::henyey_greenstein(-0.999), 1, 1, {}, {}));
-    EXPECT_EQ(_mm_getcsr(), before);
+    EXPECT_EQ(control(), before);
     _mm_setcsr(before | 0x8040);
     const LayerSolution flushed = solve();
     _mm_setcsr(before);

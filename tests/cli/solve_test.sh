@@ -222,6 +222,15 @@ expect_ok solve --phase henyey_greenstein:g=0.9 --albedo 0.9 --optical-depth 1 -
 expect_json
 awk -v e="$(figure error)" 'BEGIN { exit !(e > 0 && e < 1e-9) }' || fail "fluxes need their error, within the tolerance"
 
+# water as it absorbs in its band at 1.94 um: the same by material and by an index of that wavelength
+query mu_in,mu_out,azimuth_deg 0.6,0.7,90
+cloud=mie:radius=10um,variance=0.1,wavelength=1.94um
+for index in material=water index=1.2986+0.001911i; do
+    expect_ok solve --phase "$cloud,$index" --albedo phase_function --optical-depth 20 --query query.csv
+    awk -F, 'NR == 2 { print $4 }' "$out"
+done >reflections
+expect_near "$(sed -n 1p reflections)" "$(sed -n 2p reflections)" 2e-4
+
 # one that is out of reach
 query mu_in,mu_out,azimuth_deg 0.1,0.15,0 0.5,0.8,90
 layer=(solve --phase henyey_greenstein:g=0.999 --albedo 1 --optical-depth 2 --query query.csv --tolerance 1e-6)

@@ -5,7 +5,10 @@
  * BRDF = R / pi; T is diffuse, the beam that passes straight is exp(-tau / mu). Cosines lie in
  * (0, 1]; azimuths are in radians between the two directions of propagation, 0 = forward side.
  * Vectors are x, y, z in the local frame of the surface, z along its normal, unit length, both
- * pointing away from the layer. Arguments of lookups outside a range are clamped to it.
+ * pointing away from the layer; they are not normalised. Not-a-number in an argument of a lookup,
+ * or an infinite azimuth, gives not-a-number; every other number outside its range counts as the
+ * nearest in range: cosines in [1e-6, 1], albedos in [0, 1], optical depths in [0, inf]. R and T are
+ * never negative.
  *
  * Errors   Functions that return int return STRATUS_OK or another status, and then leave what they
  *          were to fill as it was, but for handles, which become null; stratus_last_error() says
@@ -159,8 +162,9 @@ typedef struct stratus_slice stratus_slice;
 
 enum {
     STRATUS_NO_OPPOSITION = 0,
-    STRATUS_BLINN_OPPOSITION = 1, /* by the overlap of the ways in and out, of opposition_width alone */
-    STRATUS_HAPKE_OPPOSITION = 2  /* amplitude / (1 + tan(a/2) / width) */
+    STRATUS_BLINN_OPPOSITION =
+        1, /* by the overlap of the ways in and out, of opposition_width alone */
+    STRATUS_HAPKE_OPPOSITION = 2 /* amplitude / (1 + tan(a/2) / width) */
 };
 
 /* What is asked of a layer; lookups do nothing for what is not. */
@@ -173,8 +177,8 @@ typedef struct stratus_effects {
     /* > 0, or 0: as the density makes it. Of Blinn's law particle radius over mean free path, which
      * is (3/4) density; of Hapke's in tan(a/2). */
     double opposition_width;
-    double opposition_amplitude;  /* [0, 1] */
-    int background;               /* 1 or 0: scattered light in stratus_slice_background() */
+    double opposition_amplitude; /* [0, 1] */
+    int background;              /* 1 or 0: scattered light in stratus_slice_background() */
 } stratus_effects;
 
 /* Sets everything but `size`, which the caller has set: all orders, both sides, nothing more. */

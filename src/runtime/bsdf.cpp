@@ -5,7 +5,7 @@
 
 #include "direction_coordinates.h"
 #include "gauss_legendre.h"
-#include "kernels/light_path.h"
+#include "lookup_arguments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -132,6 +132,8 @@ bool BsdfOf<channels>::is_lit(const Vector& wi) const noexcept {
 
 template <int channels>
 float BsdfOf<channels>::pdf(Side side, float mu_in, float mu_out, float azimuth) const noexcept {
+    check_angles(mu_in, mu_out, azimuth);
+    if (is_unknown(mu_in, mu_out, azimuth * 0)) return not_a_number;
     const float half = half_azimuth_sine_squared(azimuth);
     return density_.pdf(side, inclination(mu_in), inclination(mu_out),
                         {square_root(1 - half), square_root(half), 1});
@@ -139,8 +141,9 @@ float BsdfOf<channels>::pdf(Side side, float mu_in, float mu_out, float azimuth)
 
 template <int channels>
 float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
+    check_vectors(wi, wo);
     const float sides = wi.z * wo.z;
-    if (!is_lit(wi) || sides == 0) return 0;
+    if (!is_lit(wi) || sides == 0) return unknown_of(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
     const Horizontal in(wi);
     const float square = wo.x * wo.x + wo.y * wo.y;
     // Light travels along -wi: cos(azimuth) = -dot / m. Of
@@ -152,12 +155,18 @@ float BsdfOf<channels>::pdf(const Vector& wi, const Vector& wo) const noexcept {
     const int backward = dot > 0 ? 1 : 0;
     return density_.pdf(static_cast<Side>(sides < 0 ? 1 : 0), {std::abs(wi.z), in.square},
                         {std::abs(wo.z), square},
-                        {both[1 - backward], both[backward], 2 * m * both[1]});
+                        {both[1 - backward], both[backward], 2 * m * both[1]}) +
+           unknown_of(dot, sides);
 }
 
 template <int channels>
 typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, float u1, float u2,
                                                            float u3) const noexcept {
+    check_vectors(wi, wi);
+    check_random_numbers(u1, u2, u3);
+    if (is_unknown(wi.x, wi.y, wi.z, u1, u2, u3))
+        return {all_channels<Vector>(not_a_number), all_channels<Value>(not_a_number),
+                not_a_number};
     if (!is_lit(wi)) return {};
     const Horizontal in(wi);
     const DirectionDensity::Direction out =
@@ -173,6 +182,11 @@ typename BsdfOf<channels>::Sample BsdfOf<channels>::sample(const Vector& wi, flo
 template <int channels>
 typename BsdfOf<channels>::SampleOfAngles BsdfOf<channels>::sample(float mu_in, float u1, float u2,
                                                                    float u3) const noexcept {
+    check_angles(mu_in, mu_in, 0);
+    check_random_numbers(u1, u2, u3);
+    if (is_unknown(mu_in, u1, u2, u3))
+        return {Side::reflection, not_a_number, not_a_number, all_channels<Value>(not_a_number),
+                not_a_number};
     const DirectionDensity::Direction out = density_.sample(inclination(mu_in), u1, u2, u3);
     const float azimuth = std::atan2(out.sin_azimuth, out.cos_azimuth);
     return {out.side, out.mu, azimuth, eval(out.side, mu_in, out.mu, azimuth), out.pdf};
@@ -180,7 +194,8 @@ typename BsdfOf<channels>::SampleOfAngles BsdfOf<channels>::sample(float mu_in, 
 
 template <int channels>
 ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
-    float mu_in) const noexcept {
+    float cosine) const noexcept {
+    const float mu_in = cosine_in_range("mu_in", cosine);
     const float place = cosine_of(inclination(mu_in)).v * (albedo_rows - 1);
     const int row = truncated(within(0, place, albedo_rows - 2));
     const float past = place - as_float(row);
@@ -188,7 +203,8 @@ ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     float channel[2 * channels];
     for (int i = 0; i < 2 * channels; ++i)
         channel[i] = (here[i] + past * (here[i + 2 * channels] - here[i])) *
-                     intercepted(slice_, i % channels, mu_in);
+                         intercepted(slice_, i % channels, mu_in) +
+                     unknown_of(mu_in);
     ScatteredShares<Value> shares;
     set(shares.reflected, channel);
     set(shares.transmitted, channel + channels);
@@ -198,7 +214,11 @@ ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
 template <int channels>
 ScatteredShares<typename BsdfOf<channels>::Value> BsdfOf<channels>::albedo(
     const Vector& wi) const noexcept {
-    return is_lit(wi) ? albedo(std::abs(wi.z)) : ScatteredShares<Value>{};
+    check_vectors(wi, wi);
+    const float unknown = unknown_of(wi.x, wi.y, wi.z);
+    return is_lit(wi)
+               ? albedo(std::abs(wi.z) + unknown)
+               : ScatteredShares<Value>{all_channels<Value>(unknown), all_channels<Value>(unknown)};
 }
 
 template <int channels>

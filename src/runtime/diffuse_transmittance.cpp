@@ -5,6 +5,7 @@
 
 #include "gauss_legendre.h"
 #include "layer_blend.h"
+#include "lookup_arguments.h"
 
 #include <algorithm>
 #include <array>
@@ -72,7 +73,11 @@ double SingleDiffuseTransmittance::operator()(double optical_depth, double mu,
 std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
                                           double optical_depth) {
     if (table.diffuse_transmittance == nullptr) return {};
+    albedo = in_range("albedo", 0.0, 1.0, albedo);
+    optical_depth = in_range("optical_depth", 0.0, infinity, optical_depth);
     const int cosines = table.mu_in.count;
+    if (is_unknown(albedo, optical_depth))
+        return std::vector<double>(static_cast<std::size_t>(cosines), double{not_a_number});
     std::vector<double> sum(static_cast<std::size_t>(cosines));
     const double clamped_albedo = std::clamp(albedo, table.albedo.lowest, table.albedo.highest);
     if (clamped_albedo == 0) return sum;

@@ -55,7 +55,8 @@ struct Cosines {
 };
 
 inline DirectionDensity::Inclination inclination(float mu) noexcept {
-    return {mu, maximum((1 - mu) * (1 + mu), 0.0f)};
+    const float cosine = within(0, mu, 1);
+    return {cosine, (1 - cosine) * (1 + cosine)};
 }
 
 inline float sine(const Cosine& cosine) noexcept {

@@ -1,9 +1,9 @@
 #include <stratus/runtime/lookup.h>
 
-#include <stratus/runtime/angle.h>
 #include <stratus/runtime/packed_table.h>
 
 #include "layer_blend.h"
+#include "lookup_arguments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,12 +27,10 @@ void set_samples(const AxisView& axis, const Stencil& stencil,
 }
 
 Directions directions_of(const TableView& table, const Geometry& geometry) noexcept {
-    double azimuth = geometry.azimuth;
-    if (!(azimuth >= 0 && azimuth <= pi)) azimuth = std::abs(std::remainder(azimuth, 2 * pi));
     Directions at;
     at.in = table.mu_in.stencil(geometry.mu_in);
     at.out = table.mu_out.stencil(geometry.mu_out);
-    at.azimuth = table.azimuth.mirrored_stencil(azimuth);
+    at.azimuth = table.azimuth.mirrored_stencil(geometry.azimuth);
     at.azimuth_count = used_samples(table.azimuth);
     set_samples(table.mu_in, at.in, at.in_sample);
     set_samples(table.mu_out, at.out, at.out_sample);
@@ -141,10 +139,8 @@ double beside_packed(const TableView& table, Side side, double albedo, double op
                                       : 0;
 }
 
-}  // namespace
-
-Scattered reflection(const TableView& table, double albedo, double optical_depth,
-                     const Geometry& geometry) noexcept {
+Scattered reflected(const TableView& table, const TablePoint& point) noexcept {
+    const auto& [albedo, optical_depth, geometry] = point;
     Scattered scattered{};
     scattered.single =
         table.is_stack()
@@ -166,8 +162,8 @@ Scattered reflection(const TableView& table, double albedo, double optical_depth
     return scattered;
 }
 
-Scattered transmission(const TableView& table, double albedo, double optical_depth,
-                       const Geometry& geometry) noexcept {
+Scattered transmitted(const TableView& table, const TablePoint& point) noexcept {
+    const auto& [albedo, optical_depth, geometry] = point;
     Scattered scattered{};
     if (table.has_lower_boundary()) return scattered;
     scattered.single =
@@ -185,6 +181,26 @@ Scattered transmission(const TableView& table, double albedo, double optical_dep
             summed(table, transmission_blend(table, albedo, optical_depth), geometry) +
             along_path(table, Side::transmission, albedo, optical_depth, geometry);
     return scattered;
+}
+
+/// What look_up(table, point) has at arguments in range.
+template <class LookUp>
+Scattered looked_up(const TableView& table, const TablePoint& point,
+                    const LookUp& look_up) noexcept {
+    if (point.is_unknown()) return {double{not_a_number}, double{not_a_number}};
+    return not_negative(look_up(table, point));
+}
+
+}  // namespace
+
+Scattered reflection(const TableView& table, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept {
+    return looked_up(table, {albedo, optical_depth, geometry}, reflected);
+}
+
+Scattered transmission(const TableView& table, double albedo, double optical_depth,
+                       const Geometry& geometry) noexcept {
+    return looked_up(table, {albedo, optical_depth, geometry}, transmitted);
 }
 
 }  // namespace stratus

@@ -4,6 +4,7 @@
 #include <stratus/runtime/constants.h>
 
 #include "kernels/kernels.h"
+#include "lookup_arguments.h"
 #include "mapped_file.h"
 #include "packed_block.h"
 #include "packed_parts.h"
@@ -19,23 +20,18 @@
 namespace stratus {
 namespace {
 
-double within_half_turn(double azimuth) noexcept {
-    return azimuth >= 0 && azimuth <= pi ? azimuth : std::abs(std::remainder(azimuth, 2 * pi));
+PackedPoint packed(const TablePoint& at) noexcept {
+    return {static_cast<float>(at.albedo),
+            static_cast<float>(1 - at.albedo),
+            static_cast<float>(std::min(at.optical_depth, 1e30)),
+            static_cast<float>(at.geometry.mu_in),
+            static_cast<float>(at.geometry.mu_out),
+            static_cast<float>(at.geometry.azimuth)};
 }
 
-PackedPoint point_of(double albedo, double optical_depth, const Geometry& geometry) noexcept {
-    return {static_cast<float>(albedo),
-            static_cast<float>(1 - albedo),
-            static_cast<float>(optical_depth),
-            static_cast<float>(geometry.mu_in),
-            static_cast<float>(geometry.mu_out),
-            static_cast<float>(within_half_turn(geometry.azimuth))};
-}
-
-Scattered at_one(const SideMemory& side, double albedo, double optical_depth,
-                 const Geometry& geometry) noexcept {
+Scattered at_one(const SideMemory& side, const TablePoint& at) noexcept {
     float single_multiple[2];
-    side.kernel->one(side.view, point_of(albedo, optical_depth, geometry), single_multiple);
+    side.kernel->one(side.view, packed(at), single_multiple);
     return {double{single_multiple[0]}, double{single_multiple[1]}};
 }
 
@@ -98,6 +94,11 @@ struct PackedTable::Contents {
         return members[0].side[side == Side::reflection ? 0 : 1].no_functions.empty();
     }
 
+    /// 1 where there is no mixture, which is not looked at.
+    double share_in_range(double mixture) const noexcept {
+        return header.has_family() ? in_range("mixture", 0.0, 1.0, mixture) : 1;
+    }
+
     /// add(member, its weight) for those around a point of the family.
     template <class Add>
     void each_member(const FamilyStencil& around, const Add& add) const {
@@ -115,43 +116,54 @@ struct PackedTable::Contents {
         each_member(family_stencil(header.family, point), add);
     }
 
-    Scattered one(Side side, double albedo, double optical_depth, const Geometry& geometry,
-                  double share) const noexcept {
+    /// All that leaves the far side meets a lower boundary.
+    bool is_dark(Side side) const noexcept {
+        return side == Side::transmission && header.lower_boundary.is_present();
+    }
+
+    Scattered one(Side side, const TablePoint& point, double mixture) const noexcept {
+        const double share = share_in_range(mixture);
+        if (point.is_unknown() || std::isnan(share))
+            return {double{not_a_number}, double{not_a_number}};
         Scattered sum{};
-        if (side == Side::transmission && header.lower_boundary.is_present()) return sum;
+        if (is_dark(side)) return sum;
         each_member(share, [&](const PackedMember& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
-            const Scattered at = at_one(memory, albedo, optical_depth, geometry);
+            const Scattered at = at_one(memory, point);
             sum.single += weight * at.single;
             sum.multiple += weight * at.multiple;
         });
-        if (!header.is_stack()) return sum;
-        sum.single = side == Side::reflection ? single_reflection_of(header.layers, geometry)
-                                              : single_transmission_of(header.layers, geometry);
+        if (!header.is_stack()) return not_negative(sum);
+        sum.single = side == Side::reflection
+                         ? single_reflection_of(header.layers, point.geometry)
+                         : single_transmission_of(header.layers, point.geometry);
         if (header.lower_boundary.is_present())
-            sum.single +=
-                single_reflection_of_boundary(header.lower_boundary, optical_depth, geometry);
-        return sum;
+            sum.single += single_reflection_of_boundary(header.lower_boundary, point.optical_depth,
+                                                        point.geometry);
+        return not_negative(sum);
     }
 
-    double multiple(Side side, double albedo, double optical_depth, const Geometry& geometry,
+    double multiple(Side side, const TablePoint& point,
                     const FamilyStencil& around) const noexcept {
+        if (point.is_unknown()) return double{not_a_number};
         double sum = 0;
-        if (side == Side::transmission && header.lower_boundary.is_present()) return sum;
+        if (is_dark(side)) return sum;
         each_member(around, [&](const PackedMember& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
-            sum += weight * at_one(memory, albedo, optical_depth, geometry).multiple;
+            sum += weight * at_one(memory, point).multiple;
         });
         return sum;
     }
 
     void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double share,
                   double (&value)[3]) const noexcept {
-        std::fill(value, value + 3, 0.0);
-        if (side == Side::transmission && header.lower_boundary.is_present()) return;
         PackedPoint points[3];
-        for (int k = 0; k < 3; ++k)
-            points[k] = point_of(layers.albedo[k], layers.optical_depth[k], geometry);
+        for (int k = 0; k < 3; ++k) {
+            const TablePoint point(layers.albedo[k], layers.optical_depth[k], geometry);
+            value[k] = point.is_unknown() ? double{not_a_number} : 0.0;
+            points[k] = packed(point);
+        }
+        if (is_dark(side)) return;
         each_member(share, [&](const PackedMember& sample, double weight) {
             const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
             float found[3];
@@ -161,20 +173,24 @@ struct PackedTable::Contents {
     }
 
     void many(Side side, const PackedPoints& points, float* total, double share) const noexcept {
-        if (side == Side::transmission && header.lower_boundary.is_present()) {
-            std::fill(total, total + points.count, 0.0f);
-            return;
-        }
-        if (header.is_stack()) {
+        const auto point = [&](std::size_t n) {
+            return TablePoint(
+                double{points.albedo[n]}, double{points.optical_depth[n]},
+                {double{points.mu_in[n]}, double{points.mu_out[n]}, double{points.azimuth[n]}});
+        };
+        if (is_dark(side) || header.is_stack()) {
             for (std::size_t n = 0; n < points.count; ++n)
-                total[n] = static_cast<float>(
-                    one(side, double{points.albedo[n]}, double{points.optical_depth[n]},
-                        {double{points.mu_in[n]}, double{points.mu_out[n]},
-                         double{points.azimuth[n]}},
-                        share)
-                        .total());
+                total[n] = static_cast<float>(one(side, point(n), share).total());
             return;
         }
+        if constexpr (lookups_are_checked)
+            for (std::size_t n = 0; n < points.count; ++n) point(n);
+        add_members(side, points, total, share_in_range(share));
+        for (std::size_t n = 0; n < points.count; ++n) total[n] = total[n] < 0 ? 0 : total[n];
+    }
+
+    void add_members(Side side, const PackedPoints& points, float* total,
+                     double share) const noexcept {
         const int index = side == Side::reflection ? 0 : 1;
         if (!header.has_family()) {
             const SideMemory& side = members[0].side[index];
@@ -234,23 +250,23 @@ TableView PackedTable::view() const noexcept {
 
 Scattered PackedTable::reflection(double albedo, double optical_depth, const Geometry& geometry,
                                   double mixture) const noexcept {
-    return contents_->one(Side::reflection, albedo, optical_depth, geometry, mixture);
+    return contents_->one(Side::reflection, {albedo, optical_depth, geometry}, mixture);
 }
 
 Scattered PackedTable::transmission(double albedo, double optical_depth, const Geometry& geometry,
                                     double mixture) const noexcept {
-    return contents_->one(Side::transmission, albedo, optical_depth, geometry, mixture);
+    return contents_->one(Side::transmission, {albedo, optical_depth, geometry}, mixture);
 }
 
 double PackedTable::multiple(Side side, double albedo, double optical_depth,
                              const Geometry& geometry,
                              const FamilyStencil& members) const noexcept {
-    return contents_->multiple(side, albedo, optical_depth, geometry, members);
+    return contents_->multiple(side, {albedo, optical_depth, geometry}, members);
 }
 
 void PackedTable::multiple(Side side, const PackedLayers& layers, const Geometry& geometry,
                            double mixture, double (&value)[3]) const noexcept {
-    contents_->multiple(side, layers, geometry, mixture, value);
+    contents_->multiple(side, layers, geometry, contents_->share_in_range(mixture), value);
 }
 
 void PackedTable::reflection(const PackedPoints& points, float* total,

@@ -98,7 +98,7 @@ PhaseFunction PhaseFunction::mixture(double share_of_first, const PhaseFunction&
 
 double PhaseFunction::operator()(double cos_scattering_angle) const noexcept {
     const double c = std::clamp(cos_scattering_angle, -1.0, 1.0);
-    double value = 0;
+    double value = 0 * c;  // not-a-number where it is
     for (const auto& [weight, term] : terms_)
         with_kind(term, [&, share = weight](const auto& kind) { value += share * kind(c); });
     return value;

@@ -37,10 +37,11 @@ double single_transmission(double phase_value, double albedo, double optical_dep
                            double mu_out) noexcept {
     // The beam that decays more slowly is taken out of the difference of [Blinn82] 2.4; what is
     // left, (1 - exp(-z)) / z, is regular at equal cosines.
-    const double steep = std::max(mu_in, mu_out);
-    const double shallow = std::min(mu_in, mu_out);
+    const double steep = std::max(mu_in, mu_out);  // not-a-number stays in one of both
+    const double shallow = std::min(mu_out, mu_in);
     const double beam = std::exp(-optical_depth / steep);
-    if (beam == 0) return 0;  // infinite depth, and every depth that transmits nothing
+    if (beam == 0)  // infinite depth, and every depth that transmits nothing
+        return 0 * (phase_value * albedo * shallow);
     const double z = optical_depth * ((steep - shallow) / (steep * shallow));
     return albedo / 4 * phase_value * (beam * optical_depth) * mean_of_exponential(z) /
            (steep * shallow);
@@ -73,7 +74,7 @@ double source_seen_through(double forward_phase_value, double albedo, double opt
                            double mu) noexcept {
     const double path = optical_depth / mu;
     const double beam = std::exp(-path);
-    if (beam == 0) return 0;                                   // infinite depth
+    if (beam == 0) return 0 * (albedo * forward_phase_value);  // infinite depth
     return beam + albedo * forward_phase_value * path * beam;  // [Blinn82] 2.5
 }
 

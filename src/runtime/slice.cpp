@@ -7,12 +7,14 @@
 
 #include "kernels/kernels.h"
 #include "layer_coverage.h"
+#include "lookup_arguments.h"
 #include "slice_background.h"
 #include "slice_batches.h"
 #include "slice_orders.h"
 #include "slice_refinement.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -277,10 +279,10 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         orders.push_back(orders_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
     const auto closed_form = [&](int c, double mu_in, double mu_out, double azimuth) {
         if (side.kernel.at_angles == nullptr) return 0.0;
-        float value[channels];
-        side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
-                              static_cast<float>(azimuth), value);
-        return double{value[c]};
+        const ChannelValues<channels> value =
+            side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
+                                  static_cast<float>(azimuth));
+        return double{value.of[c]};
     };
     side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
                   : table.azimuth.count > 1 ? Orders::with_azimuth
@@ -301,11 +303,15 @@ void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSid
         side.view.azimuths = 2;
         set_kernels();
     }
+    side.view.least = -std::numeric_limits<float>::infinity();
     RefinedSamples refined = refine(table, orders, closed_form);
+    side.view.least = 0;
     if (!has_kernel(side.form, side.orders)) {  // without azimuth
         side.orders = Orders::with_azimuth;
         repeat_over_azimuth<channels>(refined);
     }
+    if (side.form == PhaseForm::constant)
+        for (float& sample : refined.sample) sample = std::max(sample, 0.0f);
     side.sample = std::move(refined.sample);
     side.view.sample = side.sample.data();
     side.view.symmetric = refined.symmetric;
@@ -340,10 +346,10 @@ template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, float mu_in,
                                                         float mu_out,
                                                         float azimuth) const noexcept {
-    float value[channels] = {};
-    if (side.kernel.at_angles != nullptr)
-        side.kernel.at_angles(side.view, mu_in, mu_out, azimuth, value);
-    return value_of(value, 1);
+    check_angles(mu_in, mu_out, azimuth);
+    if (side.kernel.at_angles == nullptr)
+        return all_channels<Value>(dark_at(mu_in, mu_out, azimuth));
+    return value_of(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of, 1);
 }
 
 template <int channels>
@@ -361,15 +367,18 @@ typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, f
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
                                                           const Vector& wo) const noexcept {
-    if (one_sided_ && !(wi.z > 0)) return Value{};
+    check_vectors(wi, wo);
+    const auto dark = [&] {
+        return all_channels<Value>(unknown_of(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
+    };
+    if (one_sided_ && !(wi.z > 0)) return dark();
     const auto between = [&](const BoundSide& side) {
-        float value[channels] = {};
-        if (side.kernel.at_vectors != nullptr) side.kernel.at_vectors(side.view, wi, wo, value);
-        return value_of(value, static_cast<float>(1 / pi));
+        if (side.kernel.at_vectors == nullptr) return dark();
+        return value_of(side.kernel.at_vectors(side.view, wi, wo).of, static_cast<float>(1 / pi));
     };
     const float sides = wi.z * wo.z;
     if (sides > 0) return between(*reflection_);
-    if (sides == 0) return Value{};
+    if (sides == 0) return dark();
     return between(*transmission_);
 }
 
@@ -405,31 +414,34 @@ void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const 
 template <int channels>
 template <class OfChannel>
 typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
-    const OfChannel& of) const noexcept {
-    float value[channels] = {};
-    for (int c = 0; c < channels && !over_boundary_; ++c) value[c] = static_cast<float>(of(c));
+    float mu, const OfChannel& of) const noexcept {
+    const double cosine = cosine_in_range("mu", double{mu});
+    float value[channels];
+    for (int c = 0; c < channels; ++c)
+        value[c] = static_cast<float>(over_boundary_ ? unknown_of(cosine) : of(c, cosine));
     return value_of(value, 1);
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
-    return seen_through(
-        [&](int c) { return direct_transmittance(medium_.optical_depth[c], double{mu}); });
+    return seen_through(mu, [&](int c, double cosine) {
+        return direct_transmittance(medium_.optical_depth[c], cosine);
+    });
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
-    return seen_through([&](int c) {
+    return seen_through(mu, [&](int c, double cosine) {
         return background_share(background_mu_, background_[static_cast<std::size_t>(c)],
-                                medium_.optical_depth[c], double{mu});
+                                medium_.optical_depth[c], cosine);
     });
 }
 
 template <int channels>
 typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) const noexcept {
-    return seen_through([&](int c) {
+    return seen_through(mu, [&](int c, double cosine) {
         return source_seen_through(double{forward_phase_}, medium_.albedo[c],
-                                   medium_.optical_depth[c], double{mu});
+                                   medium_.optical_depth[c], cosine);
     });
 }
 

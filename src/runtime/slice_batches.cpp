@@ -1,5 +1,7 @@
 #include "slice_batches.h"
 
+#include "lookup_arguments.h"
+
 #include <algorithm>
 
 namespace stratus {
@@ -34,8 +36,11 @@ template <int channels>
 void look_up_angles(Side which, const BatchSide<channels>& side, std::size_t count,
                     const float* mu_in, const float* mu_out, const float* azimuth,
                     float* value) noexcept {
+    for (std::size_t i = 0; i < count; ++i) check_angles(mu_in[i], mu_out[i], azimuth[i]);
     if (side.many == nullptr) {
-        std::fill(value, value + channels * count, 0.0f);
+        for (int c = 0; c < channels; ++c)
+            for (std::size_t i = 0; i < count; ++i)
+                *value++ = dark_at(mu_in[i], mu_out[i], azimuth[i]);
         return;
     }
     const Kernels& all = kernels();
@@ -59,6 +64,8 @@ void look_up_vectors(const BatchSide<channels>& reflection, const BatchSide<chan
                      bool one_sided, std::size_t count, const float* const wi[3],
                      const float* const wo[3], float* value) noexcept {
     constexpr std::size_t room = channels * path_room;
+    for (std::size_t i = 0; i < count; ++i)
+        check_vectors({wi[0][i], wi[1][i], wi[2][i]}, {wo[0][i], wo[1][i], wo[2][i]});
     const Kernels& all = kernels();
     in_blocks(count, [&](std::size_t first, std::size_t here) {
         Block blocks[6];

@@ -201,7 +201,7 @@ TEST(Lookup, IsEvenAndPeriodicInAzimuth) {
 
 TEST(Lookup, IsReciprocalWhenItsSamplesAre) {
     const auto reciprocal = [](const Point& p) {
-        return 1 / (p.mu_in + p.mu_out) + std::cos(p.azimuth) * p.mu_in * p.mu_out;
+        return 1 + 1 / (p.mu_in + p.mu_out) + std::cos(p.azimuth) * p.mu_in * p.mu_out;
     };
     const Table table = filled({3, 3, 7, 7, 7}, shallow, reciprocal, reciprocal);
     for (const Point& p : random_points(200, 0.5, 8)) {

@@ -1,9 +1,10 @@
 // A BSDF: a slice that can also draw directions in proportion to the light scattered into them.
 //
 // Vectors are in the local frame of the surface, z along its normal, unit length, both pointing
-// away from the layer; light may come from either side (over ground, from above alone). Angles are
-// (mu_in, mu_out, azimuth) as in slices, light then comes from above. Densities are per steradian
-// of outgoing directions. The directly transmitted beam is no part of a BSDF: see SliceOf::direct.
+// away from the layer; they are not normalised, and arguments out of range count as in lookup.h.
+// Light may come from either side (over ground, from above alone). Angles are (mu_in, mu_out,
+// azimuth) as in slices, light then comes from above. Densities are per steradian of outgoing
+// directions. The directly transmitted beam is no part of a BSDF: see SliceOf::direct.
 //
 // Directions follow single scattering and all higher orders together, both sides at once. Colours
 // are drawn together, by their envelope (direction_density.h).
@@ -69,7 +70,7 @@ class BsdfOf {
     /// Draws a direction: u1 the cosine and its side, u2 the azimuth, u3 one of two tabulated
     /// incident cosines. Evenly spread random numbers give evenly spread directions.
     ///
-    /// Range    [0, 1) each; others are clamped.
+    /// Range    [0, 1) each; others are clamped. Not-a-number gives a sample of nothing else.
     Sample sample(const Vector& wi, float u1, float u2, float u3) const noexcept;
     SampleOfAngles sample(float mu_in, float u1, float u2, float u3) const noexcept;
 

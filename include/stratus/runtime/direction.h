@@ -3,8 +3,8 @@
 
 namespace stratus {
 
-/// A direction in the local frame of a surface, z along its normal; unit length, pointing away from
-/// the surface: towards the light, or towards the eye.
+/// A direction in the local frame of a surface, z along its normal; of unit length, to which no
+/// lookup brings it, pointing away from the surface: towards the light, or towards the eye.
 struct Vector {
     float x, y, z;
 };

@@ -19,6 +19,12 @@
 // Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
 // limit), the neighbour of higher albedo, which decays more slowly, is used instead.
 //
+// Arguments  Not-a-number in any gives not-a-number; every other number out of range counts as the
+//            nearest in range, so that R and T are never negative. Cosines below 1e-6 count as that,
+//            and an infinite azimuth, which has no nearest, gives not-a-number. So it is in lookups of
+//            slices, BSDFs and packed tables too. A library built with STRATUS_CHECKED refuses both
+//            instead: it ends the program with a sentence that names argument, range and value.
+//
 // A table with a mixture axis is looked up through a view of one mixture, `view.at_mixture(f)`. The
 // up to four samples around it are each looked up as a table of their own and joined by a cubic;
 // what is transmitted is divided by how it falls with depth before.
@@ -41,7 +47,7 @@ struct Scattered {
 /// R of the layer at one geometry. A table without reflection gives its single scattering and
 /// multiple = 0.
 ///
-/// Range    albedo [0, 1], optical_depth [0, inf], cosines (0, 1], azimuth any, radians.
+/// Range    albedo [0, 1], optical_depth [0, inf], cosines [0, 1], azimuth finite, radians.
 Scattered reflection(const TableView& table, double albedo, double optical_depth,
                      const Geometry& geometry) noexcept;
 

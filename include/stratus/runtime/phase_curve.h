@@ -25,8 +25,8 @@ struct PhaseLobe {
 struct PhaseCurveView {
     float polynomial[3] = {0, 0, 0};  // in y
     PhaseLobe lobe[2] = {{0, 1, 0, 0}, {0, 1, 0, 0}};
-    const float* sample = nullptr;  // null: polynomial and lobes alone
     int last = 0;                   // index of the last sample
+    const float* sample = nullptr;  // null: polynomial and lobes alone
 };
 
 /// How a lookup finds its phase function.

@@ -5,7 +5,8 @@
 // so that a white Lambert surface has R = 1, a BRDF is R / pi, and Blinn's brightness is
 // B = 4 mu0 R. mu0 (`mu_in`) and mu (`mu_out`) are cosines in (0, 1]; the function's name says
 // which side. `azimuth` is between the two directions of *propagation*, 0 = forward side.
-// Optical depth may be infinity.
+// Optical depth may be infinity. Not-a-number gives not-a-number; nothing is brought into its range,
+// for delta-M [W77] asks for albedos above 1. Lookups of tables and slices do that (lookup.h).
 #pragma once
 
 namespace stratus {

@@ -19,6 +19,8 @@
 // Lambert surface has R = 1, BRDF = R / pi. No lookup allocates, throws or takes a lock; any number
 // of threads may share a slice. Outside the table's cosines and azimuths the orders n >= 2 are
 // those of its edge: of a table that was narrowed to some directions ask for no others.
+// Not-a-number in an argument gives not-a-number, of many lookups in that one alone; others out of
+// range count as the nearest in range, and R and T are never negative (lookup.h).
 #pragma once
 
 #include <stratus/runtime/direction.h>
@@ -79,13 +81,15 @@ class SliceOf {
 
     /// R and diffuse T. 0 for a side that was not asked for.
     ///
-    /// Range    cosines (0, 1], azimuth any, radians.
+    /// Range    cosines [0, 1], azimuth finite, radians; accurate below a million.
     Value reflection(float mu_in, float mu_out, float azimuth) const noexcept;
     Value transmission(float mu_in, float mu_out, float azimuth) const noexcept;
 
     /// BRDF or BTDF, R / pi or T / pi, by the hemispheres of the two directions; light may come
     /// from either side of the layer, over a lower boundary or of a stack from above alone.
     /// Symmetric in wi and wo where the table is; elsewhere wi is that of the incident light.
+    ///
+    /// Range    unit vectors, which are not normalised here: of others the value means nothing.
     Value eval(const Vector& wi, const Vector& wo) const noexcept;
 
     // Many at once, structure of arrays: channel c of lookup i lands in value[c * count + i]. The
@@ -138,9 +142,9 @@ class SliceOf {
     void bind_orders(const TableView& table, Side which, BoundSide& side);
     void bind_background(const TableView* table, const PhaseFunction& phase_function,
                          const std::vector<StackLayer>* layers, const Effects& effects);
-    /// of(channel) for every channel; 0 over a lower boundary.
+    /// of(channel, mu) for every channel; 0 over a lower boundary.
     template <class OfChannel>
-    Value seen_through(const OfChannel& of) const noexcept;
+    Value seen_through(float mu, const OfChannel& of) const noexcept;
     Value at(const BoundSide& side, float mu_in, float mu_out, float azimuth) const noexcept;
     void many(const BoundSide& side, std::size_t count, const float* mu_in, const float* mu_out,
               const float* azimuth, float* value) const noexcept;

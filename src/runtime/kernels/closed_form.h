@@ -108,7 +108,7 @@ struct TransmittedPath {
     STRATUS_INLINE explicit TransmittedPath(const LightPathOf<F>& path) {
         const Pair<F> of_mu = each([](auto x) { return reciprocal(x); }, path.mu);
         steep = minimum(of_mu.first(), of_mu.second());
-        shallow = maximum(of_mu.first(), of_mu.second());
+        shallow = maximum(of_mu.second(), of_mu.first());  // not-a-number stays in one of both
     }
 
     /// tau / mu along the steeper direction.
@@ -120,7 +120,7 @@ struct TransmittedPath {
     /// does not underflow, for that takes processors fifty cycles.
     template <class N>
     STRATUS_INLINE F excess(N optical_depth) const {
-        return maximum((shallow - steep) * optical_depth, 1e-18f);
+        return at_least(1e-18f, (shallow - steep) * optical_depth);
     }
 };
 

@@ -15,11 +15,11 @@ struct Attenuation {
     F transmitted, extinguished;
 };
 
-/// Range    x >= 0; beyond 80 nothing is transmitted.
+/// Range    x >= 0; beyond 80 nothing is transmitted. Both are not-a-number where x is.
 /// Accuracy 2e-7 of either, down to 1e-28.
 template <class F>
 STRATUS_INLINE Attenuation<F> attenuation(F x) {
-    const F at = minimum(x, 80.0f);
+    const F at = at_most(80, x);
     // n + shift, n the nearest number of halvings
     const F shifted = at * 1.44269504f + rounding_shift;
     const F n = shifted - rounding_shift;
@@ -32,7 +32,7 @@ STRATUS_INLINE Attenuation<F> attenuation(F x) {
     const F power = power_of_half(shifted);
     const F correction = power * p;
     constexpr float nothing = 1.9e-35f;  // above exp(-80), and all of it a normal number
-    return {maximum((power - nothing) + correction, 0.0f), (1.0f - power) - correction};
+    return {at_least(0, (power - nothing) + correction), (1.0f - power) - correction};
 }
 
 /// Of two arguments.
@@ -76,7 +76,7 @@ STRATUS_INLINE F half_azimuth_sine_squared(F azimuth) {
     const F high =
         (q * -0.000198412701f + 0.00833333315f) + q2 * (q * -2.50507e-8f + 2.75573137e-6f);
     const F sine = x * (q2 * high + low);
-    return minimum(sine * sine, 1.0f);
+    return at_most(1, sine * sine);
 }
 
 /// Range    x > 0, normal.

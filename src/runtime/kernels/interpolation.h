@@ -6,10 +6,10 @@
 namespace stratus {
 namespace {
 
-/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly (mu_places.h).
+/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2) of a cosine in [0, 1], along which samples of cosines lie evenly (mu_places.h).
 template <class F>
 STRATUS_INLINE F mu_coordinate(F mu) {
-    return square_root(maximum(1.0f - mu, 0.0f)) * (1.0f - square_root(square_root(mu)) * 0.5f);
+    return square_root(1.0f - mu) * (1.0f - square_root(square_root(mu)) * 0.5f);
 }
 
 /// acos(mu^(1/4)), in which tables sample cosines evenly (axis.h): 2 asin(u) with u^2 half of
@@ -17,7 +17,7 @@ STRATUS_INLINE F mu_coordinate(F mu) {
 template <class F>
 STRATUS_INLINE F mu_angle(F mu) {
     const F root = square_root(mu), fourth = square_root(root);
-    const F rest = maximum(1.0f - mu, 0.0f);
+    const F rest = 1.0f - mu;
     const F z = (rest * 0.5f) * reciprocal((fourth + 1.0f) * (root + 1.0f));
     // In pairs, for shorter chains of dependent operations.
     const F z2 = z * z;

@@ -16,7 +16,8 @@ namespace {
 STRATUS_INLINE LightPath path_of_first(const LightPathOf<ChannelLanes>& path) {
     return {{path.mu_in().v[0], path.mu_out().v[0]},
             {path.forward().v[0], path.backward().v[0]},
-            path.half_azimuth.v[0]};
+            path.half_azimuth.v[0],
+            path.unknown.v[0]};
 }
 
 // ---- orders n >= 2
@@ -52,7 +53,7 @@ STRATUS_INLINE auto slice_place(const SliceSide<channels>& side, const LightPath
                         offset = load<QuantityLanes>(side.places.offset),
                         last = load<QuantityLanes>(side.places.last);
     // As mu_coordinate, the azimuth third.
-    const QuantityLanes rest = maximum(1.0f - mu, 0.0f), roots = square_root(low_and_low(mu, rest));
+    const QuantityLanes rest = 1.0f - mu, roots = square_root(low_and_low(mu, rest));
     const QuantityLanes of_mu = 1.0f - square_root(roots) * 0.5f;
     const float of_azimuth = azimuthal ? square_root(path.half_azimuth) : 0;
     const QuantityLanes place = quantities(roots.v[2], roots.v[3], 1, 1) * scale *
@@ -123,6 +124,19 @@ STRATUS_INLINE F path_of_channel(const PathSheetView& sheet, const LightPathOf<F
     }
 }
 
+/// The optical depth of a channel, or not-a-number where an argument is: what passes cosines on, but
+/// not every phase function passes an azimuth on.
+template <PhaseForm form, int channels, class F>
+STRATUS_INLINE auto depth_of_channel(const SliceSide<channels>& side, const LightPathOf<F>& path,
+                                     int channel) {
+    const auto depth = channel_value<F>(side.optical_depth, channel);
+    if constexpr (form == PhaseForm::polynomial || form == PhaseForm::one_lobe ||
+                  form == PhaseForm::two_lobes)
+        return depth;
+    else
+        return path.unknown + depth;
+}
+
 /// R of the layer, per channel.
 template <PhaseForm form, Orders orders, int channels, class F>
 STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf<F>& path,
@@ -133,7 +147,7 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
     [[maybe_unused]] const PhaseAngle<F> angle(path);
     [[maybe_unused]] const F eta = path_eta(directions);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
-        const auto depth = channel_value<F>(side.optical_depth, c);
+        const auto depth = depth_of_channel<form>(side, path, c);
         constexpr bool opposed = form == PhaseForm::with_opposition_and_boundary;
         BothWays<F> both;
         [[maybe_unused]] Attenuation<F> quarter;  // at a quarter of the depth along both
@@ -163,9 +177,9 @@ STRATUS_INLINE void reflected(const SliceSide<channels>& side, const LightPathOf
             single = single_reflected_by(side.layer, side.layers, path, directions) +
                      both.sum.transmitted * channel_value<F>(side.surface_albedo, c);
         } else if constexpr (form != PhaseForm::none) {
-            const BoundaryAlbedos<decltype(depth + 0.0f)> boundary{
-                channel_value<F>(side.surface_albedo, c),
-                channel_value<F>(side.boundary_quarter_albedo, c)};
+            const auto surface_albedo = channel_value<F>(side.surface_albedo, c);
+            const BoundaryAlbedos<decltype(surface_albedo + 0.0f)> boundary{
+                surface_albedo, channel_value<F>(side.boundary_quarter_albedo, c)};
             PhaseValues<F> seen = phase;
             if constexpr (opposed)
                 seen.layer =
@@ -199,14 +213,15 @@ STRATUS_INLINE void transmitted(const SliceSide<channels>& side, const LightPath
         phase = phase_value<form>(side.phase, path);
     if constexpr (orders != Orders::none) interpolate<orders>(side, path, value);
     for (int c = 0; c < channel_steps<channels, F>; ++c) {
-        const auto optical_depth = channel_value<F>(side.optical_depth, c);
+        const auto optical_depth = depth_of_channel<form>(side, path, c);
         const F depth = directions.depth(optical_depth), excess = directions.excess(optical_depth);
         Attenuation<F> of[2];
         attenuate({depth, excess}, of);
         const auto& [beam, more] = of;
         F single(0.0f);
         if constexpr (form == PhaseForm::of_stack)
-            single = single_transmitted_by(side.layer, side.layers, path, directions);
+            single =
+                path.unknown + single_transmitted_by(side.layer, side.layers, path, directions);
         else if constexpr (form != PhaseForm::none)
             single = single_transmitted(directions, phase, depth, excess, beam, more,
                                         channel_value<F>(side.quarter_albedo, c));
@@ -233,35 +248,42 @@ STRATUS_INLINE void evaluate(const SliceSide<channels>& view, const LightPathOf<
         reflected<form, orders>(view, path, value);
     else
         transmitted<form, orders>(view, path, value);
+    if constexpr (form != PhaseForm::constant)  // it and its samples are not negative
+        for (int c = 0; c < channel_steps<channels, F>; ++c)
+            value[c] = at_least(view.least, value[c]);
 }
 
 /// At one light path: plain floats, or all channels at once.
 template <Side side, PhaseForm form, Orders orders, int channels>
-STRATUS_INLINE void evaluate_one(const SliceSide<channels>& view, const LightPath& path,
-                                 float* value) {
+STRATUS_INLINE ChannelValues<channels> evaluate_one(const SliceSide<channels>& view,
+                                                    const LightPath& path) {
+    ChannelValues<channels> value;
     if constexpr (channels == 1) {
-        evaluate<side, form, orders>(view, path, value);
+        evaluate<side, form, orders>(view, path, value.of);
     } else {
         ChannelLanes here;
         using F = ChannelLanes;
         evaluate<side, form, orders>(view,
                                      LightPathOf<F>{{F(path.mu_in()), F(path.mu_out())},
                                                     {F(path.forward()), F(path.backward())},
-                                                    F(path.half_azimuth)},
+                                                    F(path.half_azimuth),
+                                                    F(path.unknown)},
                                      &here);
-        for (int c = 0; c < channels; ++c) value[c] = here.v[c];
+        for (int c = 0; c < channels; ++c) value.of[c] = here.v[c];
     }
+    return value;
 }
 
 template <Side side, PhaseForm form, Orders orders, int channels>
-void at_angles(const SliceSide<channels>& view, float mu_in, float mu_out, float azimuth,
-               float* value) {
-    evaluate_one<side, form, orders>(view, light_path<side>(mu_in, mu_out, azimuth), value);
+ChannelValues<channels> at_angles(const SliceSide<channels>& view, float mu_in, float mu_out,
+                                  float azimuth) {
+    return evaluate_one<side, form, orders>(view, light_path<side>(mu_in, mu_out, azimuth));
 }
 
 template <Side side, PhaseForm form, Orders orders, int channels>
-void at_vectors(const SliceSide<channels>& view, const Vector& wi, const Vector& wo, float* value) {
-    evaluate_one<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z), value);
+ChannelValues<channels> at_vectors(const SliceSide<channels>& view, const Vector& wi,
+                                   const Vector& wo) {
+    return evaluate_one<side, form, orders>(view, light_path(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
 }
 
 void store(const LightPathOf<LookupLanes>& path, LightPaths& paths, int i) {
@@ -277,10 +299,12 @@ void evaluate_many(const SliceSide<channels>& view, const LightPaths& paths, int
                    float* value) {
     static_assert(most_lanes % lane_width == 0);
     for (int i = 0; i < count; i += lane_width) {
+        const auto half_azimuth = load<LookupLanes>(paths.half_azimuth + i);
         const LightPathOf<LookupLanes> path{
             {load<LookupLanes>(paths.mu_in + i), load<LookupLanes>(paths.mu_out + i)},
             {load<LookupLanes>(paths.forward + i), load<LookupLanes>(paths.backward + i)},
-            load<LookupLanes>(paths.half_azimuth + i)};
+            half_azimuth,
+            half_azimuth * 0.0f};
         LookupLanes here[channels];
         evaluate<side, form, orders>(view, path, here);
         for (int c = 0; c < channels; ++c) store(here[c], value + c * path_room + i);
@@ -355,7 +379,9 @@ void paths_of_vectors(const float* const wi[3], const float* const wo[3], int co
         append(path, all & ~reflected, parted.paths[1], parted.count[1]);
         parted.reflected[i / lane_width] = reflected;
         const LookupLanes factor(sides.v == none.v ? none.v : seen.v);
-        store(one_sided ? choose_less(none, in, factor, none) : factor, parted.factor + i);
+        const LookupLanes unknown = path.unknown + sides * 0.0f;
+        store((one_sided ? choose_less(none, in, factor, none) : factor) + unknown,
+              parted.factor + i);
     }
     for (const int side : {0, 1}) fill_last(parted.paths[side], parted.count[side]);
 }

@@ -34,14 +34,19 @@ struct PartedPaths {
     alignas(64) float factor[path_room];  // over all paths: 1 / pi, or 0 where nothing is seen
 };
 
+template <int channels>
+struct ChannelValues {
+    float of[channels];
+};
+
 /// A side of a layer: between two cosines and an azimuth, between two vectors, or at the first
 /// `count` light paths: value[c * path_room + i].
 template <int channels>
 struct SideKernel {
-    void (*at_angles)(const SliceSide<channels>&, float mu_in, float mu_out, float azimuth,
-                      float* value);
-    void (*at_vectors)(const SliceSide<channels>&, const Vector& wi, const Vector& wo,
-                       float* value);
+    ChannelValues<channels> (*at_angles)(const SliceSide<channels>&, float mu_in, float mu_out,
+                                         float azimuth);
+    ChannelValues<channels> (*at_vectors)(const SliceSide<channels>&, const Vector& wi,
+                                          const Vector& wo);
     void (*many)(const SliceSide<channels>&, const LightPaths&, int count, float* value);
 };
 

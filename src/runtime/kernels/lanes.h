@@ -368,6 +368,17 @@ STRATUS_INLINE FloatLanes<width, content> clamped(FloatLanes<width, content> x, 
     return maximum(minimum(x, high), low);
 }
 
+// The same where not-a-number stays that, while above it becomes an end, which may be an index: of
+// two numbers one of which is none, maxima and minima are the second.
+template <class F>
+STRATUS_INLINE F at_least(float low, F x) {
+    return maximum(F(low), x);
+}
+template <class F>
+STRATUS_INLINE F at_most(float high, F x) {
+    return minimum(F(high), x);
+}
+
 /// Without its fraction.
 template <class F>
 STRATUS_INLINE F whole(F x) {

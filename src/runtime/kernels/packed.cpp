@@ -185,7 +185,7 @@ void prepare_many(const PackedSide& side, const PackedPoints& at, std::size_t fi
                   Plan<points_at_once>& plan) {
     for (int n = 0; n < points_at_once; n += lane_width) {
         const std::size_t from = first + static_cast<std::size_t>(n);
-        const auto albedo = load<LookupLanes>(at.albedo + from);
+        const auto albedo = at_least(0, at_most(1, load<LookupLanes>(at.albedo + from)));
         prepare<which, form, azimuthal>(
             side,
             PackedPointOf<LookupLanes>{

@@ -325,7 +325,10 @@ STRATUS_INLINE void prepare(const PackedSide& side, const PackedPointOf<F>& poin
         closed = closed_reflection<form>(side, point.albedo, depth, layers, path);
     else
         closed = closed_transmission<form>(side, point.albedo, depth, layers, path);
-    store(closed.single, plan.single + n);
+    // 0, or not-a-number where an argument is: closed forms pass cosines on.
+    const F unknown =
+        path.unknown + (point.albedo + at_least(0, at_most(1e30f, point.optical_depth))) * 0.0f;
+    store(closed.single + unknown, plan.single + n);
     F along(0.0f);
     if (side.path.sample != nullptr) along = along_path<which>(side, path, point.albedo, depth);
     store(along, plan.along_path + n);

@@ -64,6 +64,8 @@ struct SliceSide {
     SlicePlaces places;  // of mu_in and mu_out the same where it is symmetric; of sin(azimuth / 2)
     // What samples were divided by: level + slope * (shares intercepted along both directions).
     float level, slope;
+    // What lookups give at least: 0, or -infinity while samples are made of what closed forms lack.
+    float least;
 
     PathSheetView path;  // with_azimuth_and_path
 };

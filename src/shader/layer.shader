@@ -28,10 +28,13 @@ StratusColours stratus_layer_scattered(int side, StratusPath path) {
                              stratus_directions(side, path));
     for (int c = 0; c < 3; ++c) {
         vec4 of = stratus_layer_colour(c);
-        single[c] = side == STRATUS_REFLECTION ? stratus_single_reflection(of.y, of.x, path)
-                                               : stratus_single_transmission(of.y, of.x, path);
-        multiple[c] = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
-                      stratus_along_path(side, of.y, of.x, path);
+        float once = side == STRATUS_REFLECTION ? stratus_single_reflection(of.y, of.x, path)
+                                                : stratus_single_transmission(of.y, of.x, path);
+        float more = stratus_component(sum, c) * stratus_factor(side, of.y, of.x, of.z, path) +
+                     stratus_along_path(side, of.y, of.x, path);
+        bool negative = once + more < 0.0f;
+        single[c] = negative ? 0.0f : once;
+        multiple[c] = negative ? 0.0f : more;
     }
     StratusColours light;
     light.single = vec3(single[0], single[1], single[2]);

@@ -279,7 +279,10 @@ float stratus_multiple(int side, float albedo, float depth, StratusPath path) {
 
 // ---- what is called
 
-StratusScattered stratus_scattered(int side, float albedo, float optical_depth, StratusPath path) {
+// Arguments out of range count as the nearer end of it.
+StratusScattered stratus_scattered(int side, float any_albedo, float optical_depth,
+                                   StratusPath path) {
+    float albedo = stratus_clamp(any_albedo, 0.0f, 1.0f);
     float depth = stratus_depth(optical_depth);
     StratusScattered light;
     light.single = 0.0f;
@@ -290,6 +293,10 @@ StratusScattered stratus_scattered(int side, float albedo, float optical_depth, 
     } else if (stratus_y(stratus_field(side, 14)) == 0.0f) {  // nothing passes a lower boundary
         light.single = stratus_single_transmission(albedo, depth, path);
         light.multiple = stratus_multiple(side, albedo, depth, path);
+    }
+    if (light.single + light.multiple < 0.0f) {
+        light.single = 0.0f;
+        light.multiple = 0.0f;
     }
     return light;
 }
@@ -329,7 +336,7 @@ float stratus_bsdf(vec3 wi, vec3 wo, float albedo, float optical_depth) {
 }
 
 float stratus_direct(float optical_depth, float mu) {
-    return stratus_transmitted(optical_depth / max(mu, 1e-6f));
+    return stratus_transmitted(max(optical_depth, 0.0f) / stratus_clamp(mu, 1e-6f, 1.0f));
 }
 
 float stratus_phase(float cos_theta) {

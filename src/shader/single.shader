@@ -143,10 +143,12 @@ struct StratusPath {
     float half_turn;  // |azimuth| / pi, [0, 1]
 };
 
-StratusPath stratus_path_of(int side, float mu_in, float mu_out, float half_turn,
+StratusPath stratus_path_of(int side, float cosine_in, float cosine_out, float half_turn,
                             float half_azimuth) {
-    float sine_in = sqrt(max((1.0f - mu_in) * (mu_in + 1.0f), 0.0f));
-    float sine_out = sqrt(max((1.0f - mu_out) * (mu_out + 1.0f), 0.0f));
+    float mu_in = stratus_clamp(cosine_in, 1e-6f, 1.0f);
+    float mu_out = stratus_clamp(cosine_out, 1e-6f, 1.0f);
+    float sine_in = sqrt((1.0f - mu_in) * (mu_in + 1.0f));
+    float sine_out = sqrt((1.0f - mu_out) * (mu_out + 1.0f));
     float sum = mu_in + mu_out;
     float difference = mu_in - mu_out;
     float along = sine_in - sine_out;
@@ -154,8 +156,8 @@ StratusPath stratus_path_of(int side, float mu_in, float mu_out, float half_turn
     float apart = (difference * difference + along * along) * 0.5f;
     float opposite = (sum * sum + along * along) * 0.5f;
     StratusPath path;
-    path.mu_in = max(mu_in, 1e-6f);
-    path.mu_out = max(mu_out, 1e-6f);
+    path.mu_in = mu_in;
+    path.mu_out = mu_out;
     path.forward = (side == STRATUS_REFLECTION ? opposite : apart) + sines * half_azimuth;
     path.backward = (side == STRATUS_REFLECTION ? apart : opposite) + sines * (1.0f - half_azimuth);
     path.half_turn = half_turn;

@@ -35,8 +35,10 @@ inline std::vector<Lookup> random_lookups(const PackedTable& table, int count) {
         const auto between = [&](double low, double high) {
             return static_cast<float>(low + (high - low) * uniform(random));
         };
-        all.push_back({between(albedo.lowest, albedo.highest),
-                       std::exp(between(std::log(shallowest), std::log(deepest))), between(0.02, 1),
+        const float optical_depth =
+            depth.count == 0 ? static_cast<float>(infinity)
+                             : std::exp(between(std::log(shallowest), std::log(deepest)));
+        all.push_back({between(albedo.lowest, albedo.highest), optical_depth, between(0.02, 1),
                        between(0.02, 1), between(0, 2 * pi)});
     }
     return all;

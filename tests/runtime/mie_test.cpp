@@ -288,6 +288,11 @@ TEST(Mie, HasTheValuesOfItsSeries) {
     }
 }
 
+TEST(Mie, IsNotANumberAtNotANumber) {
+    const PhaseFunction cloud = parse_phase_function("mie:radius=1um,index=1.33");
+    EXPECT_TRUE(std::isnan(std::get<Mie>(cloud.terms()[0].second)(std::nan(""))));
+}
+
 TEST(Mie, IsTheSameWhetherComputedOrShared) {
     // Droplets that others live of are not computed again; what differs in anything is.
     const char* const text = "mie:radius=2um,variance=0.1";

@@ -76,8 +76,8 @@ void check(const Droplets& droplets) {
                 "an index of their own or a phase function each)",
             droplets.wavelength);
     const std::complex<double> index = index_of_refraction(droplets);
-    require(index.real() > 0 && index.real() <= 10, mie_caller, "real part of index", "in (0, 10]",
-            index.real());
+    require(index.real() >= 0.01 && index.real() <= 10, mie_caller, "real part of index",
+            "in [0.01, 10]", index.real());
     require(index.imag() >= 0 && index.imag() <= 10, mie_caller,
             "imaginary part of index, which absorbs,", "in [0, 10]", index.imag());
     require(std::abs(index - 1.0) >= 1e-3, mie_caller, "index", "at least 1e-3 from 1",
@@ -422,6 +422,7 @@ std::string Mie::parameter_text() const {
 }
 
 double Mie::operator()(double c) const noexcept {
+    if (std::isnan(c)) return c;
     const double sine = std::sqrt(std::max(0.0, (1 - c) * (1 + c)));
     const Scattering& scattering = scattering_->get();
     const double place = std::atan2(sine, c) / pi * scattering.intervals;

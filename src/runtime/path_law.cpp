@@ -44,6 +44,12 @@ Number weighted_sum(const Number* weight, const float* f, int count) noexcept {
     return total;
 }
 
+/// log |Gamma(x)|, without std::lgamma's global sign, for which threads would race.
+double log_gamma(double x) noexcept {
+    int sign;
+    return ::lgamma_r(x, &sign);
+}
+
 /// Over n: the share of the light that meets n particles or more along a path, P(n, s), that which
 /// meets fewer, and dP/ds, the Poisson probability of n - 1.
 struct Meetings {
@@ -63,7 +69,7 @@ struct Meetings {
         double probability[max_count];
         const int peak = std::min(last, static_cast<int>(s));
         probability[peak] =
-            peak > 0 ? std::exp(peak * std::log(s) - s - std::lgamma(peak + 1.0)) : std::exp(-s);
+            peak > 0 ? std::exp(peak * std::log(s) - s - log_gamma(peak + 1.0)) : std::exp(-s);
         const double inverse_s = 1 / s;
         for (int k = peak; k > 0; --k) probability[k - 1] = probability[k] * (k * inverse_s);
         for (int k = peak; k < last; ++k)

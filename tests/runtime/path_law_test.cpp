@@ -48,6 +48,12 @@ TEST(PathWeights, AreIntegralsOverTheDepthOfTheTurn) {
         }
 }
 
+TEST(PathWeights, LeaveTheGlobalSignOfLgammaAlone) {  // which threads that bind would race for
+    signgam = 7;
+    path_weights(Side::reflection, 100, 50, 0.5, 0.6);
+    EXPECT_EQ(signgam, 7);
+}
+
 TEST(PathWeights, OfOrder1AreSingleScattering) {
     for (const double tau : {1e-12, 0.3, 40.0, infinity})
         for (const auto& [in, out] : {std::pair{0.4, 0.9}, std::pair{0.02, 0.02}}) {

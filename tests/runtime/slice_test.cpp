@@ -180,6 +180,24 @@ TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
     }
 }
 
+TEST(Slice, KeepsHigherOrdersWithoutAzimuthUnderOpposition) {
+    const Table table = smooth_table(false);
+    const double tau = 2, w = 0.9;
+    Effects multiple, opposed, once;
+    multiple.single = false;
+    opposed.opposition = once.opposition = Opposition::blinn(0.3);
+    once.multiple = false;
+    const Slice plain = bind(table.view(), tau, w, multiple);
+    const Slice bright = bind(table.view(), tau, w, opposed);
+    const Slice bright_once = bind(table.view(), tau, w, once);
+    for (const Direction& at : random_directions(500)) {
+        const float total = bright.reflection(at.mu_in, at.mu_out, at.azimuth);
+        EXPECT_NEAR(total - bright_once.reflection(at.mu_in, at.mu_out, at.azimuth),
+                    plain.reflection(at.mu_in, at.mu_out, at.azimuth),
+                    4 * single_precision * total);
+    }
+}
+
 TEST(Slice, TakesItsOppositionFromTheDensity) {
     const PhaseFunction phase = PhaseFunction::rayleigh();
     const Medium<1> medium{{3}, {0.9}};

@@ -123,6 +123,39 @@ TEST_F(C, LooksUpTablesToTheBitsOfCpp) {
     }
 }
 
+TEST_F(C, ClampsLookupsOfTables) {
+    const double none = std::nan("");
+    const struct {
+        stratus_point at, nearest;
+    } rows[] = {{{1.5, 0.9, -1, 0.8, 1}, {1.5, 0.9, 0, 0.8, 1}},
+                {{1.5, 0.9, 2, 0.8, 1}, {1.5, 0.9, 1, 0.8, 1}},
+                {{1.5, 0.9, 0.5, -0.0, 1}, {1.5, 0.9, 0.5, 0, 1}},
+                {{1.5, 0.9, 0.5, 5e-324, 1}, {1.5, 0.9, 0.5, 0, 1}},
+                {{1.5, 0.9, infinity, 0.8, 1}, {1.5, 0.9, 1, 0.8, 1}},
+                {{-1, 0.9, 0.5, 0.8, 1}, {0, 0.9, 0.5, 0.8, 1}},
+                {{-0.0, 0.9, 0.5, 0.8, 1}, {0, 0.9, 0.5, 0.8, 1}},
+                {{1.5, -1, 0.5, 0.8, 1}, {1.5, 0, 0.5, 0.8, 1}},
+                {{1.5, infinity, 0.5, 0.8, 1}, {1.5, 1, 0.5, 0.8, 1}},
+                {{1.5, 0.9, 0.5, 0.8, none}, {1.5, 0.9, 0.5, 0.8, infinity}},
+                {{none, 0.9, 0.5, 0.8, 1}, {1.5, none, 0.5, 0.8, 1}},
+                {{1.5, 0.9, none, 0.8, 1}, {1.5, 0.9, 0.5, none, 1}}};
+    for (const auto& look_up : {stratus_table_reflection, stratus_table_transmission})
+        for (const auto& [at, nearest] : rows) {
+            const stratus_point both[] = {at, nearest};
+            stratus_scattered light[2];
+            ASSERT_EQ(look_up(handle_, 2, both, light), STRATUS_OK);
+            const double known = light[0].single + light[0].multiple;
+            const bool is_none = std::isnan(at.optical_depth + at.mu_in + at.azimuth);
+            EXPECT_EQ(std::isnan(known), is_none);
+            EXPECT_EQ(std::isnan(light[1].single + light[1].multiple), is_none);
+            if (is_none) continue;
+            EXPECT_GE(known, 0);
+            EXPECT_FALSE(std::signbit(known));
+            EXPECT_EQ(light[0].single, light[1].single);
+            EXPECT_EQ(light[0].multiple, light[1].multiple);
+        }
+}
+
 TEST_F(C, TakesOppositionFromTheDensity) {
     stratus_effects effects = default_effects();
     effects.multiple = 0;

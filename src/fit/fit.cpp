@@ -35,6 +35,12 @@ void check(const Observation& at, const LayerModel& model, const std::vector<Fam
     }
     require(std::isfinite(at.brightness), fit_caller, "brightness", "finite", at.brightness);
     require(at.sigma > 0 && std::isfinite(at.sigma), fit_caller, "sigma", "in (0, inf)", at.sigma);
+    // Whose squares, and sums of them, are numbers.
+    constexpr double largest = 1e100;
+    require(at.sigma >= 1 / largest && at.sigma <= largest, fit_caller, "sigma",
+            "in [1e-100, 1e100], so that its square is a number", at.sigma);
+    require(std::abs(at.brightness / at.sigma) <= largest, fit_caller, "brightness / sigma",
+            "in [-1e100, 1e100], so that its square is a number", at.brightness / at.sigma);
     require(model.has(at.light), fit_caller, "observed light", "such as the model knows",
             name_of(at.light));
     require(at.known.size() <= family.size(), fit_caller, "values known of an observation",

@@ -341,6 +341,9 @@ TEST(Fit, RefusesObservationsOutOfRange) {
     expect_fit_refusal([&](Views& v) { v[3].geometry.azimuth = infinity; }, {"azimuth", "inf"});
     expect_fit_refusal([](Views& v) { v[3].brightness = std::nan(""); }, {"brightness", "nan"});
     expect_fit_refusal([](Views& v) { v[3].sigma = 0; }, {"sigma", "(0, inf)", "got 0"});
+    expect_fit_refusal([](Views& v) { v[3].brightness = 1e308; },
+                       {"brightness / sigma", "[-1e100, 1e100]", "so that its square is a number"});
+    expect_fit_refusal([](Views& v) { v[3].sigma = 1e-300; }, {"sigma", "[1e-100, 1e100]"});
 }
 
 TEST(Fit, RefusesTablesWithoutTheSide) {

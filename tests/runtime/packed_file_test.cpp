@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -154,6 +155,21 @@ Table with_path_law(const char* phase) {
     Table table = small(phase);
     table.path_law = PathOrders::of(table.phase_function);
     return table;
+}
+
+TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
+    std::string text = "moments:chi=1";  // 4000 of them, which take long to sample
+    for (int l = 1; l < 4000; ++l) text += " " + shortest_text(std::pow(0.99, l));
+    Forged forged(small());
+    forged.strings_.at(phase_function_name) = text;
+    const auto seconds = [](const auto& work) {
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const double refusal = seconds([&] { expect_forgery_refused(forged, {"phase", "none"}); });
+    const double sampling = seconds([&] { PhaseCurve(parse_phase_function(text)); });
+    EXPECT_LT(refusal, sampling / 2);
 }
 
 TEST(PackedFile, LooksThePathLawUpWhetherHeldOrWorkedOut) {

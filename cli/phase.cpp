@@ -110,8 +110,7 @@ LinePlot plot_of(const PhaseFunctions& functions) {
 }
 
 void run_phase(const PhaseCommand& command) {
-    if (!command.output.empty() && command.output != "-")
-        require_writable("phase", "--output", command.output);
+    require_writable_answer("phase", command.output);
     if (!command.svg.empty()) require_writable("phase", "--svg", command.svg, ".svg");
     std::vector<std::string> notes;
     PhaseFunctions functions;

@@ -81,16 +81,6 @@ std::string reason() { return errno != 0 ? std::strerror(errno) : "write error";
 
 bool is_stream(const std::string& path) { return path.empty() || path == "-"; }
 
-/// A device, a pipe or an open file (/dev/stdout), which take what comes and are not replaced.
-bool takes_what_comes(const std::filesystem::path& path) {
-    std::error_code absent;
-    const auto status = std::filesystem::status(path, absent);
-    if (std::filesystem::is_character_file(status) || std::filesystem::is_fifo(status)) return true;
-    const std::string folder = path.parent_path().string();
-    return path == "/dev/stdout" || path == "/dev/stderr" || folder == "/dev/fd" ||
-           (folder.starts_with("/proc/") && folder.ends_with("/fd"));
-}
-
 /// Adds to the end, as `>>` does: others may have written there.
 void append(const std::filesystem::path& path, const std::string& content) {
     errno = 0;
@@ -160,6 +150,11 @@ void require_writable(const std::string& command, const std::string& option,
         throw std::runtime_error(path.string() + ": there is no folder " + folder.string());
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(path.string() + ": the folder cannot be written to");
+}
+
+void require_writable_answer(const std::string& command, const std::filesystem::path& path) {
+    if (!is_stream(path.string()) && !takes_what_comes(path))
+        require_writable(command, "--output", path);
 }
 
 std::string full_text(double value) {

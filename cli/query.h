@@ -48,6 +48,9 @@ void require_different_files(const std::string& command, const std::filesystem::
 void require_writable(const std::string& command, const std::string& option,
                       const std::filesystem::path& path, const std::string& ending = "");
 
+/// The same for the file of an answer, which may be what write_answer adds to.
+void require_writable_answer(const std::string& command, const std::filesystem::path& path);
+
 /// An answer's number: 17 significant digits.
 std::string full_text(double value);
 

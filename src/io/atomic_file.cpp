@@ -57,6 +57,12 @@ void remove_abandoned(const fs::path& target) {
     }
 }
 
+/// A link of the system to a file that is open, which others may be writing to.
+bool names_open_file(const fs::path& path) {
+    const std::string folder = path.parent_path().string();
+    return folder == "/dev/fd" || (folder.starts_with("/proc/") && folder.ends_with("/fd"));
+}
+
 /// The absolute path of the file to replace: the target of a symbolic link, there or not, so that
 /// the link stays, or the path itself.
 fs::path resolve(const fs::path& path) {
@@ -65,12 +71,9 @@ fs::path resolve(const fs::path& path) {
     for (int links = 0; fs::is_symlink(target); ++links) {
         if (links == max_links)
             throw std::system_error(std::make_error_code(std::errc::too_many_symbolic_link_levels));
-        // A link of the system to a file that is open, which others may be writing to.
-        const std::string folder = target.parent_path().string();
-        if (folder.starts_with("/proc/") && folder.ends_with("/fd"))
+        if (names_open_file(target))
             throw std::runtime_error("names an open file, which cannot be replaced");
         target = target.parent_path() / fs::read_symlink(target);
-        if (target.parent_path() == "/dev/fd") target = "/proc/self/fd" / target.filename();
     }
     return target.lexically_normal();
 }
@@ -130,6 +133,13 @@ void flush_folder(const io::Descriptor& folder) {
 }
 
 }  // namespace
+
+bool takes_what_comes(const fs::path& path) {
+    std::error_code absent;
+    const auto status = fs::status(path, absent);
+    return fs::is_character_file(status) || fs::is_fifo(status) || path == "/dev/stdout" ||
+           path == "/dev/stderr" || names_open_file(path);
+}
 
 void write_atomically(const fs::path& path,
                       const std::function<void(const fs::path& temporary)>& write, Flush flush) {

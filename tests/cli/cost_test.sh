@@ -95,6 +95,7 @@ expect_refused 2 tiny.toml another -- cost tiny.toml -o tiny.toml
 expect_refused 2 older.svg another -- cost tiny.toml -o older.svg --svg older.svg
 expect_refused 2 RECIPE required -- cost
 expect_refused 1 absent.toml -- cost absent.toml -o older.csv
+expect_refused 1 "absent.toml: cannot be read" -- cost absent.toml -o /dev/stdout  # which takes what comes
 expect_refused 2 extra -- cost tiny.toml extra
 sed 's/0.1$/0.2/' tiny.toml >bad.toml
 expect_refused 2 tolerance "[1e-6, 0.1]" "got 0.2" -- cost bad.toml -o older.csv --svg older.svg

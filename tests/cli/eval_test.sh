@@ -215,6 +215,11 @@ wait $!
 expect_same piped.csv answer.csv
 rm pipe piped.csv kept.csv expected.csv
 
+# the smallest cosine is one
+query $every 5e-324,5e-324,0,1,0.5
+expect_ok eval full.h5 --query query.csv
+! grep -qi nan "$out" || fail "a cosine of 5e-324 must give numbers: $(cat "$out")"
+
 # beyond the largest size of a file: refused, not killed
 head -c 4000 /dev/zero | tr '\0' '\n' >>query.csv
 for row in $(seq 200); do echo 0.5,0.5,0,1,0.5; done >>query.csv

@@ -28,6 +28,20 @@ fi
 expect_ok phase moments:file=chi.csv mie:radius=500nm,index=1.5+0.01i,variance=0.1 --step 30
 expect_rows 7 '(f["value_1"] / f["value_2"] - 1) ^ 2 < 1e-12'
 
+# devices, pipes and what is open take the values behind what they hold
+expect_ok phase rayleigh --moments 3 --quiet
+cp "$out" moments.csv
+(echo before && cat moments.csv) >expected.csv
+echo before >kept.csv
+"$stratus" phase rayleigh --moments 3 --quiet -o /dev/stdout >>kept.csv
+expect_same kept.csv expected.csv
+mkfifo pipe
+timeout 20 cat pipe >piped.csv &
+expect_ok phase rayleigh --moments 3 --quiet -o pipe
+wait $!
+expect_same piped.csv moments.csv
+[ ! -w /dev/full ] || expect_refused 1 "/dev/full: No space left on device" -- phase rayleigh --moments 3 -o /dev/full
+
 # --- refusals
 
 expect_refused 2 PHASE required -- phase

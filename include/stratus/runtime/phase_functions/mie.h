@@ -27,7 +27,7 @@ struct Droplets {
     std::vector<double> radius, number;            // of rows: radii and droplets per um of radius
     double wavelength = 0.55;  // above 0; [0.19010783, 5.046613] in water, [0.25, 4] in ice
     Material material = Material::water;
-    std::complex<double> index = 0;  // of other material: n in (0, 10], k in [0, 10]
+    std::complex<double> index = 0;  // of other material: n in [0.01, 10], k in [0, 10]
     /// Where the index was read from a file: the only wavelength that it is of. 0: of any.
     double index_wavelength = 0;
 

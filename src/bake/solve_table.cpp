@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -95,14 +96,36 @@ class TableSolver {
         return std::move(table_);
     }
 
-    /// Seconds that the units take one thread, from those of the first.
+    /// Seconds that the units take one thread, from those of the first of the nearest timed member:
+    /// the ends and the middle, for members take very different times.
     std::vector<double> unit_seconds() const {
         const std::vector<Unit> units = divide_work();
-        const auto layers_of = [&](const Unit& unit) {
-            return static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves;
-        };
+        const std::size_t units_of_member = units.size() / members_.size(),
+                          last = members_.size() - 1;
+        std::map<std::size_t, double> of_member;  // seconds a layer
+        for (const std::size_t member : {std::size_t{0}, last / 2, last})
+            if (of_member.count(member) == 0)
+                of_member[member] = layer_seconds(units[member * units_of_member]);
+        std::vector<double> of_unit;
+        for (const Unit& unit : units) {
+            const auto distance = [&](const auto& timed) {
+                return timed.first < unit.member ? unit.member - timed.first
+                                                 : timed.first - unit.member;
+            };
+            const auto nearest = std::ranges::min_element(of_member, {}, distance);
+            of_unit.push_back(nearest->second * layers_of(unit));
+        }
+        return of_unit;
+    }
+
+    double layers_of(const Unit& unit) const {
+        return std::max(1.0, static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves);
+    }
+
+    /// Seconds that one thread takes for a layer of a unit, timed.
+    double layer_seconds(const Unit& unit) const {
         // Few albedos, of which the modes alone fill the registers.
-        Unit timed = units.front();
+        Unit timed = unit;
         const int modes = recipe_.discretisation.modes;
         timed.albedo_count = std::min<std::size_t>(timed.albedo_count, modes >= 32   ? 1
                                                                        : modes >= 16 ? 2
@@ -114,12 +137,7 @@ class TableSolver {
                 for (const Side side : {Side::reflection, Side::transmission})
                     if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
                         evaluate_tabulated(solution, side, grids_[timed.member]);
-        const double seconds = processor_seconds() - started;
-        std::vector<double> of_unit;
-        for (const Unit& unit : units)
-            of_unit.push_back(seconds * std::max(1.0, layers_of(unit)) /
-                              std::max(1.0, layers_of(timed)));
-        return of_unit;
+        return (processor_seconds() - started) / layers_of(timed);
     }
 
     /// Floating-point operations of all units, at most: doubling one mode of one albedo takes about

@@ -47,6 +47,27 @@ TEST(Forecast, HasTheSizeOfTheTable) {
     }
 }
 
+TEST(Forecast, TimesMembersOfAFamilyApart) {
+    const Forecast ahead =
+        forecast(parse_recipe("phase_function = 'henyey_greenstein:g=0.5'\n"
+                              "tolerance = 1e-2\n"
+                              "optical_depth = { min = 1.0, max = 4.0 }\n"
+                              "albedo = { min = 0.9, max = 0.9 }\n"
+                              "[family]\n"
+                              "g = [0.0, 0.9]\n"
+                              "[discretisation]\n"
+                              "nodes = 24\n"
+                              "modes = 48\n"
+                              "mu_samples = 20\n"
+                              "azimuth_samples = 17\n"
+                              "optical_depth_samples_per_octave = 2\n"
+                              "albedo_samples = 1\n"
+                              "g_samples = 5\n"));
+    const std::vector<double>& seconds = ahead.work.unit_seconds;
+    ASSERT_EQ(seconds.size(), 10u);
+    EXPECT_GT(seconds.back(), 2 * seconds.front());  // one mode against 48
+}
+
 TEST(Forecast, NamesAnAxisAtItsCapAndWhatWouldDo) {
     const Forecast ahead = forecast(out_of_reach());
     ASSERT_EQ(ahead.shortfalls.size(), 1u);

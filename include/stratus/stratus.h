@@ -162,9 +162,8 @@ typedef struct stratus_slice stratus_slice;
 
 enum {
     STRATUS_NO_OPPOSITION = 0,
-    STRATUS_BLINN_OPPOSITION =
-        1, /* by the overlap of the ways in and out, of opposition_width alone */
-    STRATUS_HAPKE_OPPOSITION = 2 /* amplitude / (1 + tan(a/2) / width) */
+    STRATUS_BLINN_OPPOSITION = 1, /* by the overlap of the ways in and out, of opposition_width alone */
+    STRATUS_HAPKE_OPPOSITION = 2  /* amplitude / (1 + tan(a/2) / width) */
 };
 
 /* What is asked of a layer; lookups do nothing for what is not. */
@@ -177,8 +176,8 @@ typedef struct stratus_effects {
     /* > 0, or 0: as the density makes it. Of Blinn's law particle radius over mean free path, which
      * is (3/4) density; of Hapke's in tan(a/2). */
     double opposition_width;
-    double opposition_amplitude; /* [0, 1] */
-    int background;              /* 1 or 0: scattered light in stratus_slice_background() */
+    double opposition_amplitude;  /* [0, 1] */
+    int background;               /* 1 or 0: scattered light in stratus_slice_background() */
 } stratus_effects;
 
 /* Sets everything but `size`, which the caller has set: all orders, both sides, nothing more. */

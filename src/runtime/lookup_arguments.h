@@ -57,6 +57,7 @@ inline double azimuth_in_range(double azimuth) noexcept {
     return std::abs(std::remainder(azimuth, 2 * pi));
 }
 
+/// Whether an argument is not-a-number.
 template <class... Numbers>
 bool is_unknown(Numbers... argument) noexcept {
     const auto sum = (argument + ...);

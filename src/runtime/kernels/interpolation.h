@@ -6,7 +6,9 @@
 namespace stratus {
 namespace {
 
-/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2) of a cosine in [0, 1], along which samples of cosines lie evenly (mu_places.h).
+/// v = sqrt(1 - mu) (1 - mu^(1/4) / 2), along which samples of cosines lie evenly (mu_places.h).
+///
+/// Range    [0, 1].
 template <class F>
 STRATUS_INLINE F mu_coordinate(F mu) {
     return square_root(1.0f - mu) * (1.0f - square_root(square_root(mu)) * 0.5f);

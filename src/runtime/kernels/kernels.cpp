@@ -124,8 +124,8 @@ STRATUS_INLINE F path_of_channel(const PathSheetView& sheet, const LightPathOf<F
     }
 }
 
-/// The optical depth of a channel, or not-a-number where an argument is: what passes cosines on, but
-/// not every phase function passes an azimuth on.
+/// The optical depth of a channel, or not-a-number where the azimuth is and the phase function does
+/// not depend on it as a polynomial does.
 template <PhaseForm form, int channels, class F>
 STRATUS_INLINE auto depth_of_channel(const SliceSide<channels>& side, const LightPathOf<F>& path,
                                      int channel) {

@@ -216,8 +216,9 @@ expect_same piped.csv answer.csv
 rm pipe piped.csv kept.csv expected.csv
 
 # the smallest cosine is one
-query $every 5e-324,5e-324,0,1,0.5
-expect_ok eval full.h5 --query query.csv
+echo "$every" >smallest.csv
+echo 5e-324,5e-324,0,1,0.5 >>smallest.csv
+expect_ok eval full.h5 --query smallest.csv
 ! grep -qi nan "$out" || fail "a cosine of 5e-324 must give numbers: $(cat "$out")"
 
 # beyond the largest size of a file: refused, not killed

@@ -154,7 +154,8 @@ refuse_row 0.5,0,0,0.1,0.01 mu_out "[-1, 1] and not 0" "got 0"
 refuse_row 0.5,-1.5,0,0.1,0.01 mu_out "[-1, 1]" "got -1.5"
 refuse_row 0.5,0.5,inf,0.1,0.01 azimuth_deg finite "got inf"
 refuse_row 0.5,0.5,0,inf,0.01 brightness finite "got inf"
-refuse_row 0.5,0.5,0,1e308,0.01 "brightness / sigma" "[-1e100, 1e100]" "got inf"
+{ cat one.csv; echo 0.5,0.5,0,1e308,0.01; } >bad.csv
+expect_refused 2 "brightness / sigma" "[-1e100, 1e100]" "got inf" -- fit bad.csv --table mixed.h5 -o older.csv
 refuse_row 0.5,0.5,0,0.1,0 sigma "(0, inf)" "got 0"
 refuse_row 0.5,0.5,0,0.1,-0.01 sigma "(0, inf)" "got -0.01"
 refuse_row 0.5,0.5,0,dark,0.01 brightness "got 'dark'"

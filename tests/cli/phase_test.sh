@@ -40,7 +40,7 @@ timeout 20 cat pipe >piped.csv &
 expect_ok phase rayleigh --moments 3 --quiet -o pipe
 wait $!
 expect_same piped.csv moments.csv
-[ ! -w /dev/full ] || expect_refused 1 "/dev/full: No space left on device" -- phase rayleigh --moments 3 -o /dev/full
+[ ! -w /dev/full ] || expect_refused 1 "/dev/full: No space left on device" -- phase rayleigh --moments 3 --quiet -o /dev/full
 
 # --- refusals
 

@@ -28,7 +28,7 @@ void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write,
                       Flush flush = Flush::at_once);
 
-/// True of a device, a pipe or an open file (/dev/stdout), which take what comes and are not replaced.
+/// True of a device, a pipe or an open file (/dev/stdout), which take what comes and stay.
 bool takes_what_comes(const std::filesystem::path& path);
 
 /// Writes `content` to the file at `path`, for `write` above to call.

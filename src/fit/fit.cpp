@@ -63,9 +63,8 @@ void check(const LayerModel& model, const std::vector<Observation>& observations
     for (const Observation& at : observations) check(at, model, family);
 }
 
-/// Local minima, the best first.
-std::vector<Minimum> minima_of(const Problem& problem) {
-    std::vector<Minimum> minima = scan_minima(problem);
+/// Local minima near these, the best first.
+std::vector<Minimum> descend_from(std::vector<Minimum> minima, const Problem& problem) {
     for (Minimum& minimum : minima) minimum = descend(problem, minimum.at);
     std::ranges::sort(minima, {}, &Minimum::chi_square);
     return minima;
@@ -85,6 +84,45 @@ Eigen::MatrixXd covariance_of(const Problem& problem, const Problem::Point& at) 
         curvature.eigenvectors().transpose();
     const Eigen::MatrixXd jacobian = problem.space().derivatives(at);
     return jacobian * in_cube * jacobian.transpose();
+}
+
+/// The best fit near these starts; where the model's error is too large there, from its minima by
+/// a finer one.
+Fit fit_near(const std::vector<Minimum>& starts, const LayerModel& model,
+             const ParameterSpace& space, const std::vector<Observation>& observations,
+             const FitOptions& options) {
+    const Problem problem(model, space, observations, options);
+    const std::vector<Minimum> minima = descend_from(starts, problem);
+    const Minimum& best = minima.front();
+    const Eigen::MatrixXd covariance = covariance_of(problem, best.at);
+
+    const LayerParameters layer = space.layer(best.at);
+    constexpr double tolerated = 0.1;  // standard deviations
+    const double error = model.error(layer, observations);
+    if (error > tolerated)
+        if (const auto finer = model.refined(layer, observations, tolerated))
+            return fit_near(minima, *finer, space, observations, options);
+
+    Fit fit;
+    const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
+        return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
+    };
+    for (std::size_t p = 0; p < fit_parameters; ++p) {
+        for (std::size_t q = 0; q < fit_parameters; ++q)
+            fit.covariance[p][q] =
+                scale(p) * scale(q) *
+                covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
+        fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
+    }
+    fit.chi_square = best.chi_square;
+    fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();
+    if (fit.degrees_of_freedom > 0)
+        fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
+    add_remarks(problem, model, minima, covariance, fit);
+    if (error > tolerated)
+        fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
+                              " standard deviations of an observation");
+    return fit;
 }
 
 }  // namespace
@@ -131,37 +169,7 @@ Fit fit_layer(const LayerModel& model, const std::vector<Observation>& observati
             "at least " + std::to_string(needed) + ", one for each free parameter",
             observations.size());
     const Problem problem(model, space, observations, options);
-    const std::vector<Minimum> minima = minima_of(problem);
-    const Minimum& best = minima.front();
-    const Eigen::MatrixXd covariance = covariance_of(problem, best.at);
-
-    const LayerParameters layer = space.layer(best.at);
-    constexpr double tolerated = 0.1;  // standard deviations
-    const double error = model.error(layer, observations);
-    if (error > tolerated)
-        if (const auto finer = model.refined(layer, observations, tolerated))
-            return fit_layer(*finer, observations, options);
-
-    Fit fit;
-    const auto scale = [&](std::size_t p) {  // from the variance of a logarithm
-        return space.is_logarithm(static_cast<FitParameter>(p)) ? layer.*layer_fields[p] : 1;
-    };
-    for (std::size_t p = 0; p < fit_parameters; ++p) {
-        for (std::size_t q = 0; q < fit_parameters; ++q)
-            fit.covariance[p][q] =
-                scale(p) * scale(q) *
-                covariance(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q));
-        fit.estimate[p] = {layer.*layer_fields[p], std::sqrt(fit.covariance[p][p])};
-    }
-    fit.chi_square = best.chi_square;
-    fit.degrees_of_freedom = static_cast<int>(observations.size()) - space.size();
-    if (fit.degrees_of_freedom > 0)
-        fit.probability = chi_square_probability(fit.chi_square, fit.degrees_of_freedom);
-    add_remarks(problem, model, minima, covariance, fit);
-    if (error > tolerated)
-        fit.remarks.push_back("the solver's error reaches " + short_number(error, 2) +
-                              " standard deviations of an observation");
-    return fit;
+    return fit_near(scan_minima(problem), model, space, observations, options);
 }
 
 Fit fit_layer(const TableView& table, const std::vector<Observation>& observations,

@@ -25,38 +25,47 @@ inline std::string at(const LayerSolution& layer) {
     return text.str();
 }
 
-/// Calls visit(side, value, single scattering of a phase function of value 1, i, j) for all R and
-/// T.
-template <class Visit>
-void for_each_value(const LayerSolution& layer, const Visit& visit) {
+/// R (side 0) or T (side 1) between two cosines of a layer.
+struct LayerValue {
+    int side;
+    SolvedValue value;
+    double single;  // scattering of a phase function of value 1
+    int i, j;
+};
+
+/// All R and T at some azimuths.
+inline std::vector<LayerValue> values_of(const LayerSolution& layer) {
+    const std::vector<double> azimuths{0.0, 1.0, pi / 2, 2.2, pi};
+    std::vector<LayerValue> values;
     for (int i = 0; i < layer.mu.size(); ++i)
         for (int j = 0; j < layer.mu.size(); ++j) {
             const double R1 = single_reflection(1, layer.albedo, layer.optical_depth, layer.mu(i),
                                                 layer.mu(j)),
                          T1 = single_transmission(1, layer.albedo, layer.optical_depth, layer.mu(i),
                                                   layer.mu(j));
-            const std::vector<double> azimuths{0.0, 1.0, pi / 2, 2.2, pi};
-            for (const SolvedValue& R : layer.reflection(i, j, azimuths)) visit(0, R, R1, i, j);
-            for (const SolvedValue& T : layer.transmission(i, j, azimuths)) visit(1, T, T1, i, j);
+            for (const SolvedValue& R : layer.reflection(i, j, azimuths))
+                values.push_back({0, R, R1, i, j});
+            for (const SolvedValue& T : layer.transmission(i, j, azimuths))
+                values.push_back({1, T, T1, i, j});
         }
+    return values;
 }
 
-inline void expect_finite(const LayerSolution& layer) {
+inline void expect_finite(const LayerSolution& layer, const std::vector<LayerValue>& values) {
     for (const auto* modes : {&layer.reflection_modes, &layer.transmission_modes})
         for (const Eigen::MatrixXd& mode : *modes) ASSERT_TRUE(mode.allFinite()) << at(layer);
-    for_each_value(layer, [&](int, const SolvedValue& value, double, int, int) {
-        EXPECT_TRUE(std::isfinite(value.total)) << at(layer);
-    });
+    for (const LayerValue& of : values) EXPECT_TRUE(std::isfinite(of.value.total)) << at(layer);
 }
 
-/// R or T is negative only where the phase series is, and is always reported.
-inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
+/// R or T is negative only where the phase series is, and is always reported: the result.
+inline double expect_negative_only_with_its_series(const LayerSolution& layer,
+                                                   const std::vector<LayerValue>& values) {
     double lowest[2] = {0, 0}, highest[2] = {0, 0};
-    for_each_value(layer, [&](int side, const SolvedValue& value, double, int i, int j) {
+    for (const auto& [side, value, single, i, j] : values) {
         const double scaled = (layer.mu(i) + layer.mu(j)) * value.total;
         lowest[side] = std::min(lowest[side], scaled + rounding);
         highest[side] = std::max(highest[side], scaled);
-    });
+    }
     const bool positive_series = lowest_of_series(layer.truncation.moments) >= -1e-9;
     const double reported = layer.most_negative();
     if (positive_series) {
@@ -66,6 +75,7 @@ inline void expect_negative_only_with_its_series(const LayerSolution& layer) {
         if (lowest[side] < -1e-9 * highest[side]) {
             EXPECT_LT(reported, -1e-10) << at(layer);
         }
+    return reported;
 }
 
 }  // namespace stratus::test

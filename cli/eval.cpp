@@ -361,7 +361,7 @@ class EvalTable {
         if (std::filesystem::path(path).extension() == packed_ending)
             packed_.emplace(path);
         else
-            sampled_ = read_noted_table(path, options);
+            sampled_ = read_any_table(path, options);
     }
 
     const Table& header() const { return packed_ ? packed_->header() : sampled_; }

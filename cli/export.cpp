@@ -48,7 +48,7 @@ bool is_stack(const std::string& path) {
 /// What a table supplies: its phase function, of a family that of one member, and what the layer lies
 /// on.
 Stack layer_of_table(const std::string& path, const std::string& at, const ReadOptions& reading) {
-    const Table table = read_noted_table(path, reading);
+    const Table table = read_any_table(path, reading);
     const std::string name = "TABLE " + path;
     require(table.highest_order == 0, "export", name, "of all orders of scattering",
             "orders up to " + std::to_string(table.highest_order));

@@ -221,7 +221,7 @@ Prediction prediction_of(const FitCommand& command, bool beams_alone) {
         throw std::invalid_argument("fit: --single must come with --phase, got it alone");
     Prediction prediction;
     if (has_table) {
-        prediction.table = read_noted_table(command.table, command.reading);
+        prediction.table = read_any_table(command.table, command.reading);
         prediction.model = table_model(prediction.table->view());
     } else if (has_phase) {
         std::vector<std::string> notes;

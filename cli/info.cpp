@@ -188,7 +188,7 @@ void run_info(const InfoOptions& options) {
         require_different_files("info", options.table, options.picture);
         require_writable("info", "--picture", options.picture, ".png");
     }
-    const Table table = read_noted_table(options.table, options.reading);
+    const Table table = read_any_table(options.table, options.reading);
     if (!options.picture.empty()) draw_picture(table, options);
     print_content(table);
     print_size(table, options.table);

@@ -37,7 +37,7 @@ void run_pack(const PackOptions& options) {
     require_different_files("pack", options.input, options.output);
     if (std::filesystem::path(options.input).extension() == packed_ending)
         throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
-    const Table table = read_noted_table(options.input, options.reading);
+    const Table table = read_any_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);
     {
         const SignalsHeld held;

@@ -1,16 +1,14 @@
-// Reading a table in a command: the option --max-memory, and notes about the file on stderr.
+// Reading a table in a command, and the option --max-memory.
 #pragma once
 
 #include <stratus/io/table_file.h>
 #include <stratus/runtime/packed_table.h>
 
 #include "allowed.h"
-#include "say.h"
 
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace stratus {
 
@@ -26,14 +24,10 @@ inline void add_max_memory(CLI::App& command, ReadOptions& options) {
         ->check(whole_number(1, 1LL << 40));
 }
 
-/// Reads a table, packed or not, and prints its notes on stderr.
-inline Table read_noted_table(const std::filesystem::path& path, ReadOptions options) {
+/// Reads a table, packed or not.
+inline Table read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
     if (path.extension() == packed_ending) return PackedTable(path.string()).unpacked();
-    std::vector<std::string> notes;
-    options.notes = &notes;
-    Table table = read_table(path, options);
-    for (const std::string& note : notes) say("note: " + note);
-    return table;
+    return read_table(path, options);
 }
 
 /// Refuses a file that is neither .h5 nor .exr, before a long read finds out.
@@ -47,7 +41,7 @@ inline void require_table_ending(const char* command, const char* argument,
 /// A table ready for lookups: a packed one mapped, another one read and packed.
 inline PackedTable read_packed_table(const std::string& path, const ReadOptions& options) {
     if (std::filesystem::path(path).extension() == packed_ending) return PackedTable(path);
-    return PackedTable(pack(read_noted_table(path, options)));
+    return PackedTable(pack(read_any_table(path, options)));
 }
 
 }  // namespace stratus

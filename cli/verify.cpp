@@ -88,7 +88,7 @@ void print_worst(const Verification& verification, const std::vector<FamilyAxis>
 }
 
 void run_verify(const VerifyCommand& command) {
-    const Table table = read_noted_table(command.table, command.reading);
+    const Table table = read_any_table(command.table, command.reading);
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
     options.progress = [&](double done) { progress.show(done, "verifying"); };

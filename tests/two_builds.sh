@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # two_builds.sh STRATUS OTHER_STRATUS: tables baked by two builds of the program agree to 1e-6.
 set -eu
-recipes=$(realpath "$(dirname "$0")/golden")
+recipes=$(realpath "$(dirname "$0")/recipes")
 one=$(realpath "$1")
 other=$(realpath "$2")
 python=/usr/bin/python3 # Debian's, which has h5py

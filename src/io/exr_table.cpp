@@ -262,9 +262,8 @@ Metadata read_metadata(const Imf::Header& header, bool ignore_checksums) {
     return metadata;
 }
 
-void read_axes(const Imf::Header& header, const Metadata& metadata, Table& table) {
+void read_axes(const Imf::Header& header, Table& table) {
     const Metadata texts = texts_of(header, dataset_prefix, false);
-    check_mixture_axis(metadata, texts.contains(parameter_name(PhaseParameter::mixture)));
     for (const AxisField& field : axis_fields_of(table)) {
         const std::string name = field.name;
         read_scale(field, table, entry(texts, name + ".scale"));
@@ -413,9 +412,8 @@ Table decode_exr(const Bytes& bytes, const ReadOptions& options) {
     Imf::MultiPartInputFile file(stream, Imf::globalThreadCount(), rebuild_missing_offsets);
 
     const Metadata metadata = read_metadata(file.header(0), options.ignore_checksums);
-    Table table = table_without_samples(metadata, options.notes);
-    read_axes(file.header(0), metadata, table);
-    check_azimuths(metadata, table);
+    Table table = table_without_samples(metadata);
+    read_axes(file.header(0), table);
     const std::vector<SampleField> listed = listed_samples(metadata);
     take_memory(table, listed, bytes.size(), limit);
     for (const SampleField& field : listed)

@@ -223,10 +223,8 @@ Table decode_hdf5(const Bytes& bytes, const ReadOptions& options) {
     const Handle file = open_file(bytes);
     const Source source{file, bytes.size(), options.ignore_checksums};
     const Metadata metadata = read_metadata(file, options.ignore_checksums);
-    Table table = table_without_samples(metadata, options.notes);
-    check_mixture_axis(metadata, has_dataset(file, parameter_name(PhaseParameter::mixture)));
+    Table table = table_without_samples(metadata);
     for (const AxisField& field : axis_fields_of(table)) read_axis(source, field, table);
-    check_azimuths(metadata, table);
     table.diffusion_exponent =
         read_over_axes<double>(source, diffusion_exponent_name, extents(table, 1));
     const std::vector<SampleField> listed = listed_samples(metadata);

@@ -15,9 +15,6 @@ namespace {
 /// In place of a scale, of an axis of which lookups take one value.
 constexpr const char* discrete_name = "discrete";
 
-// The minor versions that brought azimuths which do not span 0 to pi.
-constexpr int first_minor_of_some_azimuths = 4, first_minor_of_some_azimuths_with_path_law = 2;
-
 }  // namespace
 
 const char* stored_scale_name(const AxisField& field, const Table& table) {
@@ -72,26 +69,6 @@ std::vector<std::size_t> extents(const Table& table, std::size_t rank) {
     for (const AxisField& field : std::span(axis_fields).first(rank))
         sizes.push_back((table.*field.axis).values.size());
     return sizes;
-}
-
-void check_azimuths(const Metadata& metadata, const Table& table) {
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
-    const int first = major == table_format_major_of_path_law
-                          ? first_minor_of_some_azimuths_with_path_law
-                          : first_minor_of_some_azimuths;
-    const std::vector<double>& azimuths = table.azimuth.values;
-    if (minor >= first || azimuths.empty()) return;
-    if (azimuths.front() > 0 || (azimuths.size() > 1 && pi - azimuths.back() > 1e-9))
-        throw std::runtime_error("azimuth must span 0 to pi before format " +
-                                 std::to_string(major) + "." + std::to_string(first) + ", got " +
-                                 shortest_text(azimuths.front()) + " to " +
-                                 shortest_text(azimuths.back()) + " in format " +
-                                 std::to_string(major) + "." + std::to_string(minor));
-}
-
-void check_mixture_axis(const Metadata& metadata, bool is_stored) {
-    if (is_stored) entry(metadata, "second_phase_function");
 }
 
 }  // namespace stratus::io

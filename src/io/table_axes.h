@@ -49,11 +49,4 @@ std::vector<AxisField> axis_fields_of(const Table& table);
 /// Sizes of the first `rank` axes, preceded by those of the family.
 std::vector<std::size_t> extents(const Table& table, std::size_t rank);
 
-/// Refuses azimuths that do not span 0 to pi in a file of a version that has none: whoever wrote it
-/// meant something else.
-void check_azimuths(const Metadata& metadata, const Table& table);
-
-/// Refuses a mixture axis that is stored although the metadata names no second phase function.
-void check_mixture_axis(const Metadata& metadata, bool is_stored);
-
 }  // namespace stratus::io

@@ -30,8 +30,8 @@ struct MetadataField {
 
 constexpr std::array<MetadataField, 23> metadata_fields{{
     {"format", EntryType::text},
-    {"format_major", EntryType::integer},
-    {"format_minor", EntryType::integer},
+    {"format_version", EntryType::integer},
+    {"features", EntryType::text},
     {"datasets", EntryType::text},
     {"phase_function", EntryType::text},
     {"second_phase_function", EntryType::text},
@@ -151,12 +151,7 @@ void add_layers(const Table& table, Metadata& metadata) {
 }
 
 void read_layers(const Metadata& metadata, Table& table) {
-    const bool has_layers = metadata.contains("layer_phase_functions");
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    if (has_layers != (major == table_format_major_of_stack))
-        throw std::runtime_error("attribute layer_phase_functions belongs to format " +
-                                 std::to_string(table_format_major_of_stack) + ".x alone");
-    if (!has_layers) return;
+    if (!metadata.contains("layer_phase_functions")) return;
     const std::vector<double> albedos =
                                   to_numbers("layer_albedos", entry(metadata, "layer_albedos")),
                               depths = to_numbers("layer_optical_depths",
@@ -177,45 +172,48 @@ void read_layers(const Metadata& metadata, Table& table) {
         to_number("spherical_albedo_below", entry(metadata, "spherical_albedo_below"));
 }
 
-/// The version that a table is written in.
-struct FormatVersion {
-    int major, minor;
-};
+// What a table may have that a reader must know of: without it, it would look up wrong values.
+constexpr const char* family_feature = "family";
+constexpr const char* stack_feature = "stack";
+constexpr const char* path_law_feature = "path_law";
+const std::vector<std::string> known_features{family_feature, stack_feature, path_law_feature};
 
-FormatVersion version_of(const Table& table) {
-    if (table.varies_parameters())  // which files of format 1 cannot hold
-        return {table_format_major_of_family, table_format_minor_of_family};
-    if (table.is_stack()) return {table_format_major_of_stack, table_format_minor_of_stack};
-    if (table.path_law) return {table_format_major_of_path_law, table_format_minor_of_path_law};
-    return {table_format_major, table_format_minor};
+std::string features_of(const Table& table) {
+    std::vector<std::string> features;
+    if (table.has_family()) features.emplace_back(family_feature);
+    if (table.is_stack()) features.emplace_back(stack_feature);
+    if (table.path_law) features.emplace_back(path_law_feature);
+    return joined(features, " ");
+}
+
+std::string stored_features(const Metadata& metadata) {
+    const auto found = metadata.find("features");
+    return found == metadata.end() ? "" : found->second;
+}
+
+/// Refuses features that the other attributes do not describe, and the other way round.
+void check_features(const Metadata& metadata, const Table& table) {
+    const std::string stored = stored_features(metadata), described = features_of(table);
+    if (stored != described)
+        throw std::runtime_error("attribute features must be \"" + described +
+                                 "\", as the other attributes say, got " + shown(stored));
 }
 
 void add_family(const Table& table, Metadata& metadata) {
-    if (table.varies_parameters()) {
-        std::vector<std::string> names;
-        for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
-        metadata["family"] = joined(names, " ");
+    if (!table.has_family()) return;
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
+    metadata["family"] = joined(names, " ");
+    if (table.varies_parameters())
         metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
-    }
     if (!mixes_two(table.family)) return;
     metadata["second_phase_function"] = table.second_phase_function.text();
     metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
 }
 
-bool has_mixture(const Metadata& metadata) {
-    return metadata.contains("second_phase_function") ||
-           metadata.contains("second_extrapolation_length");
-}
-
 void read_family(const Metadata& metadata, Table& table) {
-    const bool is_other = metadata.contains("family");
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    if (is_other != (major == table_format_major_of_family))
-        throw std::runtime_error("attribute family belongs to format " +
-                                 std::to_string(table_format_major_of_family) + ".x alone");
-    std::istringstream names(is_other                ? entry(metadata, "family")
-                             : has_mixture(metadata) ? parameter_name(PhaseParameter::mixture)
-                                                     : "");
+    const auto listed = metadata.find("family");
+    std::istringstream names(listed == metadata.end() ? "" : listed->second);
     for (std::string name; table.family.size() <= max_family_axes && names >> name;) {
         const auto parameter = parameter_named(name);
         if (!parameter)
@@ -223,10 +221,15 @@ void read_family(const Metadata& metadata, Table& table) {
                                      joined(parameter_names()) + ", got " + shown(name));
         table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
     }
-    if (is_other)
+    if (table.varies_parameters())
         table.extrapolation_lengths =
             to_numbers("extrapolation_lengths", entry(metadata, "extrapolation_lengths"));
-    if (!has_mixture(metadata)) return;
+    if (!mixes_two(table.family)) {
+        if (metadata.contains("second_phase_function"))
+            throw std::runtime_error(
+                "attribute second_phase_function needs mixture in attribute family");
+        return;
+    }
     table.second_phase_function =
         read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
     table.second_extrapolation_length =
@@ -245,13 +248,7 @@ std::vector<double> moments_to_store(const Table& table) {
 const std::vector<double> path_law_moments{PathLaw::first_smoothed, PathLaw::smooth_moments};
 
 void read_path_law(const Metadata& metadata, Table& table) {
-    const bool has_path_law = metadata.contains("path_law");
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    if (has_path_law != (major == table_format_major_of_path_law) &&
-        major != table_format_major_of_family)
-        throw std::runtime_error("attribute path_law belongs to format " +
-                                 std::to_string(table_format_major_of_path_law) + ".x alone");
-    if (!has_path_law) return;
+    if (!metadata.contains("path_law")) return;
     const std::string text = entry(metadata, "path_law");
     if (to_numbers("path_law", text) != path_law_moments)
         throw std::runtime_error("attribute path_law must be " + to_text(path_law_moments) +
@@ -277,20 +274,6 @@ void check_moments(const Metadata& metadata, const Table& table) {
             "attributes moments and asymmetry are not those of the phase function");
 }
 
-void note_version(const Metadata& metadata, std::vector<std::string>* notes) {
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int newest = major == table_format_major_of_family     ? table_format_minor_of_family
-                       : major == table_format_major_of_stack    ? table_format_minor_of_stack
-                       : major == table_format_major_of_path_law ? table_format_minor_of_path_law
-                                                                 : table_format_minor;
-    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
-    if (!notes || minor <= newest) return;
-    const std::string dotted = std::to_string(major) + ".";
-    notes->push_back("format " + dotted + std::to_string(minor) + " is newer than " + dotted +
-                     std::to_string(newest) +
-                     ", the newest that this program knows: what it adds is ignored");
-}
-
 }  // namespace
 
 std::string shown(std::string_view text) {
@@ -311,9 +294,9 @@ bool is_of_the_format(const std::string& name) { return find_field(name) != null
 Metadata metadata_of(const Table& table) {
     Metadata metadata = table.attributes;
     metadata["format"] = table_format_name;
-    const FormatVersion version = version_of(table);
-    metadata["format_major"] = std::to_string(version.major);
-    metadata["format_minor"] = std::to_string(version.minor);
+    metadata["format_version"] = std::to_string(table_format_version);
+    if (const std::string features = features_of(table); !features.empty())
+        metadata["features"] = features;
     metadata["datasets"] = names_of_samples(table);
     metadata["phase_function"] = table.phase_function.text();
     add_lower_boundary(table.lower_boundary, metadata);
@@ -336,18 +319,19 @@ void check_format(const Metadata& metadata) {
     if (format->second != table_format_name)
         throw std::runtime_error(wanted + "its format is " + shown(format->second));
 
-    const int major = to_integer("format_major", entry(metadata, "format_major"));
-    const int minor = to_integer("format_minor", entry(metadata, "format_minor"));
-    const std::string version = std::to_string(major) + "." + std::to_string(minor);
-    const std::string readable = "this program reads (" + std::to_string(table_format_major) +
-                                 ".x to " + std::to_string(table_format_major_of_family) + ".x)";
-    if (major > table_format_major_of_family)
-        throw std::runtime_error("format " + version + " is newer than " + readable);
-    if (major < table_format_major || minor < 0)
-        throw std::runtime_error("format " + version + " is not one that " + readable);
+    const int version = to_integer("format_version", entry(metadata, "format_version"));
+    if (version != table_format_version)
+        throw std::runtime_error("attribute format_version must be " +
+                                 std::to_string(table_format_version) + ", got " +
+                                 std::to_string(version));
+    std::istringstream features(stored_features(metadata));
+    for (std::string feature; features >> feature;)
+        if (std::ranges::find(known_features, feature) == known_features.end())
+            throw std::runtime_error("attribute features must be of " + joined(known_features) +
+                                     ", which this program knows, got " + shown(feature));
 }
 
-Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes) {
+Table table_without_samples(const Metadata& metadata) {
     const auto number = [&](const char* name) { return to_number(name, entry(metadata, name)); };
     Table table;
     table.phase_function = read_phase_function("phase_function", entry(metadata, "phase_function"));
@@ -355,6 +339,7 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     read_layers(metadata, table);
     read_family(metadata, table);
     read_path_law(metadata, table);
+    check_features(metadata, table);
     check_moments(metadata, table);
     table.extrapolation_length = number("extrapolation_length");
     table.tolerance = number("tolerance");
@@ -362,7 +347,6 @@ Table table_without_samples(const Metadata& metadata, std::vector<std::string>* 
     table.highest_order = to_integer("highest_order", entry(metadata, "highest_order"));
     for (const auto& [name, text] : metadata)
         if (!find_field(name)) table.attributes[name] = text;
-    note_version(metadata, notes);
     return table;
 }
 

@@ -77,12 +77,11 @@ bool is_of_the_format(const std::string& name);
 /// list of datasets.
 Metadata metadata_of(const Table& table);
 
-/// Checks the format's name and version and nothing else.
+/// Checks the format's name, version and features and nothing else.
 void check_format(const Metadata& metadata);
 
-/// The table that `metadata_of` described, still without axes and samples. Adds a note, without the
-/// file's name, if the minor version is newer than this program's.
-Table table_without_samples(const Metadata& metadata, std::vector<std::string>* notes);
+/// The table that `metadata_of` described, still without axes and samples.
+Table table_without_samples(const Metadata& metadata);
 
 /// The sample datasets that a file says it holds.
 std::vector<SampleField> listed_samples(const Metadata& metadata);

@@ -40,24 +40,18 @@ void write_directly(const Table& table, const std::filesystem::path& path, const
     io::naming(path, [&] { format.write(table, io::metadata_of(table), path, {}); });
 }
 
-/// Reads a table, and names the path in errors and notes.
+/// Reads a table, and names the path in errors.
 Table read(const std::filesystem::path& path, const ReadOptions& options, const Format& format) {
-    std::vector<std::string> notes;
-    ReadOptions noting = options;
-    noting.notes = &notes;
-    Table table = io::naming(path, [&] {
+    return io::naming(path, [&] {
         io::MemoryLimit limit(options.max_memory);
         const io::Bytes bytes = io::read_bytes(path, format.magic, format.kind, limit);
         try {
-            return format.decode(bytes, noting);
+            return format.decode(bytes, options);
         } catch (const io::NotAsSealed& error) {
             throw std::runtime_error(std::string(error.what()) + "; if on purpose, `stratus seal " +
                                      path.string() + "`");
         }
     });
-    if (options.notes)
-        for (const std::string& note : notes) options.notes->push_back(path.string() + ": " + note);
-    return table;
 }
 
 }  // namespace

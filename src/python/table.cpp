@@ -15,15 +15,13 @@
 
 namespace stratus::python {
 
-std::shared_ptr<AnyTable> AnyTable::read(const std::string& path, std::vector<std::string>& notes) {
+std::shared_ptr<AnyTable> AnyTable::read(const std::string& path) {
     if (std::filesystem::path(path).extension() == packed_ending)
         return std::make_shared<AnyTable>(PackedTable(path));
     const std::string ending = std::filesystem::path(path).extension().string();
     require(ending == ".h5" || ending == ".exr", "load", "path",
             "a name ending in .h5, .exr or .stratus", path);
-    ReadOptions options;
-    options.notes = &notes;
-    return std::make_shared<AnyTable>(read_table(path, options));
+    return std::make_shared<AnyTable>(read_table(path));
 }
 
 namespace {
@@ -37,12 +35,6 @@ constexpr std::pair<const char*, Axis Table::*> axes[] = {{"albedo", &Table::alb
                                                           {"azimuth", &Table::azimuth}};
 
 // HDF5 is not asked by two threads at a time: reading and writing keep Python's lock.
-
-std::pair<Shared, std::vector<std::string>> read_file(const std::string& path) {
-    std::vector<std::string> notes;
-    Shared table = AnyTable::read(path, notes);
-    return {std::move(table), std::move(notes)};
-}
 
 std::vector<char> packed_bytes(const AnyTable& table) {
     return table.packed() ? pack(table.packed()->unpacked()) : pack(table.table());
@@ -272,7 +264,7 @@ void add_table(py::module_& module) {
         .def("scales", scales_of)
         .def("look_up", look_up)
         .def("write", write_file);
-    module.def("read_table", read_file);
+    module.def("read_table", &AnyTable::read);
     module.def("datasets", datasets);
     module.def("packed", packed);
     module.def("unpacked", unpacked);

@@ -20,7 +20,7 @@ class AnyTable {
     AnyTable& operator=(const AnyTable&) = delete;
 
     /// By its name's ending: .h5, .exr or .stratus.
-    static std::shared_ptr<AnyTable> read(const std::string& path, std::vector<std::string>& notes);
+    static std::shared_ptr<AnyTable> read(const std::string& path);
 
     /// Null where it is not packed.
     const PackedTable* packed() const { return std::get_if<PackedTable>(&own_); }

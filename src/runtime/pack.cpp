@@ -337,10 +337,11 @@ void add_family(TensorWriter& file, const Table& table) {
         file.set(second_extrapolation_length_name,
                  shortest_text(table.second_extrapolation_length));
     }
-    if (!table.varies_parameters()) return;
+    if (!table.has_family()) return;
     std::vector<std::string> names;
     for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
     file.set(family_name, joined(names, " "));
+    if (!table.varies_parameters()) return;
     if (table.path_law) file.set(family_path_law_name, "1");
     file.add(extrapolation_lengths_name, {table.member_count()}, table.extrapolation_lengths);
 }

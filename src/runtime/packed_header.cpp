@@ -35,11 +35,8 @@ void check_format(const TensorFile& file) {
     require(format == packed_format, packed_caller, format_name, packed_format,
             format.substr(0, 40));
     const std::string& version = file.text(format_version_name);
-    const auto& earlier = earlier_packed_format_versions;
-    const bool is_read =
-        version == packed_format_version ||
-        std::find(std::begin(earlier), std::end(earlier), version) != std::end(earlier);
-    require(is_read, packed_caller, format_version_name, "1, 2 or 3", version.substr(0, 40));
+    require(version == packed_format_version, packed_caller, format_version_name,
+            packed_format_version, version.substr(0, 40));
 }
 
 AxisScale scale_of(const TensorFile& file, const std::string& name) {
@@ -114,9 +111,6 @@ void read_family(const TensorFile& file, Table& table) {
         std::istringstream words(file.text(family_name));
         for (std::string word; names.size() <= max_family_axes && words >> word;)
             names.push_back(word);
-        table.extrapolation_lengths = copied(file.numbers<double>(extrapolation_lengths_name, 1));
-    } else if (file.has(parameter_name(PhaseParameter::mixture))) {
-        names.emplace_back(parameter_name(PhaseParameter::mixture));
     }
     for (const std::string& name : names) {
         const auto parameter = parameter_named(name);
@@ -130,6 +124,8 @@ void read_family(const TensorFile& file, Table& table) {
         table.second_phase_function = phase_function(file, second_phase_function_name);
         table.second_extrapolation_length = number(file, second_extrapolation_length_name);
     }
+    if (table.varies_parameters())
+        table.extrapolation_lengths = copied(file.numbers<double>(extrapolation_lengths_name, 1));
 }
 
 }  // namespace

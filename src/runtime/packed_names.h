@@ -14,9 +14,7 @@
 namespace stratus {
 
 constexpr const char* packed_format = "stratus-packed";
-constexpr const char* packed_format_version = "3";
-// Read as well: of 2 each member has functions of its own, 1 has always the path sheet.
-constexpr const char* earlier_packed_format_versions[] = {"1", "2"};
+constexpr const char* packed_format_version = "4";
 
 // Strings.
 constexpr const char* format_name = "format";
@@ -26,7 +24,7 @@ constexpr const char* second_phase_function_name = "second_phase_function";
 constexpr const char* below_name = "below";
 constexpr const char* below_albedo_name = "below_albedo";
 constexpr const char* below_phase_function_name = "below_phase_function";
-constexpr const char* family_name = "family";  // names of its axes, but of a mixture alone
+constexpr const char* family_name = "family";  // names of its axes
 constexpr const char* family_path_law_name = "family_path_law";  // where lookups add that
 constexpr const char* extrapolation_lengths_name = "extrapolation_lengths";  // of its members
 constexpr const char* extrapolation_length_name = "extrapolation_length";
@@ -61,7 +59,7 @@ inline std::string side_name(Side side) {
 }
 inline std::string member_prefix(const Table& table, std::size_t member) {
     if (!table.has_family()) return "";
-    return (table.varies_parameters() ? "member_" : "mixture_") + std::to_string(member) + "/";
+    return "member_" + std::to_string(member) + "/";
 }
 
 /// Numbers of a block in `blocks`.

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Builds the installed example of a CMake project and looks up TABLE, packed, with it: the numbers of `stratus eval`.
+# Builds the installed example of a CMake project and looks up the table of RECIPE, packed, with it: the numbers of `stratus eval`.
 #
-#     example.sh PREFIX TABLE CXX
+#     example.sh PREFIX RECIPE CXX
 set -eu
-prefix=$1 table=$2 cxx=$3
+prefix=$1 recipe=$2 cxx=$3
 work=$prefix/../example
 rm -rf "$work"
 mkdir "$work"
@@ -11,7 +11,8 @@ cmake -S "$(find "$prefix" -path '*/stratus/examples/cmake')" -B "$work/build" -
     -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$cxx" >"$work/log"
 cmake --build "$work/build" >>"$work/log"
 
-"$prefix/bin/stratus" pack "$table" -o "$work/table.stratus" --quiet
+"$prefix/bin/stratus" bake "$recipe" -o "$work/table.h5" --accept --quiet
+"$prefix/bin/stratus" pack "$work/table.h5" -o "$work/table.stratus" --quiet
 "$work/build/look_up" "$work/table.stratus" >"$work/printed"
 cat >"$work/query.csv" <<'CSV'
 mu_in,mu_out,azimuth_deg,optical_depth,albedo

@@ -37,7 +37,7 @@ def check_with_h5py(path):
         file.id.links.iterate(made.append, idx_type=h5py.h5.INDEX_CRT_ORDER)
         assert [name.decode() for name in made] == AXES + ["diffusion_exponent"] + SAMPLES, made
         assert file.attrs["format"] == b"stratus-table", file.attrs["format"]
-        assert (file.attrs["format_major"], file.attrs["format_minor"]) == (1, 4)
+        assert file.attrs["format_version"] == 1 and "features" not in file.attrs
         assert len(file.attrs["moments"]) == 64
         for axis in AXES:
             assert h5py.h5ds.is_scale(file[axis].id), axis
@@ -74,7 +74,7 @@ def check_with_xarray(path):
 
 def check_mixtures(path):
     with h5py.File(path) as file:
-        assert (file.attrs["format_major"], file.attrs["format_minor"]) == (1, 4)
+        assert (file.attrs["features"], file.attrs["family"]) == (b"family", b"mixture")
         assert file.attrs["second_phase_function"].startswith(b"henyey_greenstein:g=0.33")
     with xarray.open_dataset(path, engine="h5netcdf") as table:
         assert list(table.sizes) == ["mixture"] + AXES, list(table.sizes)

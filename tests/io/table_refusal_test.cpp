@@ -195,33 +195,19 @@ TEST_P(BothFormats, RefuseOrIgnoreDamageToMixtures) {
     }
 }
 
-TEST_P(BothFormats, ReadANewerMinorVersion) {
-    write_changed(path, [](io::Metadata& metadata) {
-        metadata["format_minor"] = "9";
-        metadata["news"] = "kept as text";
-    });
+TEST_P(BothFormats, KeepAttributesThatTheyDoNotKnow) {
+    write_changed(path, [](io::Metadata& metadata) { metadata["news"] = "kept as text"; });
     Table expected = sample_table();
     expected.attributes["news"] = "kept as text";
     expect_same(read_table(path), expected);
 }
 
-TEST_P(BothFormats, RefuseSomeAzimuthsInVersionsThatHaveNone) {
-    const auto write_azimuths = [&](double min, double max, const char* minor) {
-        Table table = sample_table();
-        for (double& azimuth : table.azimuth.values) azimuth = min + (max - min) * azimuth / pi;
-        write_changed(
-            path, [&](io::Metadata& metadata) { metadata["format_minor"] = minor; }, table);
-    };
-    write_azimuths(0, 1, "3");
-    EXPECT_EQ(
-        refusal_of_reading(path),
-        path.string() + ": azimuth must span 0 to pi before format 1.4, got 0 to 1 in format 1.3");
-    write_azimuths(1, pi, "0");
-    EXPECT_NE(refusal_of_reading(path).find("got 1 to 3.14159"), std::string::npos);
-    write_azimuths(0, 1, "4");
-    EXPECT_EQ(read_table(path).azimuth.values.back(), 1);
-    write_azimuths(0, pi, "3");
-    EXPECT_EQ(read_table(path).azimuth.values.back(), pi);
+TEST_P(BothFormats, RefuseAFamilyThatTheFeaturesDoNotName) {
+    write_changed(
+        path, [](io::Metadata& metadata) { metadata.erase("features"); }, mixed_table());
+    EXPECT_EQ(refusal_of_reading(path),
+              path.string() +
+                  ": attribute features must be \"family\", as the other attributes say, got \"\"");
 }
 
 struct Change {
@@ -234,14 +220,16 @@ struct Change {
 std::ostream& operator<<(std::ostream& stream, const Change& row) { return stream << row.name; }
 
 const std::vector<Change> changes{
-    {"NewerMajor", "format_major", "5", "format 5.4 is newer than this program reads (1.x to 4.x)"},
-    {"OlderMajor", "format_major", "0",
-     "format 0.4 is not one that this program reads (1.x to 4.x)"},
-    {"NegativeMinor", "format_minor", "-1",
-     "format 1.-1 is not one that this program reads (1.x to 4.x)"},
+    {"NewerVersion", "format_version", "2", "attribute format_version must be 1, got 2"},
+    {"OlderVersion", "format_version", "0", "attribute format_version must be 1, got 0"},
+    {"UnknownFeature", "features", "polarisation",
+     "attribute features must be of family, stack, path_law, which this program knows, got "
+     "\"polarisation\""},
+    {"FeatureThatItHasNot", "features", "path_law",
+     "attribute features must be \"\", as the other attributes say, got \"path_law\""},
     {"ForeignFormat", "format", "nimbus", "is not a stratus-table file: its format is \"nimbus\""},
     {"NoFormat", "format", nullptr, "is not a stratus-table file: it has no attribute format"},
-    {"NoVersion", "format_major", nullptr, "attribute format_major is missing"},
+    {"NoVersion", "format_version", nullptr, "attribute format_version is missing"},
     {"NoTolerance", "tolerance", nullptr, "attribute tolerance is missing"},
     {"NegativeTolerance", "tolerance", "-1", "prepare: tolerance must be in [0, inf), got -1"},
     {"ToleranceNotANumber", "tolerance", "nan", "prepare: tolerance must be in [0, inf), got nan"},
@@ -258,7 +246,7 @@ const std::vector<Change> changes{
      "attribute below must be \"lambert surface\" or \"semi-infinite layer\", got \"swamp\""},
     {"LowerBoundaryWithoutAlbedo", "below", "lambert surface", "attribute below_albedo is missing"},
     {"SecondPhaseFunctionAlone", "second_phase_function", "rayleigh",
-     "attribute second_extrapolation_length is missing"},
+     "attribute second_phase_function needs mixture in attribute family"},
     {"NoSide", "datasets", "plane_albedo",
      "prepare: table must be given reflection_multiple or transmission_multiple, got neither"},
 };

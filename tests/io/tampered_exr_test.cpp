@@ -80,10 +80,10 @@ TEST_F(TamperedExr, RefusesOtherChannels) {
 }
 
 TEST_F(TamperedExr, RefusesDuplicateAttributes) {
-    const std::string twice = "stratus:format_major";
+    const std::string twice = "stratus:format_version";
     std::string doubled = whole;
-    doubled.replace(doubled.find("stratus:format_minor"), twice.size(), twice);
-    expect_refusal(doubled, "duplicate attribute \"stratus:format_major\"");
+    doubled.replace(doubled.find("stratus:measured_error"), twice.size(), twice);
+    expect_refusal(doubled, "duplicate attribute \"stratus:format_version\"");
 }
 
 TEST_F(TamperedExr, RefusesARenamedPart) {

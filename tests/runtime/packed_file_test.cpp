@@ -215,7 +215,6 @@ TEST(PackedFile, ReadsTheFirstVersion) {
     file.tensors_[path_sheet_name] = {TensorType::f32,
                                       {steps, count / steps / angles / 2, angles, 2},
                                       {first, first + count * sizeof(float)}};
-    file.strings_["format_version"] = "1";
     const PackedTable packed(file.bytes());
     for (const Geometry& at : {Geometry{0.9, 0.8, 0.1}, Geometry{0.4, 0.4, 3}}) {
         EXPECT_EQ(packed.reflection(0.95, 2, at).multiple,
@@ -244,19 +243,18 @@ Table of_two_levels() {
 TEST(PackedFile, SharesFunctionsAmongMembers) {
     Forged file(of_two_levels());
     for (const std::string side : {"reflection/", "transmission/"}) {
-        const std::string first = "mixture_0/" + side, second = "mixture_1/" + side;
+        const std::string first = "member_0/" + side, second = "member_1/" + side;
         ASSERT_EQ(file.tensors_.count(second + "functions"), 0u);
         ASSERT_EQ(file.tensors_.count(second + "functions_of"), 1u);
     }
     const PackedTable shared(file.bytes());
-    // As format 2 has them: each member with functions of its own.
+    // Each member with functions of its own.
     for (const std::string side : {"reflection/", "transmission/"}) {
-        const std::string first = "mixture_0/" + side, second = "mixture_1/" + side;
+        const std::string first = "member_0/" + side, second = "member_1/" + side;
         for (const char* const name : {"functions", "blocks", "block_of_cell"})
             file.tensors_[second + name] = file.tensors_.at(first + name);
         file.tensors_.erase(second + "functions_of");
     }
-    file.strings_["format_version"] = "2";
     const PackedTable separate(file.bytes());
     for (const double share : {0.0, 0.4, 1.0})
         for (const Geometry& at : {Geometry{0.9, 0.2, 1}, Geometry{0.3, 0.3, 3.1}}) {
@@ -275,21 +273,21 @@ TEST(PackedFile, SharesFunctionsAmongMembers) {
 TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
     for (const std::int32_t owner : {-1, 1, 2, INT32_MAX}) {
         Forged forged(of_two_levels());
-        forged.set("mixture_1/reflection/functions_of", 0, owner);
+        forged.set("member_1/reflection/functions_of", 0, owner);
         SCOPED_TRACE(owner);
-        expect_forgery_refused(forged, {"mixture_1/reflection/functions_of", "an earlier member"});
+        expect_forgery_refused(forged, {"member_1/reflection/functions_of", "an earlier member"});
     }
     Forged without(of_two_levels());
-    without.tensors_.erase("mixture_0/transmission/functions");
+    without.tensors_.erase("member_0/transmission/functions");
     expect_forgery_refused(without,
-                           {"mixture_1/transmission/functions_of", "functions of its own"});
+                           {"member_1/transmission/functions_of", "functions of its own"});
 }
 
 TEST(PackedFile, RefusesForgedStrings) {
     PackedTable{Forged().bytes()};
     const std::vector<std::pair<const char*, const char*>> rows{
         {"format", "another"},
-        {"format_version", "4"},
+        {"format_version", "3"},
         {"tolerance", "-1"},
         {"highest_order", "1.5"},
         {"extrapolation_length", "0"},

@@ -3,8 +3,8 @@
 //
 // Format name, version, every extent and checksum are checked, and samples must be finite. A
 // truncated, damaged or foreign file is refused with a reason. HDF5 files, however, are decoded by
-// the HDF5 library, which files made to harm can crash: read those of people whom you trust. Newer
-// minor versions are read, newer major ones refused. Writing is atomic (atomic_file.h).
+// the HDF5 library, which files made to harm can crash: read those of people whom you trust. Writing
+// is atomic (atomic_file.h).
 #pragma once
 
 #include <stratus/runtime/table.h>
@@ -17,22 +17,12 @@
 namespace stratus {
 
 constexpr const char* table_format_name = "stratus-table";
-constexpr int table_format_major = 1;
-constexpr int table_format_minor = 4;
-constexpr int table_format_major_of_path_law = 2;  // of files whose samples leave that to lookups
-constexpr int table_format_minor_of_path_law = 2;
-constexpr int table_format_major_of_stack = 3;  // of files whose material is a stack of layers
-constexpr int table_format_minor_of_stack = 0;
-constexpr int table_format_major_of_family = 4;  // of families but mixtures, path law or not
-constexpr int table_format_minor_of_family = 0;
+constexpr int table_format_version = 1;
 
 struct ReadOptions {
     /// Limit in bytes for the file, its samples and, of OpenEXR files, the buffers to inflate them;
     /// 0: half of the machine's memory.
     std::uintmax_t max_memory = 0;
-    /// Receives notes for the user, each naming the file: that it is of a newer minor version,
-    /// whose additions are ignored.
-    std::vector<std::string>* notes = nullptr;
     /// Reads a table that was changed since its checksums were written; `write_table` writes new
     /// ones.
     bool ignore_checksums = false;

@@ -242,9 +242,7 @@ def load(path: str | os.PathLike[str]) -> Table:
     """
     name = os.fspath(path)
     with errors_of(name):
-        own, notes = _stratus.read_table(name)
-    warn_of(notes)
-    return Table(own)
+        return Table(_stratus.read_table(name))
 
 
 def bake(

@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* key_attribute = "cache_key";
 constexpr const char* ending = packed_ending;
-constexpr const char* former_ending = ".h5";  // of files that this version does not read
 
 /// FNV-1a.
 std::string hash_of(const std::string& text) {
@@ -74,7 +73,7 @@ std::string key_of(const Recipe& recipe) { return name_of(recipe) + "\n" + kind_
 
 /// The fields of a file's name; empty: of none of ours.
 std::vector<std::string> fields_of(const fs::path& path) {
-    if (path.extension() != ending && path.extension() != former_ending) return {};
+    if (path.extension() != ending) return {};
     const std::string stem = path.stem().string();
     std::vector<std::string> fields;
     std::size_t start = 0;

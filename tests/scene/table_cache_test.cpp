@@ -154,23 +154,6 @@ TEST(TableCache, RemovesWhatWasLongestUnused) {
     EXPECT_TRUE(fs::exists(foreign));
 }
 
-TEST(TableCache, RemovesFilesOfFormerVersions) {
-    const test::TemporaryFolder folder;
-    const fs::path former =
-                       folder.path() / "0123456789abcdef_rt_0.5_0.5_0.1_0.1_1_1_0_1_0_1_0_180.h5",
-                   foreign = folder.path() / "saturn_rings.h5";
-    for (const fs::path& file : {former, foreign}) {
-        std::ofstream(file) << std::string(1000000, 'x');
-        fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(1));
-    }
-    TableCache cache(folder.path(), 1000000);
-    const Recipe recipe = quick_recipe(0.1);
-    cache.keep(recipe, bake(recipe));
-    EXPECT_FALSE(fs::exists(former));
-    EXPECT_TRUE(fs::exists(foreign));
-    EXPECT_TRUE(cache.find(recipe));
-}
-
 TEST(TableCache, GoesOnWithoutAFolder) {
     const test::TemporaryFolder folder;
     std::ofstream(folder.path() / "file") << "in the way";

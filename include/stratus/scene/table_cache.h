@@ -4,7 +4,7 @@
 // the program's version and the format's) and by what may be wider than asked: sides and ranges. It
 // says both in full in its attribute `cache_key`. A file that is damaged, foreign, or of another
 // program is passed over, and replaced by the next table of its name. Each use makes a file the
-// youngest; beyond the limit the oldest are removed, the .h5 files of former versions like others.
+// youngest; beyond the limit the oldest are removed.
 #pragma once
 
 #include <stratus/bake/recipe.h>

@@ -162,11 +162,8 @@ class TableSolver {
         table_.extrapolation_length =
             extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
         table_.family = family_axes(recipe_);
-        if (mixture_of(recipe_) != nullptr) {
+        if (mixture_of(recipe_) != nullptr)
             table_.second_phase_function = recipe_.second_phase_function;
-            table_.second_extrapolation_length =
-                extrapolation_length(recipe_.second_phase_function, recipe_.lower_boundary);
-        }
         table_.albedo = albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale);
         table_.optical_depth = optical_depth_axis(recipe_.optical_depth,
                                                   std::max(1, d.optical_depth_samples_per_octave),

@@ -28,7 +28,7 @@ struct MetadataField {
     EntryType type;
 };
 
-constexpr std::array<MetadataField, 23> metadata_fields{{
+constexpr std::array<MetadataField, 22> metadata_fields{{
     {"format", EntryType::text},
     {"format_version", EntryType::integer},
     {"features", EntryType::text},
@@ -48,7 +48,6 @@ constexpr std::array<MetadataField, 23> metadata_fields{{
     {"asymmetry", EntryType::number},
     {"path_law", EntryType::numbers},
     {"extrapolation_length", EntryType::number},
-    {"second_extrapolation_length", EntryType::number},
     {"tolerance", EntryType::number},
     {"measured_error", EntryType::number},
     {"highest_order", EntryType::integer},
@@ -204,11 +203,9 @@ void add_family(const Table& table, Metadata& metadata) {
     std::vector<std::string> names;
     for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
     metadata["family"] = joined(names, " ");
-    if (table.varies_parameters())
-        metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
-    if (!mixes_two(table.family)) return;
-    metadata["second_phase_function"] = table.second_phase_function.text();
-    metadata["second_extrapolation_length"] = shortest_text(table.second_extrapolation_length);
+    metadata["extrapolation_lengths"] = to_text(table.extrapolation_lengths);
+    if (mixes_two(table.family))
+        metadata["second_phase_function"] = table.second_phase_function.text();
 }
 
 void read_family(const Metadata& metadata, Table& table) {
@@ -221,19 +218,15 @@ void read_family(const Metadata& metadata, Table& table) {
                                      joined(parameter_names()) + ", got " + shown(name));
         table.family.push_back({*parameter, {parameter_scale(*parameter), {}}, false});
     }
-    if (table.varies_parameters())
+    if (table.has_family())
         table.extrapolation_lengths =
             to_numbers("extrapolation_lengths", entry(metadata, "extrapolation_lengths"));
-    if (!mixes_two(table.family)) {
-        if (metadata.contains("second_phase_function"))
-            throw std::runtime_error(
-                "attribute second_phase_function needs mixture in attribute family");
-        return;
-    }
-    table.second_phase_function =
-        read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
-    table.second_extrapolation_length =
-        to_number("second_extrapolation_length", entry(metadata, "second_extrapolation_length"));
+    if (mixes_two(table.family))
+        table.second_phase_function =
+            read_phase_function("second_phase_function", entry(metadata, "second_phase_function"));
+    else if (metadata.contains("second_phase_function"))
+        throw std::runtime_error(
+            "attribute second_phase_function needs mixture in attribute family");
 }
 
 /// With the path law all moments that matter to it: readers sum its orders.

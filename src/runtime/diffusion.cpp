@@ -19,10 +19,6 @@ double fall(int passes, double tau, double k, double q) noexcept {
 
 }  // namespace
 
-double mixed_extrapolation_length(double first, double second, double mixture) noexcept {
-    return 1 / (mixture / first + (1 - mixture) / second);
-}
-
 double transmission_scale(double optical_depth, double diffusion_exponent,
                           double extrapolation_length) noexcept {
     return fall(1, optical_depth, diffusion_exponent, extrapolation_length);

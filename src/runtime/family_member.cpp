@@ -62,9 +62,6 @@ MemberShares shares_of_fall(const Table& table, const FamilyStencil& around,
 }
 
 double length_at(const Table& table, const TableView& view) {
-    if (is_mixture(table.family))
-        return mixed_extrapolation_length(table.extrapolation_length,
-                                          table.second_extrapolation_length, view.chosen_mixture);
     return joined_members(table.extrapolation_lengths, table.member_count(), view.members,
                           same_shares(view.members))[0];
 }
@@ -105,7 +102,6 @@ Table table_at(const Table& table, const FamilyPoint& point) {
     one.second_phase_function = {};
     one.path_law = view.own_path_law;
     one.extrapolation_length = length_at(table, view);
-    one.second_extrapolation_length = 1;
     for_each_of_members(
         [&](auto& numbers, const auto& of_all) {
             const void* const which = &of_all;

@@ -332,18 +332,14 @@ void add_family(TensorWriter& file, const Table& table) {
                                           ? discrete_scale_name
                                           : axis_scale_name(of_family.axis.scale));
     }
-    if (mixes_two(table.family)) {
-        file.set(second_phase_function_name, table.second_phase_function.text());
-        file.set(second_extrapolation_length_name,
-                 shortest_text(table.second_extrapolation_length));
-    }
     if (!table.has_family()) return;
     std::vector<std::string> names;
     for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
     file.set(family_name, joined(names, " "));
-    if (!table.varies_parameters()) return;
-    if (table.path_law) file.set(family_path_law_name, "1");
     file.add(extrapolation_lengths_name, {table.member_count()}, table.extrapolation_lengths);
+    if (mixes_two(table.family))
+        file.set(second_phase_function_name, table.second_phase_function.text());
+    if (table.path_law) file.set(family_path_law_name, "1");
 }
 
 void add_header(TensorWriter& file, const Table& table) {

@@ -122,9 +122,8 @@ void read_family(const TensorFile& file, Table& table) {
             {*parameter, {scale, copied(file.numbers<double>(name, 1))}, is_discrete});
         if (*parameter != PhaseParameter::mixture) continue;
         table.second_phase_function = phase_function(file, second_phase_function_name);
-        table.second_extrapolation_length = number(file, second_extrapolation_length_name);
     }
-    if (table.varies_parameters())
+    if (table.has_family())
         table.extrapolation_lengths = copied(file.numbers<double>(extrapolation_lengths_name, 1));
 }
 
@@ -211,7 +210,6 @@ bool is_reserved(const std::string& name) {
                                                 path_offset_name,
                                                 extrapolation_length_name,
                                                 path_deepest_name,
-                                                second_extrapolation_length_name,
                                                 layer_phase_functions_name,
                                                 spherical_albedo_below_name};
     if (std::find(fixed.begin(), fixed.end(), name) != fixed.end()) return true;

@@ -111,10 +111,8 @@ void check_numbers(const Table& table) {
     for (const double exponent : table.diffusion_exponent)
         require(exponent >= 0 && exponent <= 1e3, caller, "diffusion_exponent", "in [0, 1000]",
                 exponent);
-    for (const auto& [name, length] :
-         {std::pair("extrapolation_length", table.extrapolation_length),
-          std::pair("second_extrapolation_length", table.second_extrapolation_length)})
-        require(length > 0 && length < infinity, caller, name, "in (0, inf)", length);
+    require(table.extrapolation_length > 0 && table.extrapolation_length < infinity, caller,
+            "extrapolation_length", "in (0, inf)", table.extrapolation_length);
     require(table.tolerance >= 0 && table.tolerance < infinity, caller, "tolerance", "in [0, inf)",
             table.tolerance);
     require(table.measured_error >= 0 && table.measured_error < infinity, caller, "measured_error",
@@ -149,22 +147,8 @@ void check_boundary(const Table& table) {
 /// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
 float inverse_scale(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
 
-/// Extrapolation lengths of the members, where they follow from those of one or two phase functions.
-void work_out_lengths(Table& table) {
-    std::vector<double>& lengths = table.extrapolation_lengths;
-    if (!table.has_family()) {
-        lengths = {table.extrapolation_length};
-    } else if (is_mixture(table.family)) {
-        lengths.clear();
-        for (const double share : table.family[0].axis.values)
-            lengths.push_back(mixed_extrapolation_length(table.extrapolation_length,
-                                                         table.second_extrapolation_length, share));
-    }
-}
-
-/// Those of other families are given.
 void check_lengths(const Table& table) {
-    if (!table.varies_parameters()) return;
+    if (!table.has_family()) return;
     const std::vector<double>& lengths = table.extrapolation_lengths;
     require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
             "as many as members, " + std::to_string(table.member_count()), lengths.size());
@@ -327,13 +311,13 @@ void check(const Table& table) {
 
 void prepare_header(Table& table) {
     check_header(table);
-    work_out_lengths(table);
+    if (!table.has_family()) table.extrapolation_lengths = {table.extrapolation_length};
     work_out_weights(table);
 }
 
 void prepare(Table& table) {
     check(table);
-    work_out_lengths(table);
+    if (!table.has_family()) table.extrapolation_lengths = {table.extrapolation_length};
     work_out_weights(table);
     table.phase_curve = PhaseCurve(table.phase_function);
 }
@@ -352,7 +336,6 @@ Table table_of_member(const Table& table, std::size_t member) {
     one.second_phase_function = {};
     one.path_law = view.own_path_law;
     one.extrapolation_length = table.extrapolation_lengths[member];
-    one.second_extrapolation_length = 1;
     for_each_of_members(
         [&](auto& numbers) {
             const std::size_t size = numbers.size() / table.member_count();

@@ -129,8 +129,7 @@ class Table:
         if "mixture" not in self.data:
             return self.of_mixture(side, row, (), q1)[0]
         total, (samples, weights) = 0, self.stencil("mixture", row["mixture"])
-        shares = self.data["mixture"][samples]
-        lengths = 1 / (shares / q1 + (1 - shares) / self.attribute["second_extrapolation_length"])
+        lengths = self.attribute["extrapolation_lengths"][samples]
         found = [self.of_mixture(side, row, (m,), q) for m, q in zip(samples, lengths)]
         mixed = sum(c * k for c, (_, k, _) in zip(weights, found))
         for c, (value, k, tau) in zip(weights, found):

@@ -46,7 +46,8 @@ inline Table sample_table(const Shape& shape = {}) {
         table.family = {{PhaseParameter::mixture, {}, false}};
         sample_axis(table.family[0].axis, 0.125, 1, shape.mixtures);
         table.second_phase_function = PhaseFunction::henyey_greenstein(1.0 / 3);
-        table.second_extrapolation_length = 0.7 + 0.1;
+        for (int m = 0; m < shape.mixtures; ++m)
+            table.extrapolation_lengths.push_back(0.8 + m / 7.0);
     }
 
     std::mt19937 random(1982);

@@ -165,7 +165,6 @@ void take_family(Table& table, std::vector<FamilyAxis> axes) {
 void make_lobes(Table& table) {
     table.phase_function = PhaseFunction::henyey_greenstein(0.5);
     table.second_phase_function = {};
-    table.second_extrapolation_length = 1;
     take_family(table, {{PhaseParameter::g,
                          make_axis(AxisScale::logarithm_of_complement, -0.2, 0.7, 6), false}});
 }

@@ -95,7 +95,7 @@ inline Table mixed(const Table& first, const Table& second) {
     table.phase_function = first.phase_function;
     table.second_phase_function = second.phase_function;
     table.extrapolation_length = first.extrapolation_length;
-    table.second_extrapolation_length = second.extrapolation_length;
+    table.extrapolation_lengths = {second.extrapolation_length, first.extrapolation_length};
     set_mixture(table, make_axis(AxisScale::linear, 0, 1, 2));
     for_each_of_members(
         [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,

@@ -51,7 +51,6 @@ inline void expect_same_bits(const Table& a, const Table& b) {
     expect_same_bits(a.spherical_albedo, b.spherical_albedo, "spherical_albedo");
     expect_same_bits(a.diffusion_exponent, b.diffusion_exponent, "diffusion_exponent");
     EXPECT_EQ(a.extrapolation_length, b.extrapolation_length);
-    EXPECT_EQ(a.second_extrapolation_length, b.second_extrapolation_length);
     EXPECT_EQ(a.measured_error, b.measured_error);
 }
 

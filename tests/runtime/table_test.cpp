@@ -180,11 +180,23 @@ INSTANTIATE_TEST_SUITE_P(
                 },
                 {"mixture", "two samples", "got 1"}},
         Refused{"WithoutSamplesOfTheirOwn",
-                [](Table& t) { set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2)); },
+                [](Table& t) {
+                    set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
+                    t.extrapolation_lengths = {1, 2};
+                },
                 {"length of plane_albedo", "60", "got 30"}},
-        Refused{"WithoutASecondLength",
-                [](Table& t) { t.second_extrapolation_length = 0; },
-                {"second_extrapolation_length", "(0, inf)", "got 0"}}),
+        Refused{"WithoutALengthOfEachMember",
+                [](Table& t) {
+                    set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
+                    t.extrapolation_lengths = {1};
+                },
+                {"extrapolation_lengths", "as many as members, 2", "got 1"}},
+        Refused{"WithALengthOfZero",
+                [](Table& t) {
+                    set_mixture(t, make_axis(AxisScale::linear, 0, 1, 2));
+                    t.extrapolation_lengths = {1, 0};
+                },
+                {"extrapolation_lengths", "(0, inf)", "got 0"}}),
     [](const auto& row) { return row.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(

@@ -9,10 +9,6 @@
 
 namespace stratus {
 
-/// q of a mixture of two kinds of scattering, `mixture` the share of the first: 1 / q is in
-/// proportion to 1 - g, and g mixes linearly.
-double mixed_extrapolation_length(double first, double second, double mixture) noexcept;
-
 /// How transmission falls with depth: sinh(k q) / sinh(k (tau + q)), at k = 0 q / (tau + q); 1 at
 /// depth 0, 0 at infinity.
 double transmission_scale(double optical_depth, double diffusion_exponent,

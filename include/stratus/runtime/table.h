@@ -166,8 +166,7 @@ struct Table {
 
     std::vector<double> diffusion_exponent;  // over albedo
     double extrapolation_length = 1;         // optical depth
-    double second_extrapolation_length = 1;  // of the second phase function alone
-    // Over members; of one axis `mixture`, and without a family, `prepare` works them out.
+    // Over members; without a family `prepare` works them out.
     std::vector<double> extrapolation_lengths;
 
     double tolerance = 0;       // relative error asked for at the bake

@@ -11,6 +11,7 @@
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
 #include <stratus/runtime/argument.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "allowed.h"
 #include "commands.h"
@@ -21,6 +22,7 @@
 #include "started_ranks.h"
 #include "stop_on_signal.h"
 #include "sweep.h"
+#include "table_option.h"
 
 #include <algorithm>
 #include <atomic>
@@ -103,13 +105,15 @@ Table bake_on_unless_stopped(const Recipe& recipe, BakeOptions options, Checkpoi
 }
 
 /// Writes all files of a table, compressed at the same time; with ranks, by all of them.
-void write_files(const Table& table, const BakeCommand& command, const SampleFiles* samples,
-                 Ranks* ranks) {
+void write_files(const Table& table, const std::vector<char>& packed, const BakeCommand& command,
+                 const SampleFiles* samples, Ranks* ranks) {
     std::future<void> picture;
     if (!command.exr.empty())
         picture = std::async(std::launch::async,
                              [&] { write_table(table, command.exr, command.threads); });
-    if (ranks)
+    if (is_packed(command.output))
+        write_content_atomically(command.output, packed);
+    else if (ranks)
         write_on_ranks(table, command.output, *ranks, command.threads, samples);
     else
         write_table(table, command.output, WriteOptions{command.threads, {}, samples});
@@ -165,8 +169,8 @@ void note_tallies(const std::vector<RankTally>& tallies, Progress& progress) {
 }
 
 void bake_to_file(const BakeCommand& command, const RankZero* of) {
-    require_writable("bake", "--output", command.output, ".h5");
-    if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, ".exr");
+    require_writable("bake", "--output", command.output, {packed_ending, ".h5"});
+    if (!command.exr.empty()) require_writable("bake", "--exr", command.exr, {".exr"});
     require_different_files("bake", command.recipe, command.output);
     require_different_files("bake", command.recipe, command.exr);
     std::vector<std::string> notes;
@@ -179,7 +183,11 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     std::string missed;
     options.missed = [&](const std::string& sentence) { missed = sentence; };
     std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());
-    if (command.exr.empty()) options.samples = &*samples;  // pictures are made in memory
+    std::vector<char> packed;
+    if (is_packed(command.output))
+        options.packed = &packed;
+    else if (command.exr.empty())  // pictures are made in memory
+        options.samples = &*samples;
     const std::string kept_in = checkpoint_path(command);
     const std::unique_ptr<Checkpoint> checkpoint = open_checkpoint(command, recipe, progress);
     if (of) {
@@ -191,7 +199,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     if (of) of->is_writing = true;
     const SignalsHeld held;
     try {
-        write_files(table, command, samples->has_room() ? &*samples : nullptr,
+        write_files(table, packed, command, samples->has_room() ? &*samples : nullptr,
                     of ? &of->ranks : nullptr);
     } catch (const std::runtime_error& error) {
         if (checkpoint->pieces() == 0) throw;
@@ -223,7 +231,7 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     options.threads = command.threads;
     options.log.ranks = &ranks;
     bake(read_recipe(command.recipe), options);
-    help_write(ranks, command.threads);
+    if (!is_packed(command.output)) help_write(ranks, command.threads);
     ranks.finish();
 }
 
@@ -277,9 +285,10 @@ void add_bake(CLI::App& app) {
     auto command = std::make_shared<BakeCommand>();
     CLI::App* bake = app.add_subcommand("bake", "Bake a table from a recipe");
     bake->add_option("RECIPE", command->recipe, "Recipe, .toml")->required();
-    const CLI::Option* const output =
-        bake->add_option("-o,--output", command->output,
-                         "Table to write, .h5, or folder of a sweep's tables; required to bake");
+    const CLI::Option* const output = bake->add_option(
+        "-o,--output", command->output,
+        "Table to write: .stratus, packed, which lookups and renderers read, or .h5 with all "
+        "samples; folder of a sweep's tables; required to bake");
     CLI::Option* const dry_run = bake->add_flag(
         "--dry-run", command->dry_run,
         "Only choose the discretisation, and print it with the table's size, the time that solving "
@@ -326,8 +335,9 @@ void add_bake(CLI::App& app) {
         "tables/stacks/haze_over_cloud.toml.\n"
         "A recipe with a second_phase_function bakes both in any mixture, of which lookups choose "
         "one.\n"
-        "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr "
-        "saturn_rings.exr\n  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
+        "Example:\n  stratus bake tables/saturn_rings.toml -o saturn_rings.stratus\n"
+        "  stratus bake tables/saturn_rings.toml -o saturn_rings.h5 --exr saturn_rings.exr\n"
+        "  stratus bake tables/saturn_rings.toml --sweep sweep.csv -o rings");
     bake->callback([command, output] {
         if (!command->dry_run && output->count() == 0) throw CLI::RequiredError("--output");
         run_bake(*command);

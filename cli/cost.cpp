@@ -205,7 +205,7 @@ PlotPanel panel_along(const CostStudy& study, PhaseParameter parameter) {
 
 void run_cost(const CostCommand& command) {
     require_writable_answer("cost", command.output);
-    if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, ".svg");
+    if (!command.svg.empty()) require_writable("cost", "--svg", command.svg, {".svg"});
     for (const std::string& written : {command.output, command.svg})
         require_different_files("cost", command.recipe, written);
     if (!command.svg.empty() && command.svg == command.output)

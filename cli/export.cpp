@@ -128,7 +128,7 @@ Material read_material(const ExportCommand& command, std::vector<std::string>& n
 void run_export(ExportCommand command) {
     const MaterialFormat format = format_of(command.format);
     require_writable("export", "--output", command.output,
-                     endings[static_cast<std::size_t>(format)]);
+                     {endings[static_cast<std::size_t>(format)]});
     const std::filesystem::path json =
         std::filesystem::path(command.output).replace_extension(".json");
     if (format == MaterialFormat::exr_atlas) require_writable("export", "--output", json);

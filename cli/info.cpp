@@ -186,7 +186,7 @@ void draw_picture(const Table& table, const InfoOptions& options) {
 void run_info(const InfoOptions& options) {
     if (!options.picture.empty()) {
         require_different_files("info", options.table, options.picture);
-        require_writable("info", "--picture", options.picture, ".png");
+        require_writable("info", "--picture", options.picture, {".png"});
     }
     const Table table = read_any_table(options.table, options.reading);
     if (!options.picture.empty()) draw_picture(table, options);

@@ -25,25 +25,16 @@ struct PackOptions {
     bool quiet = false;
 };
 
-void require_ending(const std::string& output) {
-    if (std::filesystem::path(output).extension() == packed_ending) return;
-    throw std::invalid_argument(std::string("pack: --output must end in ") + packed_ending +
-                                ", got " + output);
-}
-
 void run_pack(const PackOptions& options) {
-    require_ending(options.output);
-    require_writable("pack", "--output", options.output);
+    require_writable("pack", "--output", options.output, {packed_ending});
     require_different_files("pack", options.input, options.output);
-    if (std::filesystem::path(options.input).extension() == packed_ending)
+    if (is_packed(options.input))
         throw std::invalid_argument("pack: TABLE must end in .h5 or .exr, got " + options.input);
     const Table table = read_any_table(options.input, options.reading);
     const std::vector<char> packed = pack(table);
     {
         const SignalsHeld held;
-        write_atomically(options.output, [&](const std::filesystem::path& temporary) {
-            write_content(temporary, packed);
-        });
+        write_content_atomically(options.output, packed);
     }
     if (options.quiet) return;
     const double samples = 4.0 * static_cast<double>(table.reflection_multiple.size() +

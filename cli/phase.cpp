@@ -111,7 +111,7 @@ LinePlot plot_of(const PhaseFunctions& functions) {
 
 void run_phase(const PhaseCommand& command) {
     require_writable_answer("phase", command.output);
-    if (!command.svg.empty()) require_writable("phase", "--svg", command.svg, ".svg");
+    if (!command.svg.empty()) require_writable("phase", "--svg", command.svg, {".svg"});
     std::vector<std::string> notes;
     PhaseFunctions functions;
     for (const std::string& text : command.texts)

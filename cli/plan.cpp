@@ -222,8 +222,7 @@ std::string coloured_path(const std::filesystem::path& path, std::size_t channel
 
 void write_recipe(const std::string& recipe, const std::string& path) {
     const SignalsHeld held;
-    write_atomically(
-        path, [&](const std::filesystem::path& temporary) { write_content(temporary, recipe); });
+    write_content_atomically(path, recipe);
 }
 
 void run_plan(const PlanCommand& command) {

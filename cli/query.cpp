@@ -122,9 +122,7 @@ void write_answer(const std::filesystem::path& path,
     write(answer);
     if (takes_what_comes(path)) return append(path, answer.str());
     const SignalsHeld held;
-    write_atomically(path, [&](const std::filesystem::path& temporary) {
-        write_content(temporary, answer.view());
-    });
+    write_content_atomically(path, answer.view());
 }
 
 void require_different_files(const std::string& command, const std::filesystem::path& input,
@@ -136,12 +134,12 @@ void require_different_files(const std::string& command, const std::filesystem::
 }
 
 void require_writable(const std::string& command, const std::string& option,
-                      const std::filesystem::path& path, const std::string& ending) {
+                      const std::filesystem::path& path, const std::vector<std::string>& endings) {
     const auto refuse = [&](const std::string& allowed, const std::string& met) {
         throw std::invalid_argument(command + ": " + option + " must " + allowed + ", got " + met);
     };
-    if (!ending.empty() && path.extension() != ending)
-        refuse("end in " + ending, path.empty() ? "nothing" : path.string());
+    if (!endings.empty() && std::ranges::find(endings, path.extension().string()) == endings.end())
+        refuse("end in " + joined(endings, " or "), path.empty() ? "nothing" : path.string());
     if (std::filesystem::is_directory(path)) refuse("be a file", "the folder " + path.string());
     if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
         refuse("be a file", "the device " + path.string());

@@ -46,7 +46,8 @@ void require_different_files(const std::string& command, const std::filesystem::
 ///
 /// Errors   std::invalid_argument naming command and option; std::runtime_error for its folder.
 void require_writable(const std::string& command, const std::string& option,
-                      const std::filesystem::path& path, const std::string& ending = "");
+                      const std::filesystem::path& path,
+                      const std::vector<std::string>& endings = {});
 
 /// The same for the file of an answer, which may be what write_answer adds to.
 void require_writable_answer(const std::string& command, const std::filesystem::path& path);

@@ -44,11 +44,7 @@ struct RenderCommand {
 
 void check_outputs(const RenderCommand& command) {
     for (const std::string& output : command.outputs) {
-        const std::string ending = std::filesystem::path(output).extension().string();
-        if (ending != ".png" && ending != ".exr" && ending != ".svg")
-            throw std::invalid_argument("render: --output must end in .png, .exr or .svg, got " +
-                                        output);
-        require_writable("render", "--output", output);
+        require_writable("render", "--output", output, {".png", ".exr", ".svg"});
         require_different_files("render", command.scene, output);
         for (const std::string& table : command.tables)
             require_different_files("render", table, output);

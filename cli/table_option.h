@@ -24,9 +24,13 @@ inline void add_max_memory(CLI::App& command, ReadOptions& options) {
         ->check(whole_number(1, 1LL << 40));
 }
 
+inline bool is_packed(const std::filesystem::path& path) {
+    return path.extension() == packed_ending;
+}
+
 /// Reads a table, packed or not.
 inline Table read_any_table(const std::filesystem::path& path, const ReadOptions& options) {
-    if (path.extension() == packed_ending) return PackedTable(path.string()).unpacked();
+    if (is_packed(path)) return PackedTable(path.string()).unpacked();
     return read_table(path, options);
 }
 
@@ -40,7 +44,7 @@ inline void require_table_ending(const char* command, const char* argument,
 
 /// A table ready for lookups: a packed one mapped, another one read and packed.
 inline PackedTable read_packed_table(const std::string& path, const ReadOptions& options) {
-    if (std::filesystem::path(path).extension() == packed_ending) return PackedTable(path);
+    if (is_packed(path)) return PackedTable(path);
     return PackedTable(pack(read_any_table(path, options)));
 }
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -88,9 +89,12 @@ void print_worst(const Verification& verification, const std::vector<FamilyAxis>
 }
 
 void run_verify(const VerifyCommand& command) {
-    const Table table = read_any_table(command.table, command.reading);
+    std::optional<PackedTable> packed;
+    if (is_packed(command.table)) packed.emplace(command.table);
+    const Table table = packed ? packed->header() : read_table(command.table, command.reading);
     Progress progress(command.quiet);
     VerifyOptions options = command.options;
+    if (packed) options.packed = &*packed;
     options.progress = [&](double done) { progress.show(done, "verifying"); };
     Verification verification = verify(table, options);
 

@@ -26,17 +26,13 @@ struct ViewOptions {
 };
 
 void run_view(const ViewOptions& options) {
-    if (std::filesystem::path(options.output).extension() != ".html")
-        throw std::invalid_argument("view: --output must end in .html, got " + options.output);
-    require_writable("view", "--output", options.output);
+    require_writable("view", "--output", options.output, {".html"});
     require_different_files("view", options.table, options.output);
     const std::string page =
         view_page(read_member("view", options.table, options.reading, options.at));
     {
         const SignalsHeld held;
-        write_atomically(options.output, [&](const std::filesystem::path& temporary) {
-            write_content(temporary, page);
-        });
+        write_content_atomically(options.output, page);
     }
     if (!options.quiet)
         std::cerr << "stratus: " << options.output << ": "

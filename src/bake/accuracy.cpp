@@ -4,6 +4,7 @@
 #include <stratus/io/sample_files.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/packed_table.h>
 #include <stratus/runtime/slice.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/stack.h>
@@ -44,8 +45,8 @@ double floor_of(const LayerSolution& solution, Values values) {
     return std::max(0.01 * max, min_value);
 }
 
-PointRange range_of(const Table& table) {
-    const TableView view = table.view();
+/// Of a view of the table.
+PointRange range_of(const Table& table, const TableView& view) {
     return {view.albedo,
             view.optical_depth,
             view.mu_in,
@@ -144,19 +145,22 @@ double energy_defect(const Table& table) {
     return worst;
 }
 
-/// Of a table whose samples may be in files.
-TableView view_of(const Table& table, const SampleFiles* files) {
+/// Of a table that is packed, or whose samples may be in files.
+TableView view_of(const Table& table, const VerifyOptions& options) {
+    if (options.packed) return options.packed->view();
     TableView view = table.view();
-    if (files == nullptr) return view;
-    if (view.has_reflection()) view.reflection_multiple = files->samples(Side::reflection).data();
+    if (options.files == nullptr) return view;
+    if (view.has_reflection())
+        view.reflection_multiple = options.files->samples(Side::reflection).data();
     if (view.has_transmission())
-        view.transmission_multiple = files->samples(Side::transmission).data();
+        view.transmission_multiple = options.files->samples(Side::transmission).data();
     return view;
 }
 
 /// The furnace_defect of a Verification, of one member.
-double furnace_defect(const Table& table, std::size_t member, const SampleFiles* files) {
-    const TableView view = view_of(table, files).at(member_at(table.family, member));
+double furnace_defect(const Table& table, std::size_t member, const VerifyOptions& options) {
+    const TableView all = view_of(table, options);
+    const TableView view = all.at(member_at(table.family, member));
     if (!view.has_reflection() || table.plane_albedo.empty() || !view.has_all_directions())
         return -1;
     const Directions outgoing = gauss_directions(48, NodeMap::grazing);
@@ -167,7 +171,7 @@ double furnace_defect(const Table& table, std::size_t member, const SampleFiles*
     const std::size_t first_albedo = member * table.albedo.values.size();
     for (std::size_t w : {std::size_t{0}, table.albedo.values.size() - 1})
         for (std::size_t d = 0; d < depths; d += std::max<std::size_t>(1, depths / 6)) {
-            if (files) files->release();
+            if (options.files) options.files->release();
             for (std::size_t i = 0; i < mus; i += std::max<std::size_t>(1, mus / 4)) {
                 const double mu_in = table.mu_in.values[i];
                 if (mu_in < 0.1) continue;
@@ -275,10 +279,11 @@ Verification verify(const Table& table, const VerifyOptions& options) {
     solver.exact_fluxes = false;
     solver.mode_tolerance = 1e-3 * table.tolerance;
 
+    const TableView view = view_of(table, options);
     std::vector<ErrorSample> all =
-        solve_random_points(table.phase_function, range_of(table), solver, options);
+        solve_random_points(table.phase_function, range_of(table, view), solver, options);
     if (!is_first_rank(options.log)) return result;
-    look_up_by_few(view_of(table, options.files), all, options);
+    look_up_by_few(view, all, options);
     error_quantile(all, 1);  // sorts
     for (const ErrorSample& sample : all)
         (sample.kind == PointKind::even      ? result.samples
@@ -287,10 +292,10 @@ Verification verify(const Table& table, const VerifyOptions& options) {
             .push_back(sample);
     if (!options.fluxes) return result;
     result.energy_defect = energy_defect(table);
-    result.furnace_defect = furnace_defect(table, 0, options.files);
+    result.furnace_defect = furnace_defect(table, 0, options);
     if (table.has_family())
-        result.furnace_defect = std::max(
-            result.furnace_defect, furnace_defect(table, table.member_count() - 1, options.files));
+        result.furnace_defect = std::max(result.furnace_defect,
+                                         furnace_defect(table, table.member_count() - 1, options));
     return result;
 }
 

@@ -5,12 +5,14 @@
 #include <stratus/io/sample_files.h>
 #include <stratus/runtime/instruction_set.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/packed_table.h>
 
 #include "forecast.h"
 #include "piece_of_work.h"
 #include "resolve.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -125,6 +127,11 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     check.log = part_of(options.log, "check");
     if (options.samples && options.samples->has_room()) check.files = options.samples;
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
+    std::optional<PackedTable> packed;
+    if (options.packed) {
+        *options.packed = pack(table);
+        check.packed = &packed.emplace(*options.packed);
+    }
     Verification verification = verify(table, check);
     attempt.met = verification.meets(margin * recipe.tolerance);
     attempt.missed = !verification.meets(recipe.tolerance);
@@ -150,6 +157,7 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
             options.note("near forward 99 % within " + forward + ", at grazing " +
                          (table.path_law ? "angles (not judged)" : "pairs") + " within " + grazing);
     }
+    if (options.packed) *options.packed = restated(*options.packed, table);
     return attempt;
 }
 

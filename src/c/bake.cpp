@@ -48,12 +48,6 @@ const Table& samples_of(const stratus_table* table, const char* function) {
     return *samples;
 }
 
-void write_packed(const Table& table, const std::filesystem::path& path) {
-    const std::vector<char> bytes = pack(table);
-    write_atomically(
-        path, [&](const std::filesystem::path& temporary) { write_content(temporary, bytes); });
-}
-
 }  // namespace
 }  // namespace stratus::c
 
@@ -87,7 +81,7 @@ int stratus_table_write(const stratus_table* table, const char* path) {
         const stratus::Table& samples = samples_of(table, function);
         require_given(path, function, "path");
         if (std::filesystem::path(path).extension() == stratus::packed_ending)
-            return write_packed(samples, path);
+            return stratus::write_content_atomically(path, stratus::pack(samples));
         const std::unique_lock lock = hdf5_lock();
         stratus::write_table(samples, path);
     });

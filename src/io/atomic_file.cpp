@@ -164,6 +164,10 @@ void write_content(const fs::path& path, std::string_view content) {
     io::write_bytes(path, content);
 }
 
+void write_content_atomically(const fs::path& path, std::string_view content) {
+    write_atomically(path, [&](const fs::path& temporary) { write_content(temporary, content); });
+}
+
 void flush_files(const std::vector<fs::path>& paths) {
     for (const fs::path& path : paths)
         io::naming(path, [&] { io::Descriptor(path, O_RDONLY).flush(); });

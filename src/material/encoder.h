@@ -34,7 +34,9 @@ class Encoder {
     const std::vector<char>& bytes() const { return bytes_; }
 
     /// Errors   std::system_error.
-    void write(const std::filesystem::path& path) const { write_content(path, bytes_); }
+    void write(const std::filesystem::path& path) const {
+        write_content(path, {bytes_.data(), bytes_.size()});
+    }
 
   private:
     std::vector<char> bytes_;

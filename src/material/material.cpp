@@ -157,8 +157,7 @@ void write_material(const MaterialFile& file, const std::filesystem::path& path)
         file.write(temporary);
         if (file.json.empty()) return;
         std::filesystem::path beside = path;
-        write_atomically(beside.replace_extension(".json"),
-                         [&](const std::filesystem::path& to) { write_content(to, file.json); });
+        write_content_atomically(beside.replace_extension(".json"), file.json);
     });
 }
 

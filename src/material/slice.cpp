@@ -100,7 +100,9 @@ MaterialFile make_slice(const Material& material, const MaterialOptions& options
         tensors.add(std::string(side.name) + "_multiple", shape, samples.multiple);
     }
     const auto bytes = std::make_shared<const std::vector<char>>(tensors.bytes());
-    file.write = [bytes](const std::filesystem::path& path) { write_content(path, *bytes); };
+    file.write = [bytes](const std::filesystem::path& path) {
+        write_content(path, {bytes->data(), bytes->size()});
+    };
     return file;
 }
 

@@ -50,9 +50,7 @@ void write_file(const AnyTable& table, const std::string& path) {
     require(!table.packed(), "Table.save", "the table",
             "a dense one: a packed one is a file already", "packed");
     const py::gil_scoped_release release;
-    const std::vector<char> bytes = packed_bytes(table);
-    write_atomically(
-        path, [&](const std::filesystem::path& temporary) { write_content(temporary, bytes); });
+    write_content_atomically(path, packed_bytes(table));
 }
 
 Shared packed(const AnyTable& table) {

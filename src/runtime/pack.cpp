@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -342,12 +343,18 @@ void add_family(TensorWriter& file, const Table& table) {
     if (table.path_law) file.set(family_path_law_name, "1");
 }
 
-void add_header(TensorWriter& file, const Table& table) {
+/// What a bake knows once the samples are packed.
+void set_stated(TensorWriter& file, const Table& table) {
     for (const auto& [name, text] : table.attributes) {
         require(!is_reserved(name), "pack", "an attribute's name",
                 "one that the format does not reserve", name);
         file.set(name, text);
     }
+    file.set(measured_error_name, shortest_text(table.measured_error));
+}
+
+void add_header(TensorWriter& file, const Table& table) {
+    set_stated(file, table);
     file.set(format_name, packed_format);
     file.set(format_version_name, packed_format_version);
     file.set(phase_function_name, table.phase_function.text());
@@ -361,7 +368,6 @@ void add_header(TensorWriter& file, const Table& table) {
     }
     file.set(extrapolation_length_name, shortest_text(table.extrapolation_length));
     file.set(tolerance_name, shortest_text(table.tolerance));
-    file.set(measured_error_name, shortest_text(table.measured_error));
     file.set(highest_order_name, std::to_string(table.highest_order));
     for (const PackedAxisField& field : packed_axis_fields()) {
         const Axis& axis = table.*field.axis;
@@ -406,6 +412,21 @@ std::vector<char> pack(const Table& table) {
     for (const Side side : {Side::reflection, Side::transmission})
         add_side(file, table, members, side);
     return file.bytes();
+}
+
+std::vector<char> restated(const std::vector<char>& file, const Table& table) {
+    const TensorFile read(file.data(), file.size());
+    TensorWriter written;
+    for (const auto& [key, text] : read.strings()) written.set(key, text);
+    set_stated(written, table);
+    std::map<const void*, std::string> in_order;
+    for (const auto& [name, tensor] : read.tensors()) in_order[tensor.data] = name;
+    for (const auto& [address, name] : in_order) {
+        if (name.rfind(padding_prefix, 0) == 0) continue;
+        const Tensor& tensor = read.tensor(name);
+        written.add(name, tensor.type, tensor.shape, tensor.data);
+    }
+    return written.bytes();
 }
 
 }  // namespace stratus

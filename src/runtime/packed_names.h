@@ -14,7 +14,7 @@
 namespace stratus {
 
 constexpr const char* packed_format = "stratus-packed";
-constexpr const char* packed_format_version = "4";
+constexpr const char* packed_format_version = "5";
 
 // Strings.
 constexpr const char* format_name = "format";

@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::size_t file_alignment = 64;  // bytes
 constexpr char strings_key[] = "__metadata__";
-constexpr char padding_name[] = "padding_";
 
 struct TypeName {
     TensorType type;
@@ -288,7 +287,7 @@ void TensorWriter::require_count(const std::string& name, const std::vector<std:
 void TensorWriter::add(const std::string& name, TensorType type,
                        const std::vector<std::size_t>& shape, const void* data) {
     constexpr char function[] = "TensorWriter";
-    require(names_.count(name) == 0 && name != strings_key && name.rfind(padding_name, 0) != 0,
+    require(names_.count(name) == 0 && name != strings_key && name.rfind(padding_prefix, 0) != 0,
             function, "name of a tensor", "new and neither '__metadata__' nor 'padding_...'",
             quoted(name));
     require(is_utf8(name), function, "name of a tensor", "UTF-8", quoted(name));
@@ -325,7 +324,7 @@ std::vector<char> TensorWriter::bytes() const {
     std::size_t paddings = 0;
     for (const Entry& entry : entries_) {
         if (const std::size_t padding = padding_after(end); padding != 0)
-            append_member(padding_name + std::to_string(++paddings), TensorType::f16,
+            append_member(std::string(padding_prefix) + std::to_string(++paddings), TensorType::f16,
                           {padding / name_of(TensorType::f16).size}, padding);
         append_member(entry.name, entry.type, entry.shape, entry.data.size());
     }

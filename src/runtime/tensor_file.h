@@ -29,6 +29,8 @@
 
 namespace stratus {
 
+constexpr const char* padding_prefix = "padding_";
+
 constexpr std::size_t max_tensor_header = std::size_t{16} << 20;  // bytes
 constexpr std::size_t max_tensors = 100000;                       // and as many strings
 constexpr std::size_t max_tensor_rank = 8;

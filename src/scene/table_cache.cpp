@@ -171,8 +171,7 @@ std::vector<char> TableCache::keep(const Recipe& recipe, Table table) {
     try {
         fs::create_directories(folder_);
         const fs::path path = folder_ / name_of(recipe);
-        write_atomically(path,
-                         [&](const fs::path& temporary) { write_content(temporary, packed); });
+        write_content_atomically(path, packed);
         remove_oldest(path);
     } catch (const std::exception& error) {
         trouble_ = error.what();

@@ -25,12 +25,12 @@ vec4 stratus_path_piece(int side, int first, vec4 angle, float depth) {
     vec4 sheet = stratus_field(side, 12);
     float x = min(depth + 1.0f, stratus_w(stratus_field(side, 11)));
     int exponent = stratus_exponent(x);
-    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 4.0f;
+    float place = (x * stratus_power_of_two(-exponent) - 1.0f) * 8.0f;
     int row = 2 * int(sheet.z);
-    int at = first + (exponent * 4 + int(floor(place))) * row + int(angle.x);
+    int at = first + (exponent * 8 + int(floor(place))) * row + int(angle.x);
     vec4 low = stratus_number(at);
     vec4 high = stratus_number(at + row);
-    float width = stratus_power_of_two(exponent - 2);
+    float width = stratus_power_of_two(exponent - 3);
     float t = place - floor(place);
     float rise = stratus_path_rise(angle.y, low.x, low.z, high.x, high.z);
     float start = (low.y + angle.y * (low.w - low.y)) * width;

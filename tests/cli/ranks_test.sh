@@ -58,6 +58,9 @@ for count in 1 2 3 5; do
 done
 on_ranks 2 "$stratus" bake stack.toml --accept -o t.h5 --quiet
 expect_same t.h5 stack.h5
+expect_ok bake small.toml --accept -o whole.stratus --quiet
+on_ranks 3 "$stratus" bake small.toml --accept -o t.stratus --quiet
+expect_same t.stratus whole.stratus
 on_ranks 2 "$stratus" bake small.toml -o t.h5 --threads 1
 [ $code -eq 0 ] || [ $code -eq 1 ] || fail "exit code $code"
 expect_says "$err" 'rank 0: ' 'rank 1: '

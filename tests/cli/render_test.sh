@@ -140,7 +140,7 @@ expect_refused 2 SCENE required -- render
 expect_refused 2 --output required -- render slab.toml
 expect_ok render -o first.png slab.toml --quiet
 expect_same first.png one.png
-expect_refused 2 --output ".png, .exr or .svg" "got a.jpg" -- render slab.toml -o a.jpg
+expect_refused 2 --output ".png or .exr or .svg" "got a.jpg" -- render slab.toml -o a.jpg
 expect_refused 2 --output ".png or .exr for pictures" "got a.svg" -- render slab.toml -o a.svg
 expect_refused 2 --output ".svg for figures" "got a.png" -- render lambert.toml -o a.png
 expect_refused 2 --width figures -- render lambert.toml -o a.svg --width 5

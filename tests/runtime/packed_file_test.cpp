@@ -128,6 +128,16 @@ TEST(PackedFile, KeepsWhatRoundingToHalvesLeaves) {
                     1e-5 * table.reflection_multiple[n]);
 }
 
+TEST(PackedFile, IsRestatedWithTheSameNumbers) {
+    Table table = small();
+    const std::vector<char> before = pack(table);
+    table.measured_error = 3e-4;
+    table.attributes["title"] = "measured afterwards";
+    EXPECT_EQ(restated(before, table), pack(table));
+    table.attributes["tolerance"] = "0";
+    EXPECT_THROW(restated(before, table), std::invalid_argument) << "a name of the format";
+}
+
 TEST(PackedFile, BindsAsTheTableDoes) {
     for (const char* const phase : {"isotropic", "henyey_greenstein:g=0.5"}) {
         const Table table = small(phase);
@@ -279,8 +289,7 @@ TEST(PackedFile, RefusesForgedOwnersOfFunctions) {
     }
     Forged without(of_two_levels());
     without.tensors_.erase("member_0/transmission/functions");
-    expect_forgery_refused(without,
-                           {"member_1/transmission/functions_of", "functions of its own"});
+    expect_forgery_refused(without, {"member_1/transmission/functions_of", "functions of its own"});
 }
 
 TEST(PackedFile, RefusesForgedStrings) {

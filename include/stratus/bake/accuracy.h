@@ -18,6 +18,7 @@
 namespace stratus {
 
 class LayerSolution;  // transfer/solution.h
+class PackedTable;
 class SampleFiles;
 
 /// Largest value at one (optical_depth, albedo) times 0.01, the floor of relative errors; at least
@@ -76,6 +77,8 @@ struct VerifyOptions {
     std::function<void(double done)> progress;
     WorkLog log;                         // pieces: the points of a ladder of depths each
     const SampleFiles* files = nullptr;  // with the samples of both sides; null: the table has them
+    const PackedTable* packed =
+        nullptr;  // looked up in place of the table, which may be its header
 };
 
 /// How many times its tolerance the largest error of a table may be.

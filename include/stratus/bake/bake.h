@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace stratus {
 
@@ -25,6 +26,8 @@ struct BakeOptions {
     /// Where there is room in them (sample_files.h), the samples of both sides go there. In the table
     /// one sample stands for those of each side: for `verify` and `write_table` with these files.
     SampleFiles* samples = nullptr;
+    /// Where to put the packed table (packed_table.h). The check is then of its lookups. Of rank 0.
+    std::vector<char>* packed = nullptr;
 };
 
 /// Names a program whose tables may differ from those of others in their last bits: its version,

@@ -28,6 +28,13 @@ void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write,
                       Flush flush = Flush::at_once);
 
+/// The same for content in memory.
+void write_content_atomically(const std::filesystem::path& path, std::string_view content);
+inline void write_content_atomically(const std::filesystem::path& path,
+                                     const std::vector<char>& content) {
+    write_content_atomically(path, std::string_view(content.data(), content.size()));
+}
+
 /// True of a device, a pipe or an open file (/dev/stdout), which take what comes and stay.
 bool takes_what_comes(const std::filesystem::path& path);
 
@@ -35,9 +42,6 @@ bool takes_what_comes(const std::filesystem::path& path);
 ///
 /// Errors   std::system_error with the system's reason, such as a full disk.
 void write_content(const std::filesystem::path& path, std::string_view content);
-inline void write_content(const std::filesystem::path& path, const std::vector<char>& content) {
-    write_content(path, std::string_view(content.data(), content.size()));
-}
 
 /// Flushes files of one folder to disk, and their names.
 ///

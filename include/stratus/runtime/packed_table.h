@@ -57,6 +57,10 @@ struct PackedLayers {
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.
 std::vector<char> pack(const Table& table);
 
+/// The same file, stating the measured error and the attributes of `table`: those that are known
+/// once the packed samples have been looked up.
+std::vector<char> restated(const std::vector<char>& file, const Table& table);
+
 class PackedTable {
   public:
     /// Maps a file.

@@ -154,11 +154,11 @@ struct PathSheetView {
 /// The path law of layers of one albedo or several, for all depths: H and dH/ds over slant depth and
 /// angle, H(s, Theta) = sum_n w^n P(n, s) / n f_n(Theta), in single precision.
 ///
-/// Depths are evenly spaced within each octave of 1 + s, 2^2 to an octave, up to where H has
+/// Depths are evenly spaced within each octave of 1 + s, 2^3 to an octave, up to where H has
 /// reached its limit. Joined by cubics in depth, by straight lines in angle.
 class PathSheet {
   public:
-    static constexpr int depth_bits = 2;
+    static constexpr int depth_bits = 3;
 
     PathSheet() = default;
 

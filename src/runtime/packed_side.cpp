@@ -275,8 +275,9 @@ PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& 
     }
     const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
     const std::size_t depths = sheet.shape[1];
-    require(depths >= 2 && depths <= 64, packed_caller, "depths of path_sheet", "in [2, 64]",
-            depths);
+    constexpr std::size_t most_depths = std::size_t{16} << PathSheet::depth_bits;  // 16 octaves
+    require(depths >= 2 && depths <= most_depths, packed_caller, "depths of path_sheet",
+            "in [2, " + std::to_string(most_depths) + "]", depths);
     require_shape(sheet, path_sheet_name,
                   {size(path_sheet_steps + 1), depths, 2 * size(law.angle_count()), 2});
     return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),

@@ -54,7 +54,7 @@ float stratus_path_transmission(int first, float depth, vec4 angle, StratusPath 
     float excess = max((shallow - steep) * depth, 1e-18f);
     if (least + 1.0f >= stratus_w(stratus_field(STRATUS_TRANSMISSION, 11))) return 0.0f;
     float slope;
-    if (excess < (least + 1.0f) * 0.05f) {
+    if (excess < (least + 1.0f) * 0.01f) {
         slope = stratus_w(
             stratus_path_piece(STRATUS_TRANSMISSION, first, angle, least + excess * 0.5f));
     } else {

@@ -167,6 +167,34 @@ Table with_path_law(const char* phase) {
     return table;
 }
 
+TEST(PackedFile, LooksThePathLawUpNearForwardAtAnyDepth) {
+    std::mt19937 random(1909);
+    const auto between = [&](double from, double to) {
+        return std::uniform_real_distribution(from, to)(random);
+    };
+    constexpr double deepest_slant = 8;
+    for (const char* const phase :
+         {"henyey_greenstein:g=0.85", "henyey_greenstein:g=0.95", "henyey_greenstein:g=0.985"}) {
+        const Table table = with_path_law(phase);
+        const PackedTable packed(pack(table));
+        std::vector<double> errors;
+        while (errors.size() < 2000) {
+            const double albedo = between(0.6, 1), depth = std::exp(between(-2.3, 2.1)),
+                         mu = between(0.15, 0.99);
+            const Geometry at{mu, std::clamp(mu + between(-0.05, 0.05), 0.15, 1.0),
+                              between(0, 0.1)};
+            const Scattered T = transmission(table.view(), albedo, depth, at);
+            if (depth / std::min(at.mu_in, at.mu_out) > deepest_slant) continue;
+            const double law = (*table.path_law)(Side::transmission, albedo, depth, at, 0);
+            errors.push_back(std::abs(packed.transmission(albedo, depth, at).total() - T.total()) /
+                             std::max(T.total(), T.single + std::abs(law)));
+        }
+        std::sort(errors.begin(), errors.end());
+        EXPECT_LT(errors[errors.size() / 2], 2e-5) << phase;
+        EXPECT_LT(errors[errors.size() * 99 / 100], 1e-3) << phase;
+    }
+}
+
 TEST(PackedFile, WithoutItsPhaseCurveIsRefusedBeforeOneIsSampled) {
     std::string text = "moments:chi=1";  // 4000 of them, which take long to sample
     for (int l = 1; l < 4000; ++l) text += " " + shortest_text(std::pow(0.99, l));

@@ -80,7 +80,7 @@ STRATUS_INLINE F path_reflected(const PathSheetView& sheet, First first,
 template <class F, class Index, class First>
 STRATUS_INLINE F path_transmitted(const PathSheetView& sheet, First first,
                                   const PathAngle<F, Index>& angle, F depth, F excess, F shallow) {
-    constexpr float close = 0.05f;
+    constexpr float close = 0.01f;
     const F few = (depth + 1.0f) * close;
     const PathPiece<F> low =
         path_piece(sheet, first, angle, choose_less(excess, few, depth + excess * 0.5f, depth));

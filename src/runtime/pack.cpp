@@ -2,6 +2,7 @@
 
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/number_text.h>
+#include <stratus/runtime/reflected_curve.h>
 
 #include "kept_tolerance.h"
 #include "packed_block.h"
@@ -287,7 +288,7 @@ void add_side(TensorWriter& file, const Table& table, const std::vector<TableVie
         first.lower_boundary->kind == LowerBoundary::Kind::layer)
         for (std::size_t m = 0; m < members.size(); ++m)
             add_curve(file, name_of(static_cast<int>(m)) + phase_name,
-                      PhaseCurve::reflected(*members[m].phase_function, {}, first.lower_boundary));
+                      reflected_curve(*members[m].phase_function, {}, first.lower_boundary));
 }
 
 void add_layers(TensorWriter& file, const Table& table) {

@@ -3,7 +3,6 @@
 #include <stratus/runtime/constants.h>
 #include <stratus/runtime/diffusion.h>
 
-#include "kernels/kernels.h"
 #include "layer_blend.h"
 #include "packed_block.h"
 #include "size.h"
@@ -32,7 +31,7 @@ void set_closed_forms(const TensorFile& file, const std::string& prefix, const T
         side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
     }
     side.view.phase = side.phase.view();
-    const PackedKernels& all = *kernels().packed;
+    const PackedKernels& all = packed_kernels();
     const PackedSideKernels& kernels = which == Side::reflection ? all.reflected : all.transmitted;
     const bool azimuthal = table.azimuth.values.size() > 1;
     side.kernel = &kernels.of(side.phase.form(), azimuthal);

@@ -3,7 +3,6 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 
-#include "kernels/kernels.h"
 #include "lookup_arguments.h"
 #include "mapped_file.h"
 #include "packed_block.h"

@@ -3,7 +3,7 @@
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
 
-#include "kernels/kernels.h"
+#include "kernels/path_sums.h"
 #include "octaves.h"
 
 #include <algorithm>
@@ -320,8 +320,8 @@ PathSheet::PathSheet(const PathOrders& law, const double* albedo, int channels, 
         for (std::size_t angle = 0; 2 * angle < columns; ++angle)
             twice[n * columns + 2 * angle] = twice[n * columns + 2 * angle + 1] =
                 law.of_angle(static_cast<int>(angle))[n];
-    kernels().path_sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
-                        samples_.data());
+    path_sums().sums({twice.data(), columns, orders}, weight.data(), used.data(), rows,
+                     samples_.data());
 }
 
 PathSheetView PathSheet::view() const noexcept {

@@ -1,7 +1,5 @@
 #include <stratus/runtime/phase_curve.h>
 
-#include <stratus/runtime/constants.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -22,7 +20,8 @@ double cos_theta_at(double x) {
 
 }  // namespace
 
-PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, double*)>& value) {
+PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, double*)>& value,
+                               PhaseForm form) {
     const auto stride = static_cast<std::size_t>(width);
     std::vector<double> samples((min_intervals + 1) * stride);
     for (std::size_t i = 0; i <= min_intervals; ++i)
@@ -47,7 +46,7 @@ PhaseCurve PhaseCurve::sampled(int width, const std::function<void(double, doubl
         samples = std::move(finer);
     }
     PhaseCurve curve;
-    curve.form_ = PhaseForm::sampled;
+    curve.form_ = form;
     curve.width_ = width;
     curve.samples_.assign(samples.begin(), samples.end());
     return curve;
@@ -87,26 +86,6 @@ PhaseCurve::PhaseCurve(const PhaseFunction& phase_function) {
     const PhaseForm forms[] = {constant ? PhaseForm::constant : PhaseForm::polynomial,
                                PhaseForm::one_lobe, PhaseForm::two_lobes};
     form_ = forms[lobes];
-}
-
-PhaseCurve PhaseCurve::reflected(const PhaseFunction& phase_function, const Opposition& opposition,
-                                 const LowerBoundary* boundary) {
-    const bool of_hapke = opposition.law == Opposition::Law::hapke;
-    const bool of_blinn = opposition.law == Opposition::Law::blinn;
-    const bool over_layer = boundary != nullptr && boundary->kind == LowerBoundary::Kind::layer;
-    const auto layer = [&](double c) {  // Hapke's law is one for all depths and cosines
-        return phase_function(c) *
-               (of_hapke ? opposition_factor(opposition, c, infinity, 1, 1) : 1);
-    };
-    if (!of_blinn && !over_layer)
-        return of_hapke ? sampled(1, [&](double c, double* value) { *value = layer(c); })
-                        : PhaseCurve(phase_function);
-    PhaseCurve curve = sampled(2, [&](double c, double* value) {
-        value[0] = layer(c);
-        value[1] = over_layer ? boundary->phase_function(c) : 0;
-    });
-    curve.form_ = of_blinn ? PhaseForm::with_opposition_and_boundary : PhaseForm::with_boundary;
-    return curve;
 }
 
 PhaseCurveView PhaseCurve::view() const noexcept {

@@ -6,26 +6,10 @@
 namespace stratus {
 namespace {
 
-double sine(double cosine) noexcept {
-    return std::sqrt(std::max(0.0, (1 - cosine) * (1 + cosine)));
-}
-
-double horizontal_part(const Geometry& geometry) noexcept {
-    return sine(geometry.mu_in) * sine(geometry.mu_out) * std::cos(geometry.azimuth);
-}
-
 /// (1 - exp(-z)) / z for z >= 0, 1 at z = 0.
 double mean_of_exponential(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
 
 }  // namespace
-
-double cos_scattering_angle_reflected(const Geometry& geometry) noexcept {
-    return std::clamp(horizontal_part(geometry) - geometry.mu_in * geometry.mu_out, -1.0, 1.0);
-}
-
-double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept {
-    return std::clamp(horizontal_part(geometry) + geometry.mu_in * geometry.mu_out, -1.0, 1.0);
-}
 
 double single_reflection(double phase_value, double albedo, double optical_depth, double mu_in,
                          double mu_out) noexcept {

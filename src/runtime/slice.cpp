@@ -3,6 +3,7 @@
 #include <stratus/runtime/angle.h>
 #include <stratus/runtime/argument.h>
 #include <stratus/runtime/constants.h>
+#include <stratus/runtime/reflected_curve.h>
 #include <stratus/runtime/single_scattering.h>
 
 #include "kernels/kernels.h"
@@ -119,7 +120,7 @@ SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve
             const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
             const Opposition opposition = seen_opposition(effects.opposition, effects.density);
             reflection_->phase =
-                plain ? curve : PhaseCurve::reflected(phase_function, opposition, boundary);
+                plain ? curve : reflected_curve(phase_function, opposition, boundary);
             reflection_->opposition = OppositionTable(opposition);
             view.opposition = reflection_->opposition.view();
             reflection_->form = reflection_->phase.form();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <stratus/runtime/diffuse_transmittance.h>
+#include <stratus/runtime/flux_lookup.h>
 #include <stratus/runtime/stack_layers.h>
 #include <stratus/runtime/table.h>
 

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/table.h>
 
 #include <vector>
 
@@ -30,12 +29,5 @@ class SingleDiffuseTransmittance {
     double forward_peak_;         // scattered by less than the moments resolve
     std::vector<double> moment_;  // of the rest, times 2 l + 1
 };
-
-/// t of all orders that a table holds, at each of its samples of mu_in; empty where the table has
-/// no diffuse_transmittance.
-///
-/// Range    as lookups (lookup.h), but deeper than the deepest sample t follows diffusion.
-std::vector<double> diffuse_transmittance(const TableView& table, double albedo,
-                                          double optical_depth);
 
 }  // namespace stratus

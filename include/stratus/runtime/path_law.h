@@ -20,8 +20,8 @@
 // none.
 #pragma once
 
+#include <stratus/runtime/direction.h>
 #include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -6,8 +6,6 @@
 // the angle itself, and are joined linearly.
 #pragma once
 
-#include <stratus/runtime/opposition.h>
-#include <stratus/runtime/lower_boundary.h>
 #include <stratus/runtime/phase_function.h>
 
 #include <cstddef>
@@ -58,13 +56,8 @@ class PhaseCurve {
     /// Samples of any function of cos Theta, of several side by side: value(cos, out) writes
     /// `width` of them.
     static PhaseCurve sampled(int width,
-                              const std::function<void(double cos_theta, double* value)>& value);
-
-    /// What single scattering on the lit side needs: the phase function, times Hapke's opposition
-    /// if that is the law, and side by side with it the phase function of a layer that is the lower
-    /// boundary, where there is one. Null: no lower boundary.
-    static PhaseCurve reflected(const PhaseFunction& phase_function, const Opposition& opposition,
-                                const LowerBoundary* boundary);
+                              const std::function<void(double cos_theta, double* value)>& value,
+                              PhaseForm form = PhaseForm::sampled);
 
     PhaseCurveView view() const noexcept;
 

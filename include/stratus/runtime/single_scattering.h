@@ -9,25 +9,9 @@
 // for delta-M [W77] asks for albedos above 1. Lookups of tables and slices do that (lookup.h).
 #pragma once
 
+#include <stratus/runtime/direction.h>
+
 namespace stratus {
-
-/// Where light leaves a layer: on the side that is lit, or on the far side.
-enum class Side { reflection, transmission };
-
-/// Directions of one scattering: cosines to the normal in (0, 1] and the azimuth between them in
-/// radians.
-struct Geometry {
-    double mu_in;
-    double mu_out;
-    double azimuth;
-};
-
-/// Cosine of the scattering angle for light that leaves on the lit side:
-/// -mu mu0 + s s0 cos(azimuth).
-double cos_scattering_angle_reflected(const Geometry& geometry) noexcept;
-
-/// The same for light that leaves on the far side: +mu mu0 + s s0 cos(azimuth).
-double cos_scattering_angle_transmitted(const Geometry& geometry) noexcept;
 
 /// R of order 1, (w/4) phi (1 - exp(-tau (1/mu + 1/mu0))) / (mu + mu0). [Blinn82] 2.4, top lit
 ///

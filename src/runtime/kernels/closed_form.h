@@ -5,7 +5,7 @@
 #pragma once
 
 #include "phase_values.h"
-#include "slice_side.h"
+#include "slice_layer.h"
 
 namespace stratus {
 namespace {

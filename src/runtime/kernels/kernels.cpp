@@ -5,7 +5,6 @@
 #include "lane_sets.h"
 #include "opposition_values.h"
 #include "path_law.h"
-#include "path_sums.h"
 
 #include <utility>
 
@@ -403,7 +402,6 @@ void joined(const PartedPaths& parted, const float* reflected, const float* tran
 
 }  // namespace
 
-extern const PackedKernels packed_kernels;
 extern const Kernels kernels;
 constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 1>(),
@@ -411,8 +409,6 @@ constexpr Kernels kernels{all_kernels<Side::reflection, 1>(),
                           all_kernels<Side::transmission, 3>(),
                           {paths_of_angles<Side::reflection>, paths_of_angles<Side::transmission>},
                           paths_of_vectors,
-                          joined,
-                          &packed_kernels,
-                          path_sums};
+                          joined};
 
 }  // namespace stratus::STRATUS_ISA

@@ -9,8 +9,6 @@
 
 #include "slice_side.h"
 
-#include <cstddef>
-
 namespace stratus {
 
 constexpr int paths_at_once = 256;
@@ -62,14 +60,6 @@ struct SideKernels {
     }
 };
 
-struct PackedKernels;  // packed.h
-
-/// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.
-struct OrderRows {
-    const float* value;
-    std::size_t columns, orders;
-};
-
 struct Kernels {
     SideKernels<1> reflected, transmitted;
     SideKernels<3> reflected_rgb, transmitted_rgb;
@@ -80,11 +70,6 @@ struct Kernels {
     /// What either side is at its own paths, in the order of all, times their factors.
     void (*joined)(const PartedPaths& paths, const float* reflected, const float* transmitted,
                    int count, float* value);
-    const PackedKernels* packed;
-    /// Weighted sums over the orders, of `rows` pairs of weights for each order: of the numbers in
-    /// even columns with the first of each pair, in odd ones with the second; used[row] orders.
-    void (*path_sums)(const OrderRows&, const float* weight, const int* used, std::size_t rows,
-                      float* to);
 };
 
 /// For chosen_instruction_set().

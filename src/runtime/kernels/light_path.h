@@ -1,7 +1,7 @@
 // Directions of one scattering, from angles or from vectors.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/runtime/direction.h>
 
 #include "elementary.h"
 #include "pair.h"

@@ -1,6 +1,5 @@
 #include "packed.h"
 
-#include "kernels.h"
 #include "packed_plan.h"
 
 #include <utility>

@@ -1,6 +1,6 @@
 // Lookups in a PackedTable: single scattering in closed form, and sixteen functions of the
 // directions times the coefficients of an albedo and optical depth; one lookup at a time or many
-// side by side, compiled once for each instruction set (kernels.h says how that is kept apart).
+// side by side, compiled once for each instruction set (src/base/lanes.h says how that is kept apart).
 #pragma once
 
 #include <stratus/runtime/half.h>
@@ -121,5 +121,8 @@ struct PackedSideKernels {
 struct PackedKernels {
     PackedSideKernels reflected, transmitted;
 };
+
+/// For chosen_instruction_set().
+const PackedKernels& packed_kernels() noexcept;
 
 }  // namespace stratus

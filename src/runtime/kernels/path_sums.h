@@ -1,45 +1,25 @@
-// Sums over orders of the path law (path_law.h), of many layers at once.
+// Sums over orders of the path law (path_law.h), of many layers at once: compiled once for each
+// instruction set.
 #pragma once
 
-#include "interpolation.h"
-#include "kernels.h"
-
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
 namespace stratus {
-namespace {
 
-/// Two numbers again and again.
-STRATUS_INLINE LookupLanes::Floats repeated_pair(const float* pair) {
-    using Pairs = std::int64_t __attribute__((vector_size(4 * lane_width)));
-    std::int64_t both;
-    __builtin_memcpy(&both, pair, sizeof both);
-    return reinterpret_cast<LookupLanes::Floats>(Pairs{} + both);
-}
+/// Rows of numbers over orders, each number twice: `columns` of them, 64 or more.
+struct OrderRows {
+    const float* value;
+    std::size_t columns, orders;
+};
 
-void path_sums(const OrderRows& of, const float* weight, const int* used, std::size_t rows,
-               float* to) {
-    constexpr std::size_t width = lane_width, registers = 4, block = registers * width;
-    for (std::size_t done = 0; done < of.columns; done += block) {
-        const std::size_t first = std::min(done, of.columns - block);  // the last two overlap
-        for (std::size_t row = 0; row < rows; ++row) {
-            LookupLanes::Floats sum[registers] = {};
-            const float* pair = weight + 2 * row * of.orders;
-            const float* order = of.value + first;
-            for (int n = 0; n < used[row]; ++n, pair += 2, order += of.columns) {
-                const LookupLanes::Floats both = repeated_pair(pair);
-                for (std::size_t r = 0; r < registers; ++r) {
-                    LookupLanes::Floats values;
-                    __builtin_memcpy(&values, order + r * width, sizeof values);
-                    sum[r] += both * values;
-                }
-            }
-            __builtin_memcpy(to + row * of.columns + first, sum, sizeof sum);
-        }
-    }
-}
+struct PathSums {
+    /// Weighted sums over the orders, of `rows` pairs of weights for each order: of the numbers in
+    /// even columns with the first of each pair, in odd ones with the second; used[row] orders.
+    void (*sums)(const OrderRows&, const float* weight, const int* used, std::size_t rows,
+                 float* to);
+};
 
-}  // namespace
+/// For chosen_instruction_set().
+const PathSums& path_sums() noexcept;
+
 }  // namespace stratus

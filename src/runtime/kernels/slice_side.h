@@ -2,8 +2,11 @@
 // kernels.cpp.
 #pragma once
 
+#include <stratus/runtime/opposition.h>
 #include <stratus/runtime/path_law.h>
 #include <stratus/runtime/phase_curve.h>
+
+#include "slice_layer.h"
 
 namespace stratus {
 
@@ -33,13 +36,6 @@ constexpr bool has_kernel(PhaseForm form, Orders orders) {
 struct SlicePlaces {
     float scale[4], offset[4];
     float last[4];  // a little below the last sample, so that there is a next one
-};
-
-/// A layer of a stack, or a semi-infinite one that it lies on.
-struct SliceLayer {
-    PhaseCurveView phase;  // sampled
-    float above, below;    // optical depths of the layers around it
-    float optical_depth, quarter_albedo;
 };
 
 /// One side of a slice for `channels` colours.

@@ -1,10 +1,10 @@
 // Lookups at random points of baked tables, one thread, beside plain reads of the same memory.
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include <benchmark/benchmark.h>
 

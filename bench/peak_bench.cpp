@@ -1,6 +1,6 @@
 // Errors of few nodes with peaked phase functions: R and T against many nodes, within 10 degrees of
 // the forward direction and beyond, with delta-M and with the smooth truncation.
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // One layer, all modes, at all Gauss nodes, one thread: the "2.3 N^3 operations a doubling and
 // mode" of method.md.
-#include <stratus/runtime/instruction_set.h>
+#include <stratus/base/instruction_set.h>
 #include <stratus/transfer/solve.h>
 
 #include <benchmark/benchmark.h>

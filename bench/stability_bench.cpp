@@ -4,7 +4,7 @@
 // from the diamond rule with delta-M; the harmonic scheme. The first depths of the matrix, 0 and
 // 1e-300, are closed forms and left out.
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve.h>
 
 #include "../tests/transfer/stability_matrix.h"

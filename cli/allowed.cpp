@@ -1,6 +1,6 @@
 #include "allowed.h"
 
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include <charconv>
 

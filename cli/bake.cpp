@@ -6,12 +6,12 @@
 #include <stratus/bake/ranks.h>
 #include <stratus/bake/shared_writing.h>
 #include <stratus/bake/sweep.h>
+#include <stratus/base/argument.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/packed_table.h>
 
 #include "allowed.h"
 #include "commands.h"

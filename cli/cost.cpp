@@ -1,10 +1,10 @@
 // `stratus cost`: what accuracy costs in time and in bytes, as CSV and as a figure.
 #include <stratus/bake/cost.h>
 
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
+#include <stratus/phase/phase_family.h>
 #include <stratus/picture/cost_plot.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/phase_family.h>
 
 #include "allowed.h"
 #include "commands.h"

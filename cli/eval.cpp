@@ -3,13 +3,13 @@
 // Rows between the table's samples and without density or opposition are looked up directly
 // (lookup.h), in double precision, or in a packed table as it is mapped. All others, and backgrounds, go through slices (slice.h), one
 // for all rows of a layer: effects, the laws beyond the table and refusals are theirs.
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/table.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/layer/effects.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
+#include <stratus/table/table.h>
 
 #include "allowed.h"
 #include "commands.h"

@@ -1,8 +1,8 @@
 #include "family_option.h"
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/family_member.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/table/family_member.h>
 
 #include <cmath>
 #include <cstddef>

@@ -2,8 +2,8 @@
 // by the names, and in the units, of a query's columns.
 #pragma once
 
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/phase_family.h>
+#include <stratus/phase/phase_family.h>
+#include <stratus/table/packed_table.h>
 
 #include "allowed.h"
 #include "table_option.h"

@@ -3,10 +3,10 @@
 #include <stratus/fit/fit.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include "allowed.h"
 #include "commands.h"

@@ -1,10 +1,10 @@
 // `stratus info`: prints what a table holds, how accurate it is and how it was made.
+#include <stratus/base/constants.h>
+#include <stratus/base/half.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/half.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/table.h>
 #include <stratus/scene/table_portrait.h>
+#include <stratus/table/table.h>
 
 #include "commands.h"
 #include "query.h"

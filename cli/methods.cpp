@@ -1,8 +1,8 @@
 #include "methods.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/bake/stack_file.h>
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // The options --density and --opposition of commands that look at layers.
 #pragma once
 
-#include <stratus/runtime/effects.h>
+#include <stratus/layer/effects.h>
 
 #include <CLI/CLI.hpp>
 

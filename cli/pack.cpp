@@ -1,7 +1,7 @@
 // `stratus pack`: the small file that lookups, renderers and pages read.
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/packed_table.h>
 
 #include "commands.h"
 #include "query.h"

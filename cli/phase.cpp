@@ -1,9 +1,9 @@
 // `stratus phase`: phase functions as numbers and as a figure.
+#include <stratus/base/angle.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/line_plot.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/number_text.h>
 
 #include "allowed.h"
 #include "commands.h"

@@ -3,9 +3,9 @@
 #include <stratus/scene/plan.h>
 
 #include <stratus/bake/clock.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
 #include <stratus/scene/contents.h>
 
 #include "allowed.h"

@@ -1,6 +1,6 @@
 #include "progress.h"
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,8 @@
 #include "query.h"
 
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include "signals_held.h"
 

@@ -2,10 +2,10 @@
 #include <stratus/scene/render.h>
 
 #include <stratus/bake/clock.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/picture/png.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/scene_keys.h>
 

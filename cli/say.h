@@ -1,7 +1,7 @@
 // Lines on stderr: refusals, notes, warnings. What they repeat of files is made fit for a terminal.
 #pragma once
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include <algorithm>
 #include <iostream>

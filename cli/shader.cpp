@@ -1,11 +1,11 @@
 // `stratus shader`: a packed table's lookup as shader code, with the textures that it reads.
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/image.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/packed_table.h>
 #include <stratus/shader/shader.h>
+#include <stratus/table/packed_table.h>
 
 #include "allowed.h"
 #include "commands.h"

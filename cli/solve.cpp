@@ -1,9 +1,9 @@
 // `stratus solve`: the solver without a table; R and T at exact geometries, or fluxes, of one layer
 // or of a stack.
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include "allowed.h"

@@ -4,12 +4,12 @@
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/sweep.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/checkpoint.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include "kept_work.h"
 #include "progress.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/packed_table.h>
 
 #include "allowed.h"
 

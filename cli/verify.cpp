@@ -1,6 +1,6 @@
 // `stratus verify`: compares lookups at random points with fresh solutions.
 #include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
 
 #include "allowed.h"
 #include "commands.h"

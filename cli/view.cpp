@@ -1,8 +1,8 @@
 // `stratus view`: a table as a web page to look at.
 #include <stratus/view/page.h>
 
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/number_text.h>
 
 #include "commands.h"
 #include "family_option.h"

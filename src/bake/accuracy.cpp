@@ -1,11 +1,11 @@
 #include <stratus/bake/accuracy.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
 #include <stratus/io/sample_files.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,7 +1,7 @@
 #include "axes.h"
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/axis.h>
-#include <stratus/runtime/path_law.h>
+#include <stratus/base/axis.h>
+#include <stratus/phase/path_law.h>
 
 #include <cstddef>
 #include <memory>

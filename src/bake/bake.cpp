@@ -2,10 +2,10 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/base/instruction_set.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/sample_files.h>
-#include <stratus/runtime/instruction_set.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/packed_table.h>
 
 #include "forecast.h"
 #include "piece_of_work.h"

@@ -1,6 +1,6 @@
 // The CSV of `stratus cost`.
 #include <stratus/bake/cost.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include <cstddef>
 #include <ostream>

@@ -1,8 +1,8 @@
 #include "cost_growth.h"
 
 #include <stratus/bake/forecast.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 
 #include "cost_layers.h"
 #include "family_section.h"

@@ -2,7 +2,7 @@
 
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

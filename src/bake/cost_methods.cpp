@@ -1,7 +1,7 @@
 #include "cost_methods.h"
 
 #include <stratus/bake/clock.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>
 #include <stratus/transfer/solve.h>

@@ -1,7 +1,7 @@
 #include "cost_solvers.h"
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

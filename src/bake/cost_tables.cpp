@@ -1,9 +1,9 @@
 #include "cost_tables.h"
 
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/base/constants.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/transfer/solve.h>
 
 #include "axes.h"

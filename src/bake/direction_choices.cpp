@@ -1,8 +1,8 @@
 // Choices of what resolves directions: nodes, modes, samples of mu and of azimuth.
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include "axes.h"
 #include "choices.h"

@@ -1,6 +1,6 @@
 #include "family_section.h"
 
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include "axes.h"
 #include "family_section.h"

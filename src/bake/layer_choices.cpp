@@ -1,6 +1,6 @@
 // Choices of what resolves layers: samples of optical depth, of albedo and along the axes of a family.
-#include <stratus/runtime/diffusion.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
+#include <stratus/layer/diffusion.h>
 
 #include "axes.h"
 #include "choices.h"

@@ -2,8 +2,8 @@
 
 #include <stratus/bake/parallel.h>
 #include <stratus/bake/ranks.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/diffusion.h>
+#include <stratus/base/angle.h>
+#include <stratus/layer/diffusion.h>
 
 #include "axes.h"
 #include "piece_of_work.h"

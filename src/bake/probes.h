@@ -6,7 +6,7 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/axis.h>
+#include <stratus/base/axis.h>
 #include <stratus/transfer/fourier_sum.h>
 
 #include <algorithm>

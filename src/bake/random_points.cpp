@@ -1,7 +1,7 @@
 // Random points of a range, solved: some albedos, each at a ladder of depths.
 #include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
 #include "piece_of_work.h"
 #include "solve_material.h"

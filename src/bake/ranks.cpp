@@ -2,7 +2,7 @@
 
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include "nap.h"
 

@@ -1,7 +1,7 @@
 #include <stratus/bake/recipe.h>
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include "axes.h"
 #include "family_section.h"

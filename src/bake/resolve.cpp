@@ -2,7 +2,7 @@
 // what an interrupted bake has chosen is taken from its log, the rest is measured on the probes.
 #include "resolve.h"
 
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include "axes.h"
 #include "choices.h"

@@ -1,7 +1,7 @@
 // What a table is of, solved: a layer at some albedos and depths, or a stack.
 #pragma once
 
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/solve.h>
 
 #include <vector>

@@ -3,8 +3,8 @@
 
 #include <stratus/bake/bake.h>
 #include <stratus/bake/clock.h>
+#include <stratus/base/argument.h>
 #include <stratus/io/sample_files.h>
-#include <stratus/runtime/argument.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,6 +1,6 @@
 #include <stratus/bake/stack_file.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "layers_section.h"
 

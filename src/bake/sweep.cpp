@@ -2,9 +2,9 @@
 
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/keys.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/csv.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include "recipe_of.h"
 

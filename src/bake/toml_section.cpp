@@ -1,6 +1,6 @@
 #include "toml_section.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include <algorithm>
 #include <charconv>

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <stratus/bake/keys.h>
+#include <stratus/base/argument.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/io/text_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/lower_boundary.h>
+#include <stratus/layer/lower_boundary.h>
 
 #include <toml++/toml.h>
 

@@ -2,7 +2,7 @@
 // stratus_last_error() returns.
 #pragma once
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 #include <stratus/stratus.h>
 
 #include <cstddef>

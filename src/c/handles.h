@@ -1,12 +1,12 @@
 // What the handles of the C interface refer to.
 #pragma once
 
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/stack_layers.h>
-#include <stratus/runtime/table.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/layer/stack_layers.h>
 #include <stratus/stratus.h>
+#include <stratus/table/packed_table.h>
+#include <stratus/table/table.h>
 
 #include <cstddef>
 #include <memory>

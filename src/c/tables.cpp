@@ -1,7 +1,7 @@
 // Tables: opened, described, looked up.
 #include <stratus/io/phase_file.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include "errors.h"
 #include "handles.h"

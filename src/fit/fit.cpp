@@ -1,8 +1,8 @@
 #include <stratus/fit/fit.h>
 
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/fit/chi_square.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include "least_squares.h"
 #include "remarks.h"

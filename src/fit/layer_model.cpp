@@ -1,7 +1,7 @@
 #include <stratus/fit/layer_model.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 

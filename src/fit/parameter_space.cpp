@@ -1,8 +1,8 @@
 #include "parameter_space.h"
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "remarks.h"
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 
 #include <Eigen/Eigenvalues>
 

@@ -1,8 +1,8 @@
 #include <stratus/io/csv.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/text_file.h>
-#include <stratus/runtime/number_text.h>
 
 #include <csv.h>
 

@@ -1,6 +1,6 @@
 #include "memory_limit.h"
 
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/number_text.h>
 
 #include <algorithm>
 #include <limits>

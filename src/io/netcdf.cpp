@@ -1,6 +1,6 @@
 #include <stratus/io/netcdf.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include "file_bytes.h"
 #include "hdf5_attributes.h"

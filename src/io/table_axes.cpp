@@ -1,8 +1,8 @@
 #include "table_axes.h"
 
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
 
 #include <optional>
 #include <span>

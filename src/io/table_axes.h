@@ -1,7 +1,7 @@
 // The axes of a table as its files name and scale them.
 #pragma once
 
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include "table_content.h"
 

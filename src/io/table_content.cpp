@@ -1,9 +1,9 @@
 #include "table_content.h"
 
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
 
 #include "table_axes.h"
 

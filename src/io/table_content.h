@@ -10,7 +10,7 @@
 
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include "file_bytes.h"
 

@@ -1,10 +1,10 @@
 #include <stratus/io/table_file.h>
 
+#include <stratus/base/argument.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/exr_table.h>
 #include <stratus/io/hdf5_table.h>
 #include <stratus/io/write_options.h>
-#include <stratus/runtime/argument.h>
 
 #include "file_bytes.h"
 #include "table_content.h"

@@ -1,9 +1,9 @@
 // Pictures for shaders: tiles of f (mu_in + mu_out) pi over azimuth and mu_out, one column of tiles
 // for each mu_in, one row for each side.
 #include <stratus/bake/parallel.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/image.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
 
 #include "even_grid.h"
 #include "formats.h"

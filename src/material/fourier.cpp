@@ -3,9 +3,9 @@
 // mu_o is that of the outgoing direction, mu_i that of the propagation of the incident light, so
 // that mu_o mu_i < 0 is reflection; azimuth 0 is forward. A series is of f |mu_i|.
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 
 #include "cosine_series.h"
 #include "encoder.h"

@@ -1,9 +1,9 @@
 #include <stratus/material/material.h>
 
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include <stratus/transfer/solve_to_tolerance.h>
 

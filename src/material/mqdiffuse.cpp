@@ -3,9 +3,9 @@
 // Both directions point away from the surface there, so that phi_d = 0 is back to the light:
 // azimuth pi.
 #include <stratus/bake/parallel.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/io/netcdf.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
 
 #include "formats.h"
 #include "solved_stack.h"

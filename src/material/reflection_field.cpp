@@ -1,7 +1,7 @@
 #include "reflection_field.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include <algorithm>
 #include <array>

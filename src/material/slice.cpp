@@ -1,12 +1,12 @@
 // R and T of one layer or stack on even axes, as named arrays in the safetensors layout: for
 // lookups by straight lines, in any language.
 #include <stratus/bake/parallel.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/tensor_file.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/constants.h>
 
 #include "even_grid.h"
 #include "formats.h"
-#include "tensor_file.h"
 
 #include <cstddef>
 #include <memory>

@@ -8,7 +8,7 @@
 // joined by straight lines. Where wi is below the horizon, f(|mu_i|) mu_i continues it oddly, so
 // that the lines meet 0 at the horizon.
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "encoder.h"
 #include "formats.h"

@@ -1,6 +1,6 @@
 #include <stratus/picture/cost_plot.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include "label_placement.h"
 #include "plot_axes.h"

@@ -1,7 +1,7 @@
 #include <stratus/picture/line_plot.h>
 
+#include <stratus/base/number_text.h>
 #include <stratus/picture/round_number.h>
-#include <stratus/runtime/number_text.h>
 
 #include "plot_axes.h"
 

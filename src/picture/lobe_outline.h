@@ -1,7 +1,7 @@
 // How lobes are drawn, in figures and portraits alike.
 #pragma once
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "page.h"
 

@@ -1,7 +1,7 @@
 #include <stratus/picture/lobe_plot.h>
 
+#include <stratus/base/number_text.h>
 #include <stratus/picture/round_number.h>
-#include <stratus/runtime/number_text.h>
 
 #include "lobe_outline.h"
 #include "plot_axes.h"

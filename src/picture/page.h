@@ -2,8 +2,8 @@
 // as PNG (one unit is a pixel) or SVG (one unit is a point, 1/72 inch). y points down.
 #pragma once
 
+#include <stratus/base/constants.h>
 #include <stratus/io/image.h>
-#include <stratus/runtime/constants.h>
 
 #include <cairo.h>
 

@@ -1,9 +1,9 @@
 #include <stratus/picture/portrait.h>
 
+#include <stratus/base/angle.h>
+#include <stratus/base/number_text.h>
 #include <stratus/picture/png.h>
 #include <stratus/picture/round_number.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/number_text.h>
 
 #include "lobe_outline.h"
 #include "page.h"

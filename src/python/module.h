@@ -6,9 +6,9 @@
 #pragma once
 
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/opposition.h>
+#include <stratus/base/argument.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/opposition.h>
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>

@@ -1,7 +1,7 @@
 // Bound layers: R, T and BSDF values of one layer or three colours, and samples of its directions.
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/bsdf/slice.h>
 
 #include <algorithm>
 #include <cmath>

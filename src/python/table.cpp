@@ -1,10 +1,10 @@
 // Tables: reading, writing, what they hold, and lookups at any layer.
 #include "table.h"
 
+#include <stratus/base/constants.h>
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // A table as Python holds it: dense or packed.
 #pragma once
 
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/packed_table.h>
+#include <stratus/table/table.h>
 
 #include <memory>
 #include <string>

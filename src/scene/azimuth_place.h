@@ -1,7 +1,7 @@
 // Cubic interpolation between values at azimuths that go round.
 #pragma once
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
 
 #include <array>

@@ -1,5 +1,5 @@
 // [picture], [camera] and [sun].
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include "sections.h"
 

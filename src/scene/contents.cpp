@@ -1,6 +1,6 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
 
 #include <algorithm>
 #include <array>

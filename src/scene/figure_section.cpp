@@ -1,6 +1,6 @@
 // [lobes] and [lambert].
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 
 #include "sections.h"
 

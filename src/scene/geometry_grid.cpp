@@ -1,6 +1,6 @@
 #include "geometry_grid.h"
 
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
 
 #include <algorithm>
 #include <cmath>

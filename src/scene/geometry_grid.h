@@ -2,8 +2,8 @@
 // of a phase function, by its own curve, and the rise of a smooth function, by second differences.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/scene/contents.h>
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 // beforehand.
 #pragma once
 
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <array>
 #include <cstddef>

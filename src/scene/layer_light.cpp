@@ -1,8 +1,8 @@
 #include <stratus/scene/layer_light.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/contents.h>
 
 #include "layer_fluxes.h"

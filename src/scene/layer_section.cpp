@@ -1,7 +1,7 @@
 // [layer].
 #include <stratus/bake/stack_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 
 #include "sections.h"
 

@@ -1,10 +1,10 @@
 #include <stratus/scene/layer_tables.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/family_member.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/table/family_member.h>
 
 #include "axes.h"
 

@@ -1,5 +1,5 @@
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/number_text.h>
 #include <stratus/scene/figure.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/solve_to_tolerance.h>

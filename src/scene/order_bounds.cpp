@@ -1,9 +1,9 @@
 #include <stratus/scene/order_bounds.h>
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/diffuse_transmittance.h>
-#include <stratus/runtime/number_text.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/number_text.h>
+#include <stratus/layer/diffuse_transmittance.h>
 #include <stratus/transfer/solve.h>
 
 #include "geometry_grid.h"

@@ -1,9 +1,9 @@
 // What each effect of a scene changes and costs, for people.
 #include <stratus/bake/clock.h>
 #include <stratus/bake/parallel.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/number_text.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/plan.h>
 #include <stratus/scene/render.h>

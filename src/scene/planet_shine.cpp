@@ -1,9 +1,9 @@
 #include "planet_shine.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/gauss_legendre.h>
 
-#include "gauss_legendre.h"
 #include "subjects.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // radius that the cell covers counts by its share of the cell, however narrow a ringlet is.
 #pragma once
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/camera.h>
 #include <stratus/scene/scene.h>
 

@@ -1,7 +1,7 @@
 #include "ring_orders.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "subjects.h"
 

@@ -1,9 +1,9 @@
 #include "ring_shine.h"
 
 #include <stratus/bake/parallel.h>
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/gauss_legendre.h>
 
-#include "gauss_legendre.h"
 #include "subjects.h"
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 // sees them, and the size of the sun.
 #pragma once
 
-#include <stratus/runtime/axis.h>
+#include <stratus/base/axis.h>
 #include <stratus/scene/layer_light.h>
 
 #include <array>

@@ -1,7 +1,7 @@
 #include <stratus/scene/scene.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 #include <stratus/scene/scene_keys.h>
 
 #include "sections.h"

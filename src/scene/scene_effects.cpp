@@ -1,4 +1,4 @@
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 #include <stratus/scene/scene.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 #include <stratus/io/phase_file.h>
 #include <stratus/picture/png.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
 
 #include "sections.h"
 

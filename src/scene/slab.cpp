@@ -1,4 +1,4 @@
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "subjects.h"
 

@@ -1,6 +1,6 @@
 // [rings], [planet] and [slab].
+#include <stratus/base/argument.h>
 #include <stratus/io/csv.h>
-#include <stratus/runtime/argument.h>
 
 #include "sections.h"
 

@@ -1,9 +1,9 @@
 #include <stratus/scene/table_cache.h>
 
 #include <stratus/bake/bake.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
 #include <stratus/io/atomic_file.h>
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/number_text.h>
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
 #include <stratus/scene/table_portrait.h>
 
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
 #include <stratus/picture/round_number.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/number_text.h>
 #include <stratus/scene/render.h>
+#include <stratus/table/lookup.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <stratus/scene/texture.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/instruction_set.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/instruction_set.h>
 
 #include "kernels/noise.h"
 

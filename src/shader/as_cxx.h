@@ -1,7 +1,7 @@
 // src/shader/*.shader compiled as C++, on textures in memory.
 #pragma once
 
-#include <stratus/runtime/half.h>
+#include <stratus/base/half.h>
 #include <stratus/shader/shader.h>
 
 #include <algorithm>

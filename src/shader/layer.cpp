@@ -1,9 +1,9 @@
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/direction_density.h>
+#include <stratus/base/argument.h>
+#include <stratus/bsdf/direction_density.h>
 
 #include "as_cxx.h"
-#include "kernels/packed.h"
-#include "packed_block.h"
+#include "table/kernels/packed.h"
+#include "table/packed_block.h"
 
 #include <algorithm>
 #include <cstddef>

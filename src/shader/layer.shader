@@ -70,7 +70,7 @@ vec3 stratus_layer_direct(float mu) {
                 stratus_direct(stratus_x(stratus_layer_colour(2)), mu));
 }
 
-// ---- directions: the coordinates of src/runtime/direction_coordinates.h
+// ---- directions: the coordinates of src/bsdf/direction_coordinates.h
 
 float stratus_layer_float(float first, int n) {
     return stratus_component(stratus_layer_texel(int(first) + n / 4), n - n / 4 * 4);

@@ -1,10 +1,10 @@
 #include <stratus/shader/shader.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/half.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/half.h>
 
-#include "kernels/packed.h"
-#include "packed_block.h"
+#include "table/kernels/packed.h"
+#include "table/packed_block.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include <stratus/transfer/adding.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include "beam_matrix.h"
 

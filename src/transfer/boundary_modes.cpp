@@ -1,6 +1,6 @@
 #include "boundary_modes.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 namespace stratus {
 

@@ -2,7 +2,7 @@
 // layer.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
+#include <stratus/layer/lower_boundary.h>
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/truncation.h>
 

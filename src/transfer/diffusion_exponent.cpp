@@ -1,4 +1,4 @@
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 #include <stratus/transfer/solve.h>
 
 #include "doubling_ladder.h"

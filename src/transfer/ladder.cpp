@@ -1,6 +1,6 @@
 #include "ladder.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/adding.h>
 
 #include "boundary_modes.h"

@@ -1,6 +1,6 @@
 #include <stratus/transfer/layer.h>
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 
 #include <cmath>
 

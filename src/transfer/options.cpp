@@ -1,7 +1,7 @@
 #include "options.h"
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/path_law.h>
+#include <stratus/base/argument.h>
+#include <stratus/phase/path_law.h>
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 // The solver's options applied: checks, truncation and modes.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
+#include <stratus/layer/lower_boundary.h>
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solution.h>

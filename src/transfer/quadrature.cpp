@@ -1,6 +1,6 @@
 #include <stratus/transfer/quadrature.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 
 #include <boost/math/special_functions/legendre.hpp>
 

@@ -1,7 +1,7 @@
 #include <stratus/transfer/solve.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/stack.h>
 
 #include "depth_regime.h"

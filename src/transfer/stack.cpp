@@ -1,6 +1,6 @@
 #include <stratus/transfer/stack.h>
 
-#include <stratus/runtime/argument.h>
+#include <stratus/base/argument.h>
 #include <stratus/transfer/adding.h>
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>

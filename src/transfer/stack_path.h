@@ -15,8 +15,8 @@
 // single layer this is the path law.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/truncation.h>
 
 #include <cstddef>

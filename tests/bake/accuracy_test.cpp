@@ -1,7 +1,7 @@
 #include <stratus/bake/accuracy.h>
 
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

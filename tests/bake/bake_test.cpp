@@ -1,9 +1,9 @@
 #include <stratus/bake/bake.h>
 
 #include <stratus/bake/accuracy.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
 #include "small_recipe.h"

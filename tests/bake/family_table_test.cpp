@@ -1,9 +1,9 @@
 // Tables of families of phase functions, against tables of single ones and the solver.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/family_member.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/family_member.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "table_equality.h"
 

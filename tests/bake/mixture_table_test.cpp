@@ -1,8 +1,8 @@
 // Tables of two kinds of scattering in any mixture, against those of one mixture and the solver.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/lookup.h>
 
 #include "small_recipe.h"
 

@@ -2,8 +2,8 @@
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
 #include <stratus/bake/forecast.h>
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/base/angle.h>
+#include <stratus/table/lookup.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

@@ -1,9 +1,9 @@
 // Tables that leave the path law to lookups: every way to look one up, against the solver.
 #include <stratus/bake/bake.h>
+#include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
 #include "small_recipe.h"
 #include "temporary_folder.h"

@@ -1,6 +1,6 @@
 #include <stratus/bake/recipe.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "refusal.h"
 #include "temporary_folder.h"

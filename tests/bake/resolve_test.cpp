@@ -1,5 +1,5 @@
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "choices.h"
 #include "small_recipe.h"

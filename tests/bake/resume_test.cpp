@@ -1,5 +1,5 @@
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/instruction_set.h>
+#include <stratus/base/instruction_set.h>
 
 #include "small_recipe.h"
 

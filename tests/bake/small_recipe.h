@@ -2,9 +2,9 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
-#include "../runtime/table_equality.h"
+#include "../table/table_equality.h"
 
 #include <gtest/gtest.h>
 

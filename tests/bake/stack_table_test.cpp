@@ -1,11 +1,11 @@
 // Tables of stacks: every way to look one up, against the solver and against closed forms.
 #include <stratus/bake/accuracy.h>
 #include <stratus/bake/bake.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/transfer/stack.h>
 
 #include "refusal.h"

@@ -1,9 +1,9 @@
 // The C interface of the solver and the bake beside the C++ functions.
 #include <stratus/bake/bake.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
 #include <stratus/stratus_baker.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,11 +1,11 @@
 // The C interface beside the C++ one: the same bits, and every refusal in words.
 #include <stratus/stratus.h>
 
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/table/lookup.h>
 
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"

@@ -1,14 +1,14 @@
 // The C interface: packed tables, textured lookups, mixtures and stacks, beside the C++ functions.
+#include <stratus/bsdf/slice.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/slice.h>
 #include <stratus/stratus.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
 
+#include "expect_refused.h"
 #include "../io/temporary_folder.h"
 #include "../picture/synthetic_table.h"
-#include "../runtime/small_table.h"
-#include "expect_refused.h"
+#include "../table/small_table.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 //     check_pictures TABLE SUNLIT.ppm SUN FURNACE.ppm SKY
 //
 // SUNLIT has no sky, and light that bounced once; FURNACE has no sun. Prints nothing if they agree.
+#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include <algorithm>
 #include <array>

@@ -4,9 +4,9 @@
 //
 // SUN is the irradiance on a plane that faces the sun, SKY the radiance of the sky. The picture
 // holds linear radiance; 1 is white.
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/constants.h>
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #include <stratus/fit/chi_square.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include <gtest/gtest.h>
 

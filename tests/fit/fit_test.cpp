@@ -1,8 +1,8 @@
 #include <stratus/fit/fit.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
 
 #include "observed_rings.h"
 #include "refusal.h"

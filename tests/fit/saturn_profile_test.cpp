@@ -2,8 +2,8 @@
 // saw. `saturn_profile_test --gtest_output=xml:/dev/stdout` prints I/F of both, in thousandths.
 #include <stratus/fit/layer_model.h>
 
+#include <stratus/base/angle.h>
 #include <stratus/io/csv.h>
-#include <stratus/runtime/angle.h>
 
 #include <gtest/gtest.h>
 

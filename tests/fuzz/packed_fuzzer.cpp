@@ -1,6 +1,6 @@
 // Arbitrary bytes as a packed table are refused, or answer lookups.
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/base/constants.h>
+#include <stratus/table/packed_table.h>
 
 #include <algorithm>
 #include <cstddef>

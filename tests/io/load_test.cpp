@@ -1,7 +1,7 @@
 // Many threads look up one table while another loads and drops others, as in a renderer: for 3 s,
 // or STRATUS_LOAD_SECONDS.
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include "sample_table.h"
 #include "temporary_folder.h"

@@ -1,10 +1,10 @@
 // Tables of any shape, with random samples, for the tests of io.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/table.h>
+#include <stratus/base/constants.h>
+#include <stratus/table/table.h>
 
-#include "../runtime/table_equality.h"
+#include "../table/table_equality.h"
 
 #include <gtest/gtest.h>
 

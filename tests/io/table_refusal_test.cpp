@@ -1,7 +1,7 @@
 // Files that are not tables, or are damaged, are refused with one sentence. Nothing crashes, and no
 // other table than the one written is returned.
+#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/constants.h>
 
 #include "refusal_of_reading.h"
 #include "sample_table.h"

@@ -1,8 +1,8 @@
+#include <stratus/base/constants.h>
 #include <stratus/io/exr_table.h>
 #include <stratus/io/hdf5_table.h>
 #include <stratus/io/table_file.h>
 #include <stratus/io/write_options.h>
-#include <stratus/runtime/constants.h>
 
 #include "sample_table.h"
 #include "table_content.h"

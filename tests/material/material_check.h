@@ -2,9 +2,9 @@
 // and how far a file is from them.
 #pragma once
 
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/material/material.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/single_scattering.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -2,7 +2,7 @@
 // are checked visually.
 #include <stratus/picture/cost_plot.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "refusal.h"
 #include "temporary_folder.h"

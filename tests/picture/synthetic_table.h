@@ -2,10 +2,10 @@
 // is needed.
 #pragma once
 
-#include <stratus/runtime/axis.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/table.h>
+#include <stratus/base/axis.h>
+#include <stratus/base/constants.h>
+#include <stratus/phase/phase_function.h>
+#include <stratus/table/table.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The reference values of discrete_ordinates*.csv, layer by layer.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 
 #include <cstdlib>
 #include <fstream>

@@ -1,6 +1,6 @@
 #include <stratus/scene/contents.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/layer_light.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/order_bounds.h>

@@ -1,8 +1,8 @@
 #include <stratus/scene/figure.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include <stratus/scene/layer_tables.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "refusal.h"

@@ -1,7 +1,7 @@
 #include <stratus/scene/plan.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
 #include "small_scene.h"
 

@@ -1,7 +1,7 @@
 // Pictures pixel by pixel, against closed forms; occlusion and shadows.
 #include <stratus/scene/render.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "small_scene.h"
 

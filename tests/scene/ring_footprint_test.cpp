@@ -1,7 +1,7 @@
 // Ringlets narrower than pixels, whose light is that of their area wherever the pixels lie.
 #include "ring_footprint.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/render.h>
 
 #include "small_scene.h"

@@ -1,7 +1,7 @@
 #include <stratus/scene/scene.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 
 #include "refusal.h"
 #include "temporary_folder.h"

@@ -1,7 +1,7 @@
 // Light between a planet and its rings, against sums over many rays, and by energy.
 #include <stratus/scene/render.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include "small_scene.h"
 

@@ -1,7 +1,7 @@
 // Scenes of a few pixels, for tests to change.
 #pragma once
 
-#include <stratus/runtime/angle.h>
+#include <stratus/base/angle.h>
 #include <stratus/scene/scene.h>
 
 namespace stratus {

@@ -2,8 +2,8 @@
 // part of it. Its looks are checked visually.
 #include <stratus/scene/table_portrait.h>
 
+#include <stratus/base/angle.h>
 #include <stratus/picture/png.h>
-#include <stratus/runtime/angle.h>
 
 #include "synthetic_table.h"
 #include "temporary_folder.h"

@@ -1,8 +1,8 @@
 // Random lookups of a packed table, by the C++ runtime and by others, and how far these are off.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/base/constants.h>
+#include <stratus/table/packed_table.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #include <stratus/shader/shader.h>
 
-#include <stratus/runtime/bsdf.h>
-#include <stratus/runtime/family_member.h>
-#include <stratus/runtime/path_law.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/phase/path_law.h>
+#include <stratus/table/family_member.h>
 
 #include "as_cxx.h"
 #include "lookups.h"

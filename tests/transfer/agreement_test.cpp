@@ -1,7 +1,7 @@
 // A matrix of layers on which all applicable methods are compared pairwise: each pair agrees within
 // the sum of the errors that the two state.
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/reference/photons.h>

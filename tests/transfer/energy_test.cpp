@@ -1,5 +1,5 @@
 // Energy conservation without absorption, and absorption with it.
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 

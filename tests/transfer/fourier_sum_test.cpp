@@ -1,6 +1,6 @@
 #include <stratus/transfer/fourier_sum.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

@@ -1,7 +1,7 @@
 // Identities that hold for any layer: symmetries, and agreement of the solver with itself.
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/instruction_set.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/instruction_set.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 

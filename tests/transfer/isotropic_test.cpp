@@ -1,8 +1,8 @@
 // Chandrasekhar's functions against their closed-form properties, and the solver against them.
 #include <stratus/transfer/reference/isotropic.h>
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 #include <stratus/transfer/solve.h>
 

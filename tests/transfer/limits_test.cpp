@@ -1,5 +1,5 @@
 // Limits of the solver: no depth, infinite depth, no scattering, weak scattering.
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"

@@ -1,8 +1,8 @@
 // The Markov chain agrees with the solver within its stated errors.
 #include <stratus/transfer/reference/markov.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

@@ -1,5 +1,5 @@
 // Neumann orders one by one.
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 #include <stratus/transfer/stack.h>
 

@@ -1,8 +1,8 @@
 // Photons agree with the solver and the closed forms within their standard errors.
 #include <stratus/transfer/reference/photons.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/markov.h>
 #include <stratus/transfer/solve.h>
 

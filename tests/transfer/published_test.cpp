@@ -1,6 +1,6 @@
 // The solver against numbers printed in the literature, to the digits printed.
+#include <stratus/base/angle.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/runtime/angle.h>
 #include <stratus/transfer/solve.h>
 
 #include <gtest/gtest.h>

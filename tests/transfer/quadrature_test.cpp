@@ -1,6 +1,6 @@
 #include <stratus/transfer/quadrature.h>
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 
 #include "refusal.h"
 

@@ -2,12 +2,12 @@
 // errors, whose references were computed once (bench/tolerance_bench.cpp).
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/number_text.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/layer/stack_layers.h>
+#include <stratus/phase/phase_function.h>
 
 #include <cmath>
 #include <cstdint>

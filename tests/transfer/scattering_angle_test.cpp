@@ -1,8 +1,8 @@
 // Tabulated phase functions keep their values, and sampled scattering angles their moments.
 #include "reference/scattering_angle.h"
 
+#include <stratus/base/constants.h>
 #include <stratus/io/phase_file.h>
-#include <stratus/runtime/constants.h>
 
 #include <gtest/gtest.h>
 

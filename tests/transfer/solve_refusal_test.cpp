@@ -1,5 +1,5 @@
 // Refusals of the solver: one test per check, with values just outside the range.
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "refusal.h"

@@ -1,6 +1,6 @@
 #include <stratus/transfer/solve_to_tolerance.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/reference/isotropic.h>
 #include <stratus/transfer/solve.h>
 

@@ -1,8 +1,8 @@
 // Checks that hold for every layer that the solver accepts.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/solve.h>
 
 #include "stability_matrix.h"

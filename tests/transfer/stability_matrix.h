@@ -2,8 +2,8 @@
 // For the stability tests and the benchmark that compares textbook doubling on them.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/phase_function.h>
+#include <stratus/base/constants.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solve.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The stability matrix: no breakdown at any phase function, albedo, depth or number of nodes.
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/diffusion.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/diffusion.h>
+#include <stratus/layer/single_scattering.h>
 
 #include "stability_checks.h"
 #include "stability_matrix.h"

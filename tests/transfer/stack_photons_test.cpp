@@ -1,5 +1,5 @@
 // Stacks against photons that know nothing of layers' matrices, truncation or paths.
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve_to_tolerance.h>
 
 #include <gtest/gtest.h>

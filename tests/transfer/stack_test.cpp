@@ -2,8 +2,8 @@
 // lower boundary.
 #include <stratus/transfer/stack.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/layer.h>
 #include <stratus/transfer/solve.h>
 

@@ -1,6 +1,6 @@
 #include <stratus/transfer/truncated_path.h>
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/transfer/solve.h>
 
 #include "usual_layers.h"

@@ -1,9 +1,9 @@
 // Directions, phase functions and options of the tests of layers.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/phase_function.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solver_options.h>
 
 #include <limits>

@@ -1,5 +1,5 @@
 // Looks up a packed table: one value, and a row of pixels whose layers differ.
-#include <stratus/runtime/packed_table.h>
+#include <stratus/runtime.h>
 
 #include <cstdio>
 #include <exception>

@@ -7,8 +7,8 @@
 #pragma once
 
 #include <stratus/bake/work_log.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/table.h>
 #include <stratus/transfer/solver_options.h>
 
 #include <functional>

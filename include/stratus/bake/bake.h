@@ -3,7 +3,7 @@
 
 #include <stratus/bake/recipe.h>
 #include <stratus/bake/work_log.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <functional>
 #include <string>

@@ -2,11 +2,11 @@
 // from it. A stack file (stack_file.h) is a recipe of the stack as one material.
 #pragma once
 
-#include <stratus/runtime/axis.h>
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/phase_family.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/base/axis.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/stack_layers.h>
+#include <stratus/phase/phase_family.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solver_options.h>
 
 #include <array>

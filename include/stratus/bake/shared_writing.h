@@ -3,7 +3,7 @@
 
 #include <stratus/bake/ranks.h>
 #include <stratus/io/sample_files.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <filesystem>
 

@@ -13,8 +13,8 @@
 // that is read there alone.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/stack_layers.h>
 
 #include <filesystem>
 #include <string>

@@ -8,7 +8,7 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <filesystem>
 #include <string>

@@ -6,12 +6,12 @@
 // observation may bring its own value of one, a spectrum its wavelengths.
 #pragma once
 
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/lookup.h>
-#include <stratus/runtime/phase_family.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/runtime/table.h>
+#include <stratus/layer/effects.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_family.h>
+#include <stratus/phase/phase_function.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/table.h>
 
 #include <array>
 #include <memory>

@@ -8,7 +8,7 @@
 #pragma once
 
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <filesystem>
 

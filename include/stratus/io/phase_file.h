@@ -2,7 +2,7 @@
 // `mie:distribution=drops.csv,index=acid.csv`.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 
 #include <string>
 #include <vector>

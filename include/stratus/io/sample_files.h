@@ -1,7 +1,7 @@
 // Samples of a table on the disk while it is baked, so that memory need not hold them.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 
 #include <array>
 #include <cstddef>

@@ -7,7 +7,7 @@
 // is atomic (atomic_file.h).
 #pragma once
 
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -3,7 +3,7 @@
 
 #include <stratus/io/atomic_file.h>
 #include <stratus/io/sample_files.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 #include <cstddef>
 #include <filesystem>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 #include <stratus/scene/scene.h>
 
 #include <vector>

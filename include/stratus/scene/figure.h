@@ -2,9 +2,9 @@
 // tables.
 #pragma once
 
+#include <stratus/phase/phase_function.h>
 #include <stratus/picture/line_plot.h>
 #include <stratus/picture/lobe_plot.h>
-#include <stratus/runtime/phase_function.h>
 
 #include <string>
 #include <variant>

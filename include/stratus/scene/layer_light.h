@@ -2,9 +2,9 @@
 // layer is uniform, by packed tables where it varies; single scattering in closed form.
 #pragma once
 
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/diffuse_transmittance.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/layer/diffuse_transmittance.h>
 #include <stratus/scene/layer_tables.h>
 #include <stratus/scene/scene.h>
 

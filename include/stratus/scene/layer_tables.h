@@ -3,11 +3,11 @@
 #pragma once
 
 #include <stratus/bake/bake.h>
-#include <stratus/runtime/table.h>
-#include <stratus/runtime/packed_table.h>
 #include <stratus/scene/contents.h>
 #include <stratus/scene/scene.h>
 #include <stratus/scene/table_cache.h>
+#include <stratus/table/packed_table.h>
+#include <stratus/table/table.h>
 
 #include <array>
 #include <memory>

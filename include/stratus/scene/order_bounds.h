@@ -12,7 +12,7 @@
 // bound and largest value agree.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/scene/scene.h>
 
 #include <optional>

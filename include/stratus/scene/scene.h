@@ -22,9 +22,9 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/effects.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/effects.h>
+#include <stratus/layer/stack_layers.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/scene/camera.h>
 #include <stratus/scene/figure.h>
 #include <stratus/scene/texture.h>

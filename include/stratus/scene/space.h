@@ -2,7 +2,7 @@
 // in z = 0.
 #pragma once
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 
 #include <cmath>
 

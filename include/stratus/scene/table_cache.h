@@ -8,7 +8,7 @@
 #pragma once
 
 #include <stratus/bake/recipe.h>
-#include <stratus/runtime/packed_table.h>
+#include <stratus/table/packed_table.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <stratus/picture/portrait.h>
-#include <stratus/runtime/table.h>
+#include <stratus/table/table.h>
 
 namespace stratus {
 

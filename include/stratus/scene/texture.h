@@ -2,8 +2,8 @@
 // procedural and the same on every machine; images are interpolated.
 #pragma once
 
+#include <stratus/bsdf/slice.h>
 #include <stratus/io/image.h>
-#include <stratus/runtime/slice.h>
 #include <stratus/scene/space.h>
 
 #include <memory>

@@ -5,8 +5,8 @@
 // docs/shaders.md has the functions, the layout of the textures, and what is left out.
 #pragma once
 
-#include <stratus/runtime/packed_table.h>
-#include <stratus/runtime/slice.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/packed_table.h>
 
 #include <string>
 #include <vector>

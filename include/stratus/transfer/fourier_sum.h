@@ -9,10 +9,10 @@
 // form is then single scattering and the path law, what is tabulated is their rest.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/path_law.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/path_law.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>

@@ -4,9 +4,9 @@
 // closed form with the exact phase function. Values at many directions: fourier_sum.h.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/truncated_path.h>
 #include <stratus/transfer/truncation.h>
 

@@ -6,8 +6,8 @@
 // (mu0 F0), T its diffuse counterpart, f = f_0 + 2 sum f_m cos(m dphi).
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/phase_function.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 

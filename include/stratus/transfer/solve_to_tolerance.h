@@ -5,9 +5,9 @@
 // (src/transfer/convergence.h). bench/tolerance_bench.cpp compares the estimates with the truth.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/single_scattering.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 

@@ -6,8 +6,8 @@
 // through all layers (stack_path.h). One layer over nothing is solved as solve_layer does.
 #pragma once
 
-#include <stratus/runtime/lower_boundary.h>
-#include <stratus/runtime/stack_layers.h>
+#include <stratus/layer/lower_boundary.h>
+#include <stratus/layer/stack_layers.h>
 #include <stratus/transfer/solution.h>
 #include <stratus/transfer/solver_options.h>
 #include <stratus/transfer/truncation.h>

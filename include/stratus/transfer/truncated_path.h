@@ -18,7 +18,7 @@
 // Second order in T with delta-M is the correction IMS of [NT88].
 #pragma once
 
-#include <stratus/runtime/path_law.h>
+#include <stratus/phase/path_law.h>
 #include <stratus/transfer/truncation.h>
 
 #include <Eigen/Core>

@@ -16,7 +16,7 @@
 // w*/(1 - f) and tau*. Multiple scattering in a narrow peak: truncated_path.h.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #include "classic.h"
 
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
 
 #include "../beam_matrix.h"
 

@@ -1,8 +1,8 @@
 #include <stratus/transfer/reference/isotropic.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/quadrature.h>
 
 #include <Eigen/Eigenvalues>

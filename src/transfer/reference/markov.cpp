@@ -1,7 +1,7 @@
 #include <stratus/transfer/reference/markov.h>
 
-#include <stratus/runtime/argument.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/base/argument.h>
+#include <stratus/layer/single_scattering.h>
 #include <stratus/transfer/layer.h>
 
 #include "phase_kernels.h"

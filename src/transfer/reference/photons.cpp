@@ -1,7 +1,7 @@
 #include <stratus/transfer/reference/photons.h>
 
-#include <stratus/runtime/angle.h>
-#include <stratus/runtime/argument.h>
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
 
 #include "scattering_angle.h"
 

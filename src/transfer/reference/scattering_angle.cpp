@@ -1,6 +1,6 @@
 #include "scattering_angle.h"
 
-#include <stratus/runtime/constants.h>
+#include <stratus/base/constants.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // Angles enter as v = (1 - cos Theta)/2 = sin^2(Theta/2), the share of the sphere within Theta.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 
 #include <cstddef>
 #include <utility>

@@ -1,4 +1,4 @@
-#include <stratus/runtime/instruction_set.h>
+#include <stratus/base/instruction_set.h>
 
 #include "doubling_steps.h"
 

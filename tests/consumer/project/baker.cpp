@@ -1,8 +1,8 @@
 // Bakes a small table, writes it and reads it back.
 #include <stratus/bake/bake.h>
+#include <stratus/base/constants.h>
 #include <stratus/io/table_file.h>
-#include <stratus/runtime/constants.h>
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include <cstdio>
 

@@ -1,5 +1,5 @@
 // Looks up one value of a table of one sample: single scattering by the closed form plus 0.25.
-#include <stratus/runtime/lookup.h>
+#include <stratus/table/lookup.h>
 
 #include <cstdio>
 

@@ -9,7 +9,7 @@
 // which is extrapolated from K/2, K and 2 K. Order 1 is the closed form.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
 
 #include <Eigen/Core>

@@ -16,8 +16,8 @@
 // and no way counts more than the smallest phi.
 #pragma once
 
-#include <stratus/runtime/phase_function.h>
-#include <stratus/runtime/single_scattering.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
 #include <stratus/transfer/solution.h>
 
 #include <cstdint>

@@ -1,0 +1,172 @@
+// Named arrays of numbers and named strings in one file of the `safetensors` layout, which Python,
+// JavaScript and Rust read with what they have:
+//
+//   8 bytes   length of the header, little-endian
+//   header    JSON: {"__metadata__": {"key": "text", ...},
+//                    "name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, ...}
+//             and spaces; offsets count from the end of the header
+//   data      little-endian, the last index fastest; one array after the other, without a gap
+//
+// Since readers refuse gaps, TensorWriter fills them with arrays of zeros named padding_1,
+// padding_2, ..., so that every other array starts at a multiple of 64 bytes from the start of the
+// file. Files of other writers may be aligned to no more than the numbers themselves.
+//
+// Such files come from strangers: TensorFile checks everything before it is used.
+#pragma once
+
+#include <stratus/base/half.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "files of tensors are read in place, which needs a little-endian machine"
+#endif
+
+namespace stratus {
+
+constexpr const char* padding_prefix = "padding_";
+
+constexpr std::size_t max_tensor_header = std::size_t{16} << 20;  // bytes
+constexpr std::size_t max_tensors = 100000;                       // and as many strings
+constexpr std::size_t max_tensor_rank = 8;
+
+enum class TensorType { f16, f32, f64, i32 };  // "F16", "F32", "F64", "I32"
+
+template <class Number>
+constexpr TensorType tensor_type() = delete;
+template <>
+constexpr TensorType tensor_type<Half>() {
+    return TensorType::f16;
+}
+template <>
+constexpr TensorType tensor_type<float>() {
+    return TensorType::f32;
+}
+template <>
+constexpr TensorType tensor_type<double>() {
+    return TensorType::f64;
+}
+template <>
+constexpr TensorType tensor_type<std::int32_t>() {
+    return TensorType::i32;
+}
+
+/// How many numbers a shape has: its product.
+inline std::size_t count_of(const std::vector<std::size_t>& shape) noexcept {
+    std::size_t count = 1;
+    for (const std::size_t extent : shape) count *= extent;
+    return count;
+}
+
+/// An array of numbers, in place.
+struct Tensor {
+    TensorType type;
+    std::vector<std::size_t> shape;  // each at least 1; empty for a single number
+    const void* data;                // aligned to the size of a number
+
+    std::size_t count() const noexcept { return count_of(shape); }
+};
+
+/// A tensor whose type and rank are known.
+template <class Number>
+struct TensorOf {
+    const Number* data;
+    std::vector<std::size_t> shape;
+
+    std::size_t count() const noexcept { return count_of(shape); }
+    const Number* begin() const noexcept { return data; }
+    const Number* end() const noexcept { return data + count(); }
+};
+
+enum class Infinity { refused, allowed };
+
+class TensorFile {
+  public:
+    /// Reads the header, and refers to the numbers in `data`, which must outlive this object and
+    /// all that it returns.
+    ///
+    /// Range    data: aligned to 8 bytes.
+    /// Errors   std::invalid_argument: one sentence on what is wrong with the file.
+    /// Cost     of the header alone.
+    TensorFile(const void* data, std::size_t bytes);
+
+    const std::map<std::string, std::string>& strings() const noexcept { return strings_; }
+    const std::map<std::string, Tensor>& tensors() const noexcept { return tensors_; }
+    bool has(const std::string& name) const noexcept { return tensors_.count(name) != 0; }
+
+    /// The string `key`.
+    ///
+    /// Errors   std::invalid_argument if there is none.
+    const std::string& text(const std::string& key) const;
+
+    /// Errors   std::invalid_argument if there is none.
+    const Tensor& tensor(const std::string& name) const;
+
+    /// The tensor `name`, each of whose numbers is looked at. Number: Half, float, double or
+    /// std::int32_t.
+    ///
+    /// Errors   std::invalid_argument if there is none, for another type or rank, and for NaN, and
+    ///          infinities unless allowed, among the numbers.
+    template <class Number>
+    TensorOf<Number> numbers(const std::string& name, std::size_t rank,
+                             Infinity infinity = Infinity::refused) const;
+
+  private:
+    std::map<std::string, std::string> strings_;
+    std::map<std::string, Tensor> tensors_;
+};
+
+/// Collects copies of tensors and strings and lays them out as a file.
+class TensorWriter {
+  public:
+    /// Errors   std::invalid_argument for a name that is taken, "__metadata__", starts with
+    ///          "padding_" or is not UTF-8, and for shapes that TensorFile refuses.
+    template <class Number>
+    void add(const std::string& name, const std::vector<std::size_t>& shape, const Number* data) {
+        add(name, tensor_type<Number>(), shape, data);
+    }
+
+    /// The same; also refuses a shape that is not of as many numbers.
+    template <class Number>
+    void add(const std::string& name, const std::vector<std::size_t>& shape,
+             const std::vector<Number>& numbers) {
+        require_count(name, shape, numbers.size());
+        add(name, tensor_type<Number>(), shape, numbers.data());
+    }
+
+    void add(const std::string& name, TensorType type, const std::vector<std::size_t>& shape,
+             const void* data);
+
+    /// Sets the string `key`.
+    ///
+    /// Errors   std::invalid_argument if either is not UTF-8.
+    void set(const std::string& key, const std::string& text);
+
+    /// The file: tensors in the order in which they were added.
+    ///
+    /// Errors   std::invalid_argument for a longer header, more tensors or more strings than
+    ///          TensorFile reads.
+    std::vector<char> bytes() const;
+
+  private:
+    struct Entry {
+        std::string name;
+        TensorType type;
+        std::vector<std::size_t> shape;
+        std::vector<char> data;
+    };
+
+    static void require_count(const std::string& name, const std::vector<std::size_t>& shape,
+                              std::size_t count);
+
+    std::map<std::string, std::string> strings_;
+    std::vector<Entry> entries_;
+    std::set<std::string> names_;  // of the entries
+};
+
+}  // namespace stratus

@@ -1,0 +1,42 @@
+// The lower boundary of a layer: none, a Lambert surface, or a semi-infinite layer with a phase
+// function of its own.
+//
+// Light that reaches it through a layer of optical depth tau, is scattered there once and leaves
+// again has the closed form exp(-tau/mu0) exp(-tau/mu) times the boundary's R of order 1.
+#pragma once
+
+#include <stratus/layer/single_scattering.h>
+#include <stratus/phase/phase_function.h>
+
+namespace stratus {
+
+struct LowerBoundary {
+    enum class Kind {
+        none,     // transmitted light is lost
+        surface,  // Lambert: R = albedo at every geometry
+        layer,    // semi-infinite
+    };
+    Kind kind = Kind::none;
+    double albedo = 0;             // of the surface, or of single scattering in the layer; [0, 1]
+    PhaseFunction phase_function;  // of the layer
+
+    static LowerBoundary surface(double albedo);
+    static LowerBoundary layer(PhaseFunction phase_function, double albedo);
+
+    bool is_present() const noexcept { return kind != Kind::none; }
+};
+
+/// Light scattered once at the boundary, seen through the layer. 0 without one.
+///
+/// Range    optical_depth [0, inf], that of the layer above.
+double single_reflection_of_boundary(const LowerBoundary& boundary, double optical_depth,
+                                     const Geometry& geometry) noexcept;
+
+/// The same for a value of its phase function; a surface has none, and asks for 1.
+double single_reflection_of_boundary(const LowerBoundary& boundary, double phase_value,
+                                     double optical_depth, double mu_in, double mu_out) noexcept;
+
+/// The phase function's value, 1 of a surface.
+double boundary_phase_value(const LowerBoundary& boundary, const Geometry& geometry) noexcept;
+
+}  // namespace stratus

@@ -1,0 +1,61 @@
+// Single scattering in closed form: a plane-parallel layer lit by a beam, light scattered exactly
+// once.
+//
+// Follows [Blinn82] sections 2.4 to 2.7 in the normalisation of this project: R = pi I / (mu0 F0),
+// so that a white Lambert surface has R = 1, a BRDF is R / pi, and Blinn's brightness is
+// B = 4 mu0 R. mu0 (`mu_in`) and mu (`mu_out`) are cosines in (0, 1]; the function's name says
+// which side. `azimuth` is between the two directions of *propagation*, 0 = forward side.
+// Optical depth may be infinity. Not-a-number gives not-a-number; nothing is brought into its range,
+// for delta-M [W77] asks for albedos above 1. Lookups of tables and slices do that (lookup.h).
+#pragma once
+
+#include <stratus/base/direction.h>
+
+namespace stratus {
+
+/// R of order 1, (w/4) phi (1 - exp(-tau (1/mu + 1/mu0))) / (mu + mu0). [Blinn82] 2.4, top lit
+///
+/// Range    albedo [0, 1], optical_depth [0, inf], cosines (0, 1]; `phase_value` = phi(Theta).
+/// Accuracy 1e-15 relative for thin layers too (expm1).
+double single_reflection(double phase_value, double albedo, double optical_depth, double mu_in,
+                         double mu_out) noexcept;
+
+/// T of order 1 (diffuse), (w/4) phi (exp(-tau/mu0) - exp(-tau/mu)) / (mu0 - mu). [Blinn82] 2.4,
+/// bottom lit
+///
+/// Regular at mu = mu0, where it is (w/4) phi (tau/mu^2) exp(-tau/mu); 0 at infinite depth.
+double single_transmission(double phase_value, double albedo, double optical_depth, double mu_in,
+                           double mu_out) noexcept;
+
+/// The unscattered beam, exp(-tau / mu).
+double direct_transmittance(double optical_depth, double mu) noexcept;
+
+/// The share of a beam that a layer extinguishes, 1 - exp(-tau / mu), exact for thin layers too.
+double intercepted_share(double optical_depth, double mu) noexcept;
+
+// Blinn's own brightness functions, B = 4 mu0 R (or T), for comparison with the paper.
+
+/// B seen from the lit side. [Blinn82] 2.4
+double brightness_top_lit(double phase_value, double albedo, double optical_depth, double mu_in,
+                          double mu_out) noexcept;
+
+/// B seen from the far side, cosines both positive. [Blinn82] 2.4
+double brightness_bottom_lit(double phase_value, double albedo, double optical_depth, double mu_in,
+                             double mu_out) noexcept;
+
+/// B of a semi-infinite layer (dust, deep atmospheres): w phi mu0 / (mu0 + mu), Hapke and Irvine.
+/// [Blinn82] 2.7
+double brightness_semi_infinite(double phase_value, double albedo, double mu_in,
+                                double mu_out) noexcept;
+
+/// A small bright source straight behind the layer, as [Blinn82] 2.5 has it: the beam exp(-tau/mu)
+/// and the light scattered forward once, w phi(Theta = 0) (tau/mu) exp(-tau/mu). The latter is
+/// radiance for each steradian of the source, so the sum is no share and may exceed 1; a uniform
+/// background is SliceOf::background.
+///
+/// The paper adds the constant w phi, which would not vanish for an empty layer; this is the limit
+/// of its own bottom-lit formula at mu = mu0 (B with F0 = 1).
+double source_seen_through(double forward_phase_value, double albedo, double optical_depth,
+                           double mu) noexcept;
+
+}  // namespace stratus

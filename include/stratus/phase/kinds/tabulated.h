@@ -1,0 +1,85 @@
+#pragma once
+
+#include <stratus/phase/kinds/phase_kind.h>
+#include <stratus/phase/kinds/phase_text.h>
+
+#include <functional>
+
+namespace stratus {
+
+/// What follows where rows do not reach 0 or 180 degrees.
+enum class PhaseTableTail { constant, hg };
+
+struct PhaseTableOptions {
+    PhaseTableTail tail = PhaseTableTail::constant;
+    /// Of a particle: its brightness at phase angle 0 beside that of a white Lambert disk of the
+    /// same cross-section which faces the light. That is w phi / 4 of a particle that intercepts
+    /// what falls on it: w = 4 p / phi(Theta = pi), phi of mean 1. [0, phi / 4]
+    std::optional<double> geometric_albedo;
+};
+
+/// Measured values at phase angles (degrees), joined by monotone cubics in the phase angle (Fritsch
+/// and Carlson 1980: no overshoot, so never negative) and scaled to mean 1.
+///
+/// Rows that do not reach 0 or 180 degrees are continued: by the value of the outer row, or by a
+/// double Henyey-Greenstein function c1 HG(g1) + c2 HG(g2), g1 >= 0 >= g2, times what makes it meet
+/// the outer row. It is fitted, by least squares of relative errors, to the rows within 40 degrees
+/// of an end that is continued.
+struct Tabulated {
+    static constexpr PhaseKind kind{
+        "tabulated",
+        {"points"},
+        true,
+        "tabulated:file=moon.csv",
+        "values at phase angles: columns phase_angle_deg, value; with ,tail=hg continued by a fit "
+        "where they end early, else as they end; with ,geometric_albedo=0.1 also an albedo"};
+
+    using Tail = PhaseTableTail;
+    using Options = PhaseTableOptions;
+
+    std::vector<double> phase_angle_deg;  // as given, ascending in [0, 180]
+    std::vector<double> value;            // as given
+    Options options;
+    std::optional<double> albedo;  // of single scattering, where geometric_albedo is given
+
+    // What is joined: the rows and what continues them, from 0 to 180 degrees.
+    std::vector<double> knot_angle_deg, knot_value;
+    std::vector<double> slope;  // d(value)/d(angle) at the knots, per radian
+    double normalisation;       // value * normalisation has spherical mean 1
+
+    /// Where the row of an index stands, for messages: " (row 3)".
+    using RowName = std::function<std::string(std::size_t)>;
+
+    /// At least 3 rows, angles strictly ascending in [0, 180], values finite, >= 0 and not all 0.
+    /// For Tail::hg at least 4 rows to fit, all above 0.
+    Tabulated(std::vector<double> phase_angle_deg, std::vector<double> value,
+              const RowName& row_name, const Options& options = {});
+    Tabulated(std::vector<double> phase_angle_deg, std::vector<double> value,
+              const Options& options = {});
+
+    static Tabulated read(PhaseText& text);
+    std::string parameter_text() const;
+
+    /// The names of options, in a text after commas.
+    static const std::vector<std::string>& option_names();
+    /// Reads `,NAME=value` as long as they follow.
+    static Options read_options(PhaseText& text);
+
+    /// How the rows are continued; empty where they reach both ends.
+    std::string continuation() const;
+
+    double operator()(double c) const noexcept;
+    std::vector<double> moments(std::size_t count) const;
+    bool is_isotropic() const noexcept { return false; }
+    std::string caption() const {
+        return "tabulated at " + std::to_string(value.size()) + " angles";
+    }
+    std::optional<PhaseClosedForm> closed_form() const { return {}; }
+
+  private:
+    void continue_by_fit(const RowName& row_name);
+
+    double fitted_g_[2] = {0, 0};
+};
+
+}  // namespace stratus

@@ -1,0 +1,59 @@
+// Lookup: closed-form single scattering plus the interpolated higher orders.
+//
+// Cubic along all five axes. What is interpolated are the samples divided by the albedo, by the
+// shares of light that the layer intercepts along both directions (single_scattering.h) and by the
+// diffusion scales (diffusion.h); between the deepest finite sample and the one at infinity,
+// reflection follows the diffusion law.
+//
+// Over a lower boundary (lower_boundary.h) reflection is that of both. Single scattering includes
+// light that the boundary alone reflected, once, and samples are interpolated as they are: light
+// from the boundary vanishes neither with the depth nor with the albedo of the layer.
+//
+// Outside the table a lookup clamps to its edge: cosines below the first sample, albedo and the
+// upper end of optical depth are clamped for the multiply scattered part (single scattering stays
+// exact), and so are directions outside a table that was narrowed to some. Below the first optical
+// depth the multiply scattered part follows what it is divided by, in thin layers tau^2, as physics
+// has it; over a surface it is in proportion to what the layer extinguishes; over a semi-infinite
+// layer it is clamped. Slices extend a table further, and refuse what it does not know (slice.h).
+//
+// Where a deep sample has fallen out of float's reach (T below 1e-35, or R within 1e-5 of its
+// limit), the neighbour of higher albedo, which decays more slowly, is used instead.
+//
+// Arguments  Not-a-number in any gives not-a-number; every other number out of range counts as the
+//            nearest in range, so that R and T are never negative. Cosines below 1e-6 count as that,
+//            and an infinite azimuth, which has no nearest, gives not-a-number. So it is in lookups of
+//            slices, BSDFs and packed tables too. A library built with STRATUS_CHECKED refuses both
+//            instead: it ends the program with a sentence that names argument, range and value.
+//
+// A table with a mixture axis is looked up through a view of one mixture, `view.at_mixture(f)`. The
+// up to four samples around it are each looked up as a table of their own and joined by a cubic;
+// what is transmitted is divided by how it falls with depth before.
+//
+// No lookup allocates, throws, or takes a lock; any number of threads may share a table.
+#pragma once
+
+#include <stratus/layer/single_scattering.h>
+#include <stratus/table/table.h>
+
+namespace stratus {
+
+/// R or T by origin; `total` is what a renderer wants. BRDF or BTDF = total / pi.
+struct Scattered {
+    double single;
+    double multiple;
+    double total() const noexcept { return single + multiple; }
+};
+
+/// R of the layer at one geometry. A table without reflection gives its single scattering and
+/// multiple = 0.
+///
+/// Range    albedo [0, 1], optical_depth [0, inf], cosines [0, 1], azimuth finite, radians.
+Scattered reflection(const TableView& table, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept;
+
+/// Diffuse T of the layer at one geometry, 0 over a lower boundary; the unscattered beam is
+/// `direct_transmittance`.
+Scattered transmission(const TableView& table, double albedo, double optical_depth,
+                       const Geometry& geometry) noexcept;
+
+}  // namespace stratus

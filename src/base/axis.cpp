@@ -1,0 +1,231 @@
+#include <stratus/base/axis.h>
+
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace stratus {
+namespace {
+
+double coordinate_of(AxisScale scale, double value) noexcept {
+    switch (scale) {
+        case AxisScale::linear: return value;
+        case AxisScale::arcsine_of_fourth_root: return std::asin(std::sqrt(std::sqrt(value)));
+        case AxisScale::logarithmic: return std::log2(value);
+        case AxisScale::square_root_of_complement: return -std::sqrt(1 - value);
+        case AxisScale::square_root: return std::sqrt(value);
+        case AxisScale::fourth_root_of_complement: return -std::sqrt(std::sqrt(1 - value));
+        case AxisScale::logarithm_of_complement: return -std::log2(1 - value);
+    }
+    return value;
+}
+
+double value_at(AxisScale scale, double coordinate) noexcept {
+    switch (scale) {
+        case AxisScale::linear: return coordinate;
+        case AxisScale::arcsine_of_fourth_root: return std::pow(std::sin(coordinate), 4);
+        case AxisScale::logarithmic: return std::exp2(coordinate);
+        case AxisScale::square_root_of_complement: return 1 - coordinate * coordinate;
+        case AxisScale::square_root: return coordinate * coordinate;
+        case AxisScale::fourth_root_of_complement:
+            return 1 - coordinate * coordinate * (coordinate * coordinate);
+        case AxisScale::logarithm_of_complement: return 1 - std::exp2(-coordinate);
+    }
+    return coordinate;
+}
+
+bool in_domain(AxisScale scale, double value) noexcept {
+    if (!std::isfinite(value)) return false;
+    switch (scale) {
+        case AxisScale::linear: return true;
+        case AxisScale::arcsine_of_fourth_root: return value >= 0 && value <= 1;
+        case AxisScale::logarithmic: return value > 0;
+        case AxisScale::square_root_of_complement:
+        case AxisScale::fourth_root_of_complement: return value <= 1;
+        case AxisScale::square_root: return value >= 0;
+        case AxisScale::logarithm_of_complement: return value < 1;
+    }
+    return false;
+}
+
+const char* domain_name(AxisScale scale) noexcept {
+    switch (scale) {
+        case AxisScale::linear: return "finite";
+        case AxisScale::arcsine_of_fourth_root: return "in [0, 1]";
+        case AxisScale::logarithmic: return "in (0, inf)";
+        case AxisScale::square_root_of_complement:
+        case AxisScale::fourth_root_of_complement: return "finite and at most 1";
+        case AxisScale::square_root: return "in [0, inf)";
+        case AxisScale::logarithm_of_complement: return "finite and below 1";
+    }
+    return "";
+}
+
+/// `value`, or the nearer end of [low, high]; not-a-number gives `low`, so that it never becomes an
+/// index.
+double clamped(double value, double low, double high) noexcept {
+    if (!(value > low)) return low;
+    return value < high ? value : high;
+}
+
+/// Lagrange weights at `t` of the samples at 0 .. count - 1, count from 1 to 4; the rest are 0.
+void lagrange(int count, double t, double (&weight)[stencil_size]) noexcept {
+    std::fill(weight, weight + stencil_size, 0.0);
+    switch (count) {
+        case 1: weight[0] = 1; break;
+        case 2:
+            weight[0] = 1 - t;
+            weight[1] = t;
+            break;
+        case 3:
+            weight[0] = (t - 1) * (t - 2) / 2;
+            weight[1] = -t * (t - 2);
+            weight[2] = t * (t - 1) / 2;
+            break;
+        default:
+            weight[0] = -(t - 1) * (t - 2) * (t - 3) / 6;
+            weight[1] = t * (t - 2) * (t - 3) / 2;
+            weight[2] = -t * (t - 1) * (t - 3) / 2;
+            weight[3] = t * (t - 1) * (t - 2) / 6;
+    }
+}
+
+/// Index of the sample before a position, so that another follows it.
+int cell_of(double position, int count) noexcept {
+    return std::min(static_cast<int>(position), count - 2);
+}
+
+/// About which light is even in azimuth: 0 and pi.
+bool is_mirror(double azimuth) noexcept { return azimuth == 0 || pi - azimuth <= 1e-9; }
+
+}  // namespace
+
+const char* axis_scale_name(AxisScale scale) noexcept {
+    switch (scale) {
+        case AxisScale::linear: return "linear";
+        case AxisScale::arcsine_of_fourth_root: return "arcsine_of_fourth_root";
+        case AxisScale::logarithmic: return "logarithmic";
+        case AxisScale::square_root_of_complement: return "square_root_of_complement";
+        case AxisScale::square_root: return "square_root";
+        case AxisScale::fourth_root_of_complement: return "fourth_root_of_complement";
+        case AxisScale::logarithm_of_complement: return "logarithm_of_complement";
+    }
+    return "";
+}
+
+double AxisView::value(int sample) const noexcept {
+    if (sample == 0) return lowest;
+    return sample == count - 1 ? highest : value_at(scale, first + sample / inverse_step);
+}
+
+double AxisView::index(double value) const noexcept {
+    if (count < 2) return 0;
+    const double coordinate = coordinate_of(scale, clamped(value, lowest, highest));
+    return clamped((coordinate - first) * inverse_step, 0, count - 1);
+}
+
+Stencil AxisView::stencil(double value) const noexcept {
+    if (count < 2) return {0, {1, 0, 0, 0}};
+    const double position = index(value);
+    const int used = std::min(count, stencil_size);
+    const int first_sample = std::clamp(cell_of(position, count) - 1, 0, count - used);
+    double weight[stencil_size];
+    lagrange(used, position - first_sample, weight);
+    Stencil stencil{first_sample, {}};
+    for (int i = 0; i < stencil_size; ++i) stencil.weight[i] = static_cast<float>(weight[i]);
+    return stencil;
+}
+
+Stencil AxisView::mirrored_stencil(double value) const noexcept {
+    if (count < 2) return {0, {1, 0, 0, 0}};
+    const double position = index(value);
+    // Four samples around the position; one that lies past a mirror is the image of one inside.
+    const int last = count - 1;
+    const int lowest_sample = is_mirror(lowest) ? -last : 0;
+    const int highest_sample = is_mirror(highest) ? 2 * last : last;
+    const int used_samples = std::min(stencil_size, highest_sample - lowest_sample + 1);
+    const int first_of_window =
+        std::clamp(cell_of(position, count) - 1, lowest_sample, highest_sample - used_samples + 1);
+    double weight[stencil_size];
+    lagrange(used_samples, position - first_of_window, weight);
+    const int first_sample = std::clamp(first_of_window, 0, std::max(0, count - stencil_size));
+    Stencil stencil{first_sample, {}};
+    for (int i = 0; i < used_samples; ++i) {
+        const int sample = std::abs(first_of_window + i);
+        const int inside = sample > last ? 2 * last - sample : sample;
+        stencil.weight[inside - first_sample] += static_cast<float>(weight[i]);
+    }
+    return stencil;
+}
+
+AxisView Axis::view() const noexcept {
+    AxisView view{};
+    view.scale = scale;
+    view.ends_at_infinity = !values.empty() && values.back() == infinity;
+    view.count = static_cast<int>(values.size()) - (view.ends_at_infinity ? 1 : 0);
+    if (view.count == 0) return view;
+    view.lowest = values.front();
+    view.highest = values[static_cast<std::size_t>(view.count - 1)];
+    view.first = coordinate_of(scale, view.lowest);
+    if (view.count > 1)
+        view.inverse_step = (view.count - 1) / (coordinate_of(scale, view.highest) - view.first);
+    return view;
+}
+
+Axis make_axis(AxisScale scale, double lowest, double highest, int count, bool and_infinity) {
+    require(!and_infinity || scale == AxisScale::logarithmic, "make_axis", "scale",
+            "logarithmic for an axis that ends at infinity", axis_scale_name(scale));
+    require(count >= (and_infinity ? 0 : 1), "make_axis", "count",
+            and_infinity ? "at least 0" : "at least 1", count);
+    Axis axis{scale, {}};
+    axis.values.reserve(static_cast<std::size_t>(count) + 1);
+    if (count > 0) {
+        require(in_domain(scale, lowest), "make_axis", "lowest", domain_name(scale), lowest);
+        require(in_domain(scale, highest), "make_axis", "highest", domain_name(scale), highest);
+        require(count == 1 ? lowest == highest : lowest < highest, "make_axis", "highest",
+                (count == 1 ? "equal to lowest = " : "above lowest = ") + std::to_string(lowest),
+                highest);
+    }
+    const double first = coordinate_of(scale, lowest);
+    const double last = coordinate_of(scale, highest);
+    for (int i = 0; i < count; ++i) {
+        const double coordinate = first + (last - first) * i / (count - 1);
+        axis.values.push_back(i == 0           ? lowest
+                              : i == count - 1 ? highest
+                                               : value_at(scale, coordinate));
+    }
+    if (and_infinity) axis.values.push_back(infinity);
+    return axis;
+}
+
+void check_axis(const Axis& axis, const char* name) {
+    const AxisView view = axis.view();
+    require(view.size() > 0, "check_axis", name, "an axis of at least one sample", "none");
+    require(!view.ends_at_infinity || axis.scale == AxisScale::logarithmic, "check_axis", name,
+            "finite unless logarithmic", infinity);
+    double before = -infinity;
+    for (int i = 0; i < view.count; ++i) {
+        const double value = axis.values[static_cast<std::size_t>(i)];
+        require(in_domain(axis.scale, value), "check_axis", name, domain_name(axis.scale), value);
+        require(value > before, "check_axis", name, "ascending", value);
+        before = value;
+    }
+    constexpr double of_a_step = 1e-9;
+    constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
+    for (int i = 1; i + 1 < view.count; ++i) {
+        const double value = axis.values[static_cast<std::size_t>(i)];
+        const double uniform = value_at(axis.scale, view.first + i / view.inverse_step);
+        const double off = coordinate_of(axis.scale, value) - view.first - i / view.inverse_step;
+        require(std::abs(off) * view.inverse_step <= of_a_step ||
+                    std::abs(value - uniform) <= last_bits * std::abs(value),
+                "check_axis", name,
+                std::string("uniform in the coordinate of scale ") + axis_scale_name(axis.scale),
+                value);
+    }
+}
+
+}  // namespace stratus

@@ -1,0 +1,213 @@
+#include "tensor_header.h"
+
+#include <stratus/base/argument.h>
+
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+constexpr std::uint32_t max_character = 0x10ffff;
+
+bool is_surrogate(std::uint32_t character) { return character >= 0xd800 && character < 0xe000; }
+
+void append_utf8(std::string& text, std::uint32_t character) {
+    const auto append = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
+    const auto append_more = [&](int shift) { append(0x80 | (character >> shift & 0x3f)); };
+    if (character < 0x80) {
+        append(character);
+    } else if (character < 0x800) {
+        append(0xc0 | character >> 6);
+        append_more(0);
+    } else if (character < 0x10000) {
+        append(0xe0 | character >> 12);
+        append_more(6);
+        append_more(0);
+    } else {
+        append(0xf0 | character >> 18);
+        append_more(12);
+        append_more(6);
+        append_more(0);
+    }
+}
+
+}  // namespace
+
+void refuse_tensor_file(const std::string& argument, const std::string& allowed,
+                        const std::string& met) {
+    throw std::invalid_argument("TensorFile: " + argument + " must be " + allowed + ", got " + met);
+}
+
+std::string quoted(const std::string& text) { return "'" + shown(text, 60) + "'"; }
+
+std::string list_text(const std::vector<std::size_t>& numbers) {
+    std::vector<std::string> words;
+    for (const std::size_t number : numbers) words.push_back(std::to_string(number));
+    return "[" + joined(words) + "]";
+}
+
+bool is_utf8(const std::string& text) {
+    constexpr std::uint32_t least[] = {0, 0x80, 0x800, 0x10000};  // by bytes after the first
+    for (std::size_t i = 0; i < text.size();) {
+        const auto first = static_cast<unsigned char>(text[i++]);
+        if (first < 0x80) continue;
+        if (first < 0xc0 || first >= 0xf8) return false;
+        const int more = first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
+        std::uint32_t character = first & (0x3fu >> more);
+        for (int k = 0; k < more; ++k, ++i) {
+            if (i == text.size() || (text[i] & 0xc0) != 0x80) return false;
+            character = character << 6 | (static_cast<unsigned char>(text[i]) & 0x3fu);
+        }
+        if (character < least[more] || character > max_character || is_surrogate(character))
+            return false;
+    }
+    return true;
+}
+
+std::string json_string(const std::string& utf8) {
+    constexpr char hex[] = "0123456789abcdef";
+    std::string json = "\"";
+    for (const char letter : utf8) {
+        if (letter == '"' || letter == '\\') {
+            json += '\\';
+            json += letter;
+        } else if (static_cast<unsigned char>(letter) < ' ') {
+            json += "\\u00";
+            json += hex[letter >> 4];
+            json += hex[letter & 15];
+        } else {
+            json += letter;
+        }
+    }
+    return json + '"';
+}
+
+std::string TensorHeaderReader::read_string() {
+    expect('"');
+    const char* const start = next_ - 1;
+    std::string text;
+    while (!is_next('"')) {
+        if (is_next('\\'))
+            append_escape(text);
+        else if (next_ == end_ || static_cast<unsigned char>(*next_) < ' ')
+            refuse_tensor_file(place(next_), "a character of a string or '\"'", met());
+        else
+            text += *next_++;
+    }
+    ++next_;
+    if (!is_utf8(text))
+        refuse_tensor_file("the string from " + place(start), "UTF-8", quoted(text));
+    return text;
+}
+
+std::size_t TensorHeaderReader::read_integer() {
+    constexpr std::size_t max = std::numeric_limits<std::size_t>::max();
+    skip_space();
+    const char* const start = next_;
+    if (!is_digit()) refuse_tensor_file(place(start), "a digit", met());
+    std::size_t number = 0;
+    for (int digits = 0; is_digit(); ++digits, ++next_) {
+        const auto digit = static_cast<std::size_t>(*next_ - '0');
+        if (digits > 0 && number == 0)
+            refuse_tensor_file("the number from " + place(start), "without leading zeros",
+                               quoted({'0', *next_}));
+        if (number > (max - digit) / 10)
+            refuse_tensor_file("the number from " + place(start), "at most " + std::to_string(max),
+                               "more");
+        number = 10 * number + digit;
+    }
+    return number;
+}
+
+std::vector<std::size_t> TensorHeaderReader::read_integers(std::size_t max) {
+    std::vector<std::size_t> numbers;
+    expect('[');
+    const char* const start = next_ - 1;
+    if (take(']')) return numbers;
+    do {
+        if (numbers.size() == max)
+            refuse_tensor_file("the list from " + place(start),
+                               "at most " + std::to_string(max) + " numbers", "more");
+        numbers.push_back(read_integer());
+    } while (take(','));
+    expect(']');
+    return numbers;
+}
+
+void TensorHeaderReader::expect_end() {
+    skip_space();
+    if (next_ != end_)
+        refuse_tensor_file(place(next_), "a space up to the end of the header", met());
+}
+
+void TensorHeaderReader::skip_space() {
+    while (is_next(' ') || is_next('\n') || is_next('\r') || is_next('\t')) ++next_;
+}
+
+bool TensorHeaderReader::take(char wanted) {
+    skip_space();
+    if (!is_next(wanted)) return false;
+    ++next_;
+    return true;
+}
+
+void TensorHeaderReader::expect(char wanted) {
+    if (!take(wanted)) refuse_tensor_file(place(next_), std::string("'") + wanted + "'", met());
+}
+
+void TensorHeaderReader::append_escape(std::string& text) {
+    constexpr char letters[] = "\"\\/bfnrt", meant[] = "\"\\/\b\f\n\r\t";
+    ++next_;
+    if (is_next('u')) {
+        append_utf8(text, read_escaped_character());
+        return;
+    }
+    const char* const letter =
+        next_ == end_ || *next_ == '\0' ? nullptr : std::strchr(letters, *next_);
+    if (letter == nullptr) refuse_tensor_file(place(next_), "one of \"\\/bfnrtu after '\\'", met());
+    text += meant[letter - letters];
+    ++next_;
+}
+
+std::uint32_t TensorHeaderReader::read_escaped_character() {
+    const char* const start = next_;
+    const std::uint32_t first = read_hex();
+    if (!is_surrogate(first)) return first;
+    if (first < 0xdc00 && end_ - next_ >= 2 && next_[0] == '\\' && next_[1] == 'u') {
+        ++next_;
+        const std::uint32_t second = read_hex();
+        if (is_surrogate(second) && second >= 0xdc00)
+            return 0x10000 + ((first - 0xd800) << 10) + (second - 0xdc00);
+    }
+    refuse_tensor_file("the character from " + place(start), "one, or a pair of surrogates",
+                       "half a pair");
+}
+
+/// The four digits after 'u'.
+std::uint32_t TensorHeaderReader::read_hex() {
+    ++next_;
+    std::uint32_t number = 0;
+    for (int i = 0; i < 4; ++i, ++next_) {
+        const char letter = next_ == end_ ? '\0' : *next_;
+        const int digit = letter >= '0' && letter <= '9'   ? letter - '0'
+                          : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10
+                          : letter >= 'A' && letter <= 'F' ? letter - 'A' + 10
+                                                           : -1;
+        if (digit < 0) refuse_tensor_file(place(next_), "a hexadecimal digit", met());
+        number = number << 4 | static_cast<std::uint32_t>(digit);
+    }
+    return number;
+}
+
+std::string TensorHeaderReader::place(const char* at) const {
+    const auto offset = static_cast<std::size_t>(at - begin_);
+    return "byte " + std::to_string(tensor_header_start + offset) + " of the file";
+}
+
+std::string TensorHeaderReader::met() const {
+    return next_ == end_ ? "the end of the header" : quoted(std::string(1, *next_));
+}
+
+}  // namespace stratus

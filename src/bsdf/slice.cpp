@@ -1,0 +1,490 @@
+#include <stratus/bsdf/slice.h>
+
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/layer/reflected_curve.h>
+#include <stratus/layer/single_scattering.h>
+
+#include "kernels/kernels.h"
+#include "slice_background.h"
+#include "slice_batches.h"
+#include "slice_orders.h"
+#include "slice_refinement.h"
+#include "table/layer_coverage.h"
+#include "table/lookup_arguments.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr const char* bind_caller = "bind";
+
+template <int channels>
+const SideKernel<channels>& kernel_of(Side which, PhaseForm form, Orders orders) {
+    const Kernels& all = kernels();
+    const bool reflected = which == Side::reflection;
+    if constexpr (channels == 1)
+        return (reflected ? all.reflected : all.transmitted).of(form, orders);
+    else
+        return (reflected ? all.reflected_rgb : all.transmitted_rgb).of(form, orders);
+}
+
+/// Particles of a stack's layers may differ in all that these effects ask about.
+void check_stack_effects(const Effects& effects) {
+    require(effects.density == 0, bind_caller, "density", "0 of a stack", effects.density);
+    require(effects.opposition.law == Opposition::Law::none, bind_caller, "opposition",
+            "none of a stack", "a law");
+}
+
+template <int channels>
+Medium<channels> medium_of(const std::vector<StackLayer>& layers) {
+    const StackLayer mean = mean_layer(layers);
+    Medium<channels> medium;
+    std::fill(medium.optical_depth, medium.optical_depth + channels, mean.optical_depth);
+    std::fill(medium.albedo, medium.albedo + channels, mean.albedo);
+    return medium;
+}
+
+/// A depth in single precision, finite. exp(-tau) is 0 in float from 104 on.
+float in_single(double optical_depth, Side which) {
+    return static_cast<float>(std::min(optical_depth, which == Side::reflection ? 1e30 : 1e4));
+}
+
+template <int channels>
+auto value_of(const float (&value)[channels], float factor) noexcept {
+    if constexpr (channels == 1)
+        return value[0] * factor;
+    else
+        return Rgb{value[0] * factor, value[1] * factor, value[2] * factor};
+}
+
+}  // namespace
+
+template <int channels>
+struct SliceOf<channels>::BoundSide {
+    SliceSide<channels> view{};
+    PhaseForm form = PhaseForm::none;
+    Orders orders = Orders::none;
+    SideKernel<channels> kernel{};  // null functions: nothing comes this way
+    std::vector<float> sample;
+    PhaseCurve phase;
+    OppositionTable opposition;
+    std::vector<PhaseCurve> layer_phases;  // of a stack
+    std::vector<SliceLayer> layers;
+};
+
+template <int channels>
+SliceOf<channels>::SliceOf(SliceOf&&) noexcept = default;
+template <int channels>
+SliceOf<channels>& SliceOf<channels>::operator=(SliceOf&&) noexcept = default;
+template <int channels>
+SliceOf<channels>::~SliceOf() = default;
+
+template <int channels>
+SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const PhaseCurve& curve,
+                           const LowerBoundary* boundary, const Medium<channels>& medium,
+                           const Effects& effects)
+    : medium_(medium),
+      reflection_(std::make_unique<BoundSide>()),
+      transmission_(std::make_unique<BoundSide>()) {
+    check_effects(effects);
+    for (int c = 0; c < channels; ++c) {
+        require(medium.optical_depth[c] >= 0, bind_caller, "optical_depth", "in [0, inf]",
+                medium.optical_depth[c]);
+        require(medium.albedo[c] >= 0 && medium.albedo[c] <= 1, bind_caller, "albedo", "in [0, 1]",
+                medium.albedo[c]);
+        medium_.optical_depth[c] =
+            effective_optical_depth(medium.optical_depth[c], effects.density);
+    }
+    over_boundary_ = one_sided_ = boundary != nullptr && boundary->is_present();
+    if (effects.single) forward_phase_ = static_cast<float>(phase_function(1));
+    const auto set_medium = [&](SliceSide<channels>& view, Side which) {
+        for (int c = 0; c < channels; ++c) {
+            view.optical_depth[c] = in_single(medium_.optical_depth[c], which);
+            view.quarter_albedo[c] = static_cast<float>(medium_.albedo[c] / 4);
+        }
+        view.level = one_sided_ ? 1 : 0;
+        view.slope = one_sided_ ? 0 : 1;
+    };
+    if (effects.reflection) {
+        SliceSide<channels>& view = reflection_->view;
+        set_medium(view, Side::reflection);
+        if (effects.single) {
+            const bool layer_below = one_sided_ && boundary->kind == LowerBoundary::Kind::layer;
+            const bool plain = effects.opposition.law == Opposition::Law::none && !layer_below;
+            const Opposition opposition = seen_opposition(effects.opposition, effects.density);
+            reflection_->phase =
+                plain ? curve : reflected_curve(phase_function, opposition, boundary);
+            reflection_->opposition = OppositionTable(opposition);
+            view.opposition = reflection_->opposition.view();
+            reflection_->form = reflection_->phase.form();
+            for (int c = 0; c < channels; ++c) {
+                view.surface_albedo[c] =
+                    one_sided_ && !layer_below ? static_cast<float>(boundary->albedo) : 0;
+                view.boundary_quarter_albedo[c] =
+                    layer_below ? static_cast<float>(boundary->albedo / 4) : 0;
+            }
+        }
+    }
+    if (effects.transmission && !one_sided_) {
+        set_medium(transmission_->view, Side::transmission);
+        if (effects.single) {
+            transmission_->phase = curve;
+            transmission_->form = curve.form();
+        }
+    }
+    for (BoundSide* side : {reflection_.get(), transmission_.get()})
+        side->view.phase = side->phase.view();
+    set_kernels();
+}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const PhaseFunction& phase_function, const Medium<channels>& medium,
+                           const Effects& effects)
+    : SliceOf(phase_function, PhaseCurve(phase_function), nullptr, medium, effects) {
+    bind_background(nullptr, phase_function, nullptr, effects);
+}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const std::vector<StackLayer>& layers, const Effects& effects)
+    : SliceOf(mean_layer(layers).phase_function, PhaseCurve(mean_layer(layers).phase_function),
+              nullptr, medium_of<channels>(layers), effects) {
+    check_layers(layers, false, bind_caller);
+    check_stack_effects(effects);
+    bind_stack(layers, nullptr);
+    bind_background(nullptr, {}, &layers, effects);
+}
+
+template <int channels>
+SliceOf<channels>::SliceOf(const TableView& table, const Medium<channels>& medium,
+                           const Effects& effects, OutsideTable outside)
+    : SliceOf(table.chosen_phase_function(),
+              table.has_family() ? PhaseCurve(table.chosen_phase_function()) : *table.phase_curve,
+              table.lower_boundary, medium, effects) {
+    if (table.is_stack()) {
+        check_stack_effects(effects);
+        check_coverage(table, Side::reflection, outside);
+        bind_stack(*table.layers, table.lower_boundary);
+    }
+    if (effects.multiple) {
+        has_all_directions_ = table.has_all_directions();
+        const auto take = [&](Side which, bool asked, bool held, BoundSide& side) {
+            if (!asked || !held) return;
+            check_coverage(table, which, outside);
+            bind_orders(table, which, side);
+        };
+        take(Side::reflection, effects.reflection, table.has_reflection(), *reflection_);
+        take(Side::transmission, effects.transmission, table.has_transmission(), *transmission_);
+        set_kernels();
+    }
+    if (effects.background && effects.multiple && table.diffuse_transmittance != nullptr)
+        check_coverage(table, Side::transmission, outside);
+    bind_background(&table, table.chosen_phase_function(), table.layers, effects);
+}
+
+template <int channels>
+void SliceOf<channels>::bind_stack(const std::vector<StackLayer>& layers,
+                                   const LowerBoundary* boundary) {
+    medium_ = medium_of<channels>(layers);  // clamped to it
+    for (int c = 0; c < channels; ++c) {
+        const double depth = medium_.optical_depth[c];
+        reflection_->view.optical_depth[c] = in_single(depth, Side::reflection);
+        transmission_->view.optical_depth[c] = in_single(depth, Side::transmission);
+    }
+    one_sided_ = true;
+    if (transmission_->form != PhaseForm::none) bind_layers(layers, *transmission_);
+    if (reflection_->form != PhaseForm::none) {
+        std::vector<StackLayer> all = layers;
+        if (over_boundary_ && boundary->kind == LowerBoundary::Kind::layer)
+            all.push_back({boundary->phase_function, boundary->albedo, infinity});
+        bind_layers(std::move(all), *reflection_);
+    }
+    set_kernels();
+}
+
+template <int channels>
+void SliceOf<channels>::bind_layers(std::vector<StackLayer> layers, BoundSide& side) {
+    const Side which = &side == reflection_.get() ? Side::reflection : Side::transmission;
+    double above = 0, below = medium_.optical_depth[0];
+    for (const StackLayer& layer : layers) {
+        below = below < infinity ? std::max(0.0, below - layer.optical_depth) : 0;
+        side.layer_phases.push_back(PhaseCurve::sampled(
+            1, [&](double c, double* value) { *value = layer.phase_function(c); }));
+        side.layers.push_back({side.layer_phases.back().view(), in_single(above, which),
+                               in_single(below, which), in_single(layer.optical_depth, which),
+                               static_cast<float>(layer.albedo / 4)});
+        above += layer.optical_depth;
+    }
+    side.form = PhaseForm::of_stack;
+    side.view.layer = side.layers.data();
+    side.view.layers = static_cast<int>(side.layers.size());
+}
+
+template <int channels>
+void SliceOf<channels>::check_coverage(const TableView& table, Side which, OutsideTable outside) {
+    const auto check = [&](bool known, const char* argument, const auto& allowed, double value) {
+        if (known) return;
+        if (outside == OutsideTable::refuse)
+            require(false, bind_caller, argument, allowed(), value);
+        clamped_ = true;
+    };
+    for (std::size_t k = 0; k < table.chosen.size(); ++k) {
+        const FamilyAxis& axis = (*table.family)[k];
+        check(
+            holds(axis, table.chosen[k]), axis.name(), [&] { return allowed_text(axis); },
+            table.chosen[k]);
+    }
+    for (int c = 0; c < channels; ++c) {
+        const double albedo = medium_.albedo[c], depth = medium_.optical_depth[c];
+        if (is_scattered_once(table, albedo, depth)) continue;
+        check(
+            holds(table.albedo, albedo), "albedo", [&] { return allowed_albedo(table); }, albedo);
+        check(
+            is_depth_known(table, which, albedo, depth), "optical_depth",
+            [&] { return allowed_depth(table); }, depth);
+    }
+}
+
+namespace {
+
+/// Rows 0 and 1 over mu, 2 azimuths.
+constexpr std::size_t no_samples = (2 + 3) * 2;
+
+/// Samples without azimuth as samples at two azimuths, of which lookups stay at the first.
+template <int channels>
+void repeat_over_azimuth(RefinedSamples& refined) {
+    std::vector<float> twice;
+    for (std::size_t at = 0; at + channels < refined.sample.size(); at += channels) {
+        const float* const here = &refined.sample[at];
+        for (int azimuth = 0; azimuth < 2; ++azimuth)
+            twice.insert(twice.end(), here, here + channels);
+    }
+    twice.push_back(0);  // the number to spare
+    refined.sample = std::move(twice);
+    refined.azimuths = 2;
+    refined.places.scale[2] = refined.places.offset[2] = refined.places.last[2] = 0;
+}
+
+}  // namespace
+
+template <int channels>
+void SliceOf<channels>::bind_orders(const TableView& table, Side which, BoundSide& side) {
+    std::vector<ChannelOrders> orders;
+    for (int c = 0; c < channels; ++c)
+        orders.push_back(orders_of(table, which, medium_.albedo[c], medium_.optical_depth[c]));
+    const auto closed_form = [&](int c, double mu_in, double mu_out, double azimuth) {
+        if (side.kernel.at_angles == nullptr) return 0.0;
+        const ChannelValues<channels> value =
+            side.kernel.at_angles(side.view, static_cast<float>(mu_in), static_cast<float>(mu_out),
+                                  static_cast<float>(azimuth));
+        return double{value.of[c]};
+    };
+    side.orders = table.path_law != nullptr ? Orders::with_azimuth_and_path
+                  : table.azimuth.count > 1 ? Orders::with_azimuth
+                                            : Orders::without_azimuth;
+    if (side.form == PhaseForm::constant && side.orders == Orders::with_azimuth)
+        side.form = PhaseForm::polynomial;
+    if (side.orders == Orders::with_azimuth_and_path &&
+        (side.form == PhaseForm::constant || side.form == PhaseForm::polynomial))
+        side.form = PhaseForm::one_lobe;  // of weight 0
+    if (table.path_law != nullptr) {
+        if (path_.sample_count() == 0)
+            path_ = PathSheet(*table.path_law, medium_.albedo, channels, table.highest_order);
+        side.view.path = path_.view();
+        // What lookups know in closed form: the kernel itself, of no samples.
+        side.sample.assign(no_samples * channels + 1, 0.0f);
+        side.view.sample = side.sample.data();
+        side.view.symmetric = true;
+        side.view.azimuths = 2;
+        set_kernels();
+    }
+    side.view.least = -std::numeric_limits<float>::infinity();
+    RefinedSamples refined = refine(table, orders, closed_form);
+    side.view.least = 0;
+    if (!has_kernel(side.form, side.orders)) {  // without azimuth
+        side.orders = Orders::with_azimuth;
+        repeat_over_azimuth<channels>(refined);
+    }
+    if (side.form == PhaseForm::constant)
+        for (float& sample : refined.sample) sample = std::max(sample, 0.0f);
+    side.sample = std::move(refined.sample);
+    side.view.sample = side.sample.data();
+    side.view.symmetric = refined.symmetric;
+    side.view.columns = refined.columns;
+    side.view.azimuths = refined.azimuths;
+    side.view.places = refined.places;
+}
+
+template <int channels>
+void SliceOf<channels>::bind_background(const TableView* table, const PhaseFunction& phase_function,
+                                        const std::vector<StackLayer>* layers,
+                                        const Effects& effects) {
+    if (over_boundary_ || !effects.background) return;
+    const bool all_orders = effects.multiple && table && table->diffuse_transmittance;
+    if (!all_orders && !effects.single) return;
+    const SliceBackground background(all_orders ? table : nullptr, effects.single, phase_function,
+                                     layers);
+    background_mu_ = background.cosines();
+    for (std::size_t c = 0; c < channels; ++c)
+        background_[c] = background.curve(medium_.albedo[c], medium_.optical_depth[c]);
+}
+
+template <int channels>
+void SliceOf<channels>::set_kernels() {
+    reflection_->kernel =
+        kernel_of<channels>(Side::reflection, reflection_->form, reflection_->orders);
+    transmission_->kernel =
+        kernel_of<channels>(Side::transmission, transmission_->form, transmission_->orders);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::at(const BoundSide& side, float mu_in,
+                                                        float mu_out,
+                                                        float azimuth) const noexcept {
+    check_angles(mu_in, mu_out, azimuth);
+    if (side.kernel.at_angles == nullptr)
+        return all_channels<Value>(dark_at(mu_in, mu_out, azimuth));
+    return value_of(side.kernel.at_angles(side.view, mu_in, mu_out, azimuth).of, 1);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::reflection(float mu_in, float mu_out,
+                                                                float azimuth) const noexcept {
+    return at(*reflection_, mu_in, mu_out, azimuth);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::transmission(float mu_in, float mu_out,
+                                                                  float azimuth) const noexcept {
+    return at(*transmission_, mu_in, mu_out, azimuth);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::eval(const Vector& wi,
+                                                          const Vector& wo) const noexcept {
+    check_vectors(wi, wo);
+    const auto dark = [&] {
+        return all_channels<Value>(unknown_of(wi.x, wi.y, wi.z, wo.x, wo.y, wo.z));
+    };
+    if (one_sided_ && !(wi.z > 0)) return dark();
+    const auto between = [&](const BoundSide& side) {
+        if (side.kernel.at_vectors == nullptr) return dark();
+        return value_of(side.kernel.at_vectors(side.view, wi, wo).of, static_cast<float>(1 / pi));
+    };
+    const float sides = wi.z * wo.z;
+    if (sides > 0) return between(*reflection_);
+    if (sides == 0) return dark();
+    return between(*transmission_);
+}
+
+template <int channels>
+void SliceOf<channels>::many(const BoundSide& side, std::size_t count, const float* mu_in,
+                             const float* mu_out, const float* azimuth,
+                             float* value) const noexcept {
+    const Side which = &side == transmission_.get() ? Side::transmission : Side::reflection;
+    look_up_angles<channels>(which, {side.view, side.kernel.many}, count, mu_in, mu_out, azimuth,
+                             value);
+}
+
+template <int channels>
+void SliceOf<channels>::reflection(std::size_t count, const float* mu_in, const float* mu_out,
+                                   const float* azimuth, float* value) const noexcept {
+    many(*reflection_, count, mu_in, mu_out, azimuth, value);
+}
+
+template <int channels>
+void SliceOf<channels>::transmission(std::size_t count, const float* mu_in, const float* mu_out,
+                                     const float* azimuth, float* value) const noexcept {
+    many(*transmission_, count, mu_in, mu_out, azimuth, value);
+}
+
+template <int channels>
+void SliceOf<channels>::eval(std::size_t count, const float* const wi[3], const float* const wo[3],
+                             float* value) const noexcept {
+    look_up_vectors<channels>({reflection_->view, reflection_->kernel.many},
+                              {transmission_->view, transmission_->kernel.many}, one_sided_, count,
+                              wi, wo, value);
+}
+
+template <int channels>
+template <class OfChannel>
+typename SliceOf<channels>::Value SliceOf<channels>::seen_through(
+    float mu, const OfChannel& of) const noexcept {
+    const double cosine = cosine_in_range("mu", double{mu});
+    float value[channels];
+    for (int c = 0; c < channels; ++c)
+        value[c] = static_cast<float>(over_boundary_ ? unknown_of(cosine) : of(c, cosine));
+    return value_of(value, 1);
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::direct(float mu) const noexcept {
+    return seen_through(mu, [&](int c, double cosine) {
+        return direct_transmittance(medium_.optical_depth[c], cosine);
+    });
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::background(float mu) const noexcept {
+    return seen_through(mu, [&](int c, double cosine) {
+        return background_share(background_mu_, background_[static_cast<std::size_t>(c)],
+                                medium_.optical_depth[c], cosine);
+    });
+}
+
+template <int channels>
+typename SliceOf<channels>::Value SliceOf<channels>::source_behind(float mu) const noexcept {
+    return seen_through(mu, [&](int c, double cosine) {
+        return source_seen_through(double{forward_phase_}, medium_.albedo[c],
+                                   medium_.optical_depth[c], cosine);
+    });
+}
+
+namespace {
+
+std::size_t sample_count(const std::vector<PhaseCurve>& curves) noexcept {
+    std::size_t count = 0;
+    for (const PhaseCurve& curve : curves) count += curve.sample_count();
+    return count;
+}
+
+}  // namespace
+
+template <int channels>
+std::size_t SliceOf<channels>::bytes() const noexcept {
+    std::size_t numbers = path_.sample_count();
+    for (const BoundSide* side : {reflection_.get(), transmission_.get()})
+        numbers += stratus::sample_count(side->layer_phases) + side->sample.size() +
+                   side->phase.sample_count() + side->opposition.sample_count();
+    for (const std::vector<float>& curve : background_) numbers += curve.size();
+    return sizeof *this + 2 * sizeof(BoundSide) + numbers * sizeof(float);
+}
+
+template class SliceOf<1>;
+template class SliceOf<3>;
+
+Slice bind(const TableView& table, double optical_depth, double albedo, const Effects& effects,
+           OutsideTable outside) {
+    return Slice(table, {{optical_depth}, {albedo}}, effects, outside);
+}
+
+Slice bind(const TableView& table, double optical_depth, double albedo,
+           std::initializer_list<double> parameters, const Effects& effects, OutsideTable outside) {
+    return bind(table.at(parameters), optical_depth, albedo, effects, outside);
+}
+
+RgbSlice bind_rgb(const TableView& table, const double (&optical_depth)[3],
+                  const double (&albedo)[3], const Effects& effects, OutsideTable outside) {
+    Medium<3> medium;
+    std::copy(optical_depth, optical_depth + 3, medium.optical_depth);
+    std::copy(albedo, albedo + 3, medium.albedo);
+    return RgbSlice(table, medium, effects, outside);
+}
+
+}  // namespace stratus

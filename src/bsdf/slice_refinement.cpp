@@ -1,0 +1,402 @@
+#include "slice_refinement.h"
+
+#include <stratus/base/constants.h>
+#include <stratus/layer/single_scattering.h>
+
+#include "base/size.h"
+#include "mu_places.h"
+#include "table/kept_tolerance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+/// Share of the tolerance that straight lines along each of the three axes may use; less with a path
+/// law, for the directions near forward, which are judged apart, are few among all.
+constexpr double share_of_tolerance = 0.2, share_with_path_law = 0.1;
+
+// Intervals along an axis: while the error of straight lines is measured, and of the slice.
+constexpr int probed = 32, fewest_intervals = 16, max_along_mu = 176, max_along_azimuth = 128;
+
+/// Values over three axes, the last contiguous.
+struct Sheet {
+    int count[3];
+    std::vector<float> value;
+
+    Sheet(int a, int b, int c) : count{a, b, c}, value(size(a) * size(b) * size(c)) {}
+
+    float* row(int i, int j) {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+    const float* row(int i, int j) const {
+        return &value[(size(i) * size(count[1]) + size(j)) * size(count[2])];
+    }
+};
+
+/// Samples of an axis and their weights, for each place of a finer one.
+using Stencils = std::vector<Stencil>;
+
+/// Cosines of a slice, from the table's largest to its smallest.
+struct MuPlaces {
+    double first, step;
+    int intervals;
+    std::vector<double> cosine;
+
+    MuPlaces(const AxisView& axis, int intervals_)
+        : first(v_at(axis.highest)),
+          step((v_at(axis.lowest) - first) / intervals_),
+          intervals(intervals_) {
+        for (int i = 0; i <= intervals; ++i) cosine.push_back(mu_at(first + step * i));
+    }
+
+    double mu(int i) const { return cosine[size(i)]; }
+
+    Stencils stencils(const AxisView& axis) const {
+        Stencils all;
+        for (int i = 0; i <= intervals; ++i) all.push_back(axis.stencil(mu(i)));
+        return all;
+    }
+};
+
+/// Azimuths of a slice, evenly spaced over sin(azimuth / 2) between the ends of the table's.
+struct AzimuthPlaces {
+    double first, last;
+    int intervals;
+    std::vector<double> angle;
+
+    AzimuthPlaces(const AxisView& axis, int intervals_)
+        : first(std::sin(axis.lowest / 2)),
+          last(std::sin(axis.highest / 2)),
+          intervals(intervals_) {
+        for (int k = 0; k <= intervals; ++k)
+            angle.push_back(2 * std::asin(std::min(1.0, first + (last - first) * k / intervals)));
+    }
+
+    double azimuth(int k) const { return angle[size(k)]; }
+
+    Stencils stencils(const AxisView& axis) const {
+        Stencils all;
+        for (int k = 0; k <= intervals; ++k) all.push_back(axis.mirrored_stencil(azimuth(k)));
+        return all;
+    }
+};
+
+/// How lookups find places along an axis whose samples lie `step` apart.
+void set_axis(SlicePlaces& places, int axis, double first, double step, int intervals) {
+    const double scale = step > 0 ? 1 / step : 0;
+    places.scale[axis] = static_cast<float>(scale);
+    places.offset[axis] = static_cast<float>(-first * scale);
+    places.last[axis] = static_cast<float>(intervals) * (1 - 1e-6f);
+}
+
+/// The sum over a blend, as samples are stored: over (mu_in, mu_out, azimuth), to be multiplied by
+/// the directional factor.
+Sheet summed(const TableView& table, const ChannelOrders& orders) {
+    Sheet sum(table.mu_in.count, table.mu_out.count, table.azimuth.count);
+    if (!orders.sheet.empty()) {
+        sum.value = orders.sheet;
+        return sum;
+    }
+    const LayerBlend& blend = orders.blend;
+    const int columns = table.azimuth.count;
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        const float* const in = table.mu_in_weight + term.depth * table.mu_in.count;
+        const float* const out = table.mu_out_weight + term.depth * table.mu_out.count;
+        const float* from = blend.samples + term.first;
+        float* to = sum.value.data();
+        for (int i = 0; i < table.mu_in.count; ++i)
+            for (int j = 0; j < table.mu_out.count; ++j) {
+                const float share = term.share * in[i] * out[j];
+                for (int k = 0; k < columns; ++k) *to++ += share * *from++;
+            }
+    }
+    return sum;
+}
+
+/// Cubic along one axis: a row of `samples`.
+void refine_row(const float* from, int samples, const Stencils& stencils, float* to) {
+    const int available = std::min(stencil_size, samples);
+    for (const Stencil& stencil : stencils) {
+        const float *const at = from + stencil.first, *const weight = stencil.weight;
+        float value = 0;
+        if (available == stencil_size)
+            value = weight[0] * at[0] + weight[1] * at[1] + weight[2] * at[2] + weight[3] * at[3];
+        else
+            for (int s = 0; s < available; ++s) value += weight[s] * at[s];
+        *to++ = value;
+    }
+}
+
+/// Cubic along the azimuths of a sheet.
+Sheet refined_azimuth(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(sheet.count[0], sheet.count[1], static_cast<int>(stencils.size()));
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j)
+            refine_row(sheet.row(i, j), sheet.count[2], stencils, finer.row(i, j));
+    return finer;
+}
+
+/// A sheet of every `step`-th azimuth.
+Sheet thinned_azimuth(const Sheet& sheet, int step) {
+    Sheet thinner(sheet.count[0], sheet.count[1], (sheet.count[2] - 1) / step + 1);
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j)
+            for (int k = 0; k < thinner.count[2]; ++k)
+                thinner.row(i, j)[k] = sheet.row(i, j)[k * step];
+    return thinner;
+}
+
+/// A row of values: the sum of up to four others.
+void sum_rows(const Stencil& stencil, int available, int columns,
+              const float* const (&from)[stencil_size], float* to) {
+    if (available < stencil_size) {
+        std::fill(to, to + columns, 0.0f);
+        for (int s = 0; s < available; ++s)
+            for (int k = 0; k < columns; ++k) to[k] += stencil.weight[s] * from[s][k];
+        return;
+    }
+    const float a = stencil.weight[0], b = stencil.weight[1], c = stencil.weight[2],
+                d = stencil.weight[3];
+    for (int k = 0; k < columns; ++k)
+        to[k] = a * from[0][k] + b * from[1][k] + c * from[2][k] + d * from[3][k];
+}
+
+/// Rows of a sheet around one place along its first axis: the sum over them, `columns` numbers.
+void sum_rows_of(const Sheet& sheet, const Stencil& stencil, int columns, float* to) {
+    const int available = std::min(stencil_size, sheet.count[0]);
+    const float* from[stencil_size] = {};
+    for (int s = 0; s < available; ++s) from[s] = sheet.row(stencil.first + s, 0);
+    sum_rows(stencil, available, columns, from, to);
+}
+
+/// With the two cosines exchanged.
+Sheet transposed(const Sheet& sheet) {
+    Sheet other(sheet.count[1], sheet.count[0], sheet.count[2]);
+    for (int i = 0; i < sheet.count[0]; ++i)
+        for (int j = 0; j < sheet.count[1]; ++j)
+            std::copy_n(sheet.row(i, j), sheet.count[2], other.row(j, i));
+    return other;
+}
+
+Sheet refined_in(const Sheet& sheet, const Stencils& stencils) {
+    Sheet finer(static_cast<int>(stencils.size()), sheet.count[1], sheet.count[2]);
+    for (int i = 0; i < finer.count[0]; ++i)
+        sum_rows_of(sheet, stencils[size(i)], sheet.count[1] * sheet.count[2], finer.row(i, 0));
+    return finer;
+}
+
+/// Intervals with which straight lines are exact enough, from what `probed` of them are off by.
+int intervals_for(double error, double allowed, int max) {
+    const double needed = std::ceil(probed * std::sqrt(error / allowed));
+    return static_cast<int>(std::clamp(needed, double{fewest_intervals}, static_cast<double>(max)));
+}
+
+/// Errors relative to the totals at the same places, which are spread evenly over the axes.
+class RelativeErrors {
+  public:
+    void reserve(int count) { errors_.reserve(size(count)); }
+    void add(double error, double total) { errors_.push_back({std::abs(error), total}); }
+
+    /// What 99.9 % of them stay below; totals below `floor` count as that.
+    double quantile(double floor) const {
+        constexpr int bins = 64, bins_an_octave = 2;  // downwards from `highest`
+        constexpr double highest = 16, rare = 1e-3;
+        std::size_t count[bins] = {};
+        for (const Error& at : errors_) {
+            const double ratio = at.error / std::max(at.total, floor);
+            if (!(ratio > 0)) continue;
+            const double down = bins_an_octave * std::log2(highest / ratio);
+            ++count[static_cast<int>(std::clamp(down, 0.0, bins - 1.0))];
+        }
+        const double exceptions = rare * static_cast<double>(errors_.size());
+        int bin = 0;
+        for (std::size_t above = count[0];
+             static_cast<double>(above) <= exceptions && bin + 1 < bins; above += count[bin])
+            ++bin;
+        return highest * std::exp2(-static_cast<double>(bin) / bins_an_octave);
+    }
+
+  private:
+    struct Error {
+        double error, total;
+    };
+    std::vector<Error> errors_;
+};
+
+/// Orders n >= 2 of one channel while they are refined.
+class Refinement {
+  public:
+    Refinement(const TableView& table, const ChannelOrders& orders, int channel,
+               const SingleScattering& single)
+        : table_(table),
+          blend_(orders.blend),
+          channel_(channel),
+          single_(single),
+          sheet_(summed(table, orders)) {
+        if (!blend_.fades) return;
+        for (int i = 0; i < sheet_.count[0]; ++i)
+            for (int j = 0; j < sheet_.count[1]; ++j)
+                for (int k = 0; k < sheet_.count[2]; ++k)
+                    sheet_.row(i, j)[k] *= static_cast<float>(directional_factor(
+                        table_, blend_, table_.mu_in.value(i), table_.mu_out.value(j)));
+    }
+
+    /// What straight lines between `probed` + 1 samples are off by along mu_in, mu_out and azimuth,
+    /// relative to R or T: an eighth of the second differences.
+    std::array<double, 3> errors_of_straight_lines() const {
+        RelativeErrors of_in, of_out, of_azimuth;
+        const AxisView &in = table_.mu_in, &out = table_.mu_out;
+        double largest = add_errors_along_mu(sheet_, in, out, of_in);
+        if (!table_.is_symmetric())
+            largest = std::max(largest, add_errors_along_mu(transposed(sheet_), out, in, of_out));
+        if (sheet_.count[2] > 1) add_errors_along_azimuth(of_azimuth);
+        const double floor = darkest_share * largest;
+        const double along_in = of_in.quantile(floor);
+        return {along_in, table_.is_symmetric() ? along_in : of_out.quantile(floor),
+                of_azimuth.quantile(floor)};
+    }
+
+    /// All samples, `stride` apart: row i over mu_in holds all mu_out by azimuth, those up to i + 1
+    /// where the table is symmetric.
+    void write(const MuPlaces& in, const MuPlaces& out, const AzimuthPlaces& around, int stride,
+               float* to) const {
+        const Stencils rows = in.stencils(table_.mu_in), columns = out.stencils(table_.mu_out);
+        const bool azimuthal = sheet_.count[2] > 1;
+        const int azimuths = azimuthal ? around.intervals + 1 : 1;
+        const Sheet finer =
+            azimuthal ? refined_azimuth(sheet_, around.stencils(table_.azimuth)) : sheet_;
+        const int available = std::min(stencil_size, finer.count[1]);
+        Sheet row(1, finer.count[1], azimuths), cell(1, 1, azimuths);
+        for (int i = 0; i <= in.intervals; ++i) {
+            sum_rows_of(finer, rows[size(i)], finer.count[1] * azimuths, row.row(0, 0));
+            // One column beyond the last of a symmetric row is never read.
+            const int last = table_.is_symmetric() ? i + 1 : out.intervals;
+            for (int j = 0; j <= last; ++j) {
+                const Stencil& stencil = columns[size(std::min(j, out.intervals))];
+                const float* from[stencil_size] = {};
+                for (int s = 0; s < available; ++s) from[s] = row.row(0, stencil.first + s);
+                float* const sums = stride == 1 ? to : cell.row(0, 0);
+                sum_rows(stencil, available, azimuths, from, sums);
+                if (stride > 1)
+                    for (int k = 0; k < azimuths; ++k) to[k * stride] = sums[k];
+                to += size(azimuths) * size(stride);
+            }
+        }
+    }
+
+  private:
+    /// Of a sheet whose first axis is `along`; returns the largest total away from the horizon.
+    double add_errors_along_mu(const Sheet& sheet, const AxisView& along, const AxisView& across,
+                               RelativeErrors& errors) const {
+        const MuPlaces places(along, probed);
+        const int azimuth_step = std::max(1, (sheet.count[2] - 1) / 4);  // a few are enough
+        const Sheet finer =
+            refined_in(thinned_azimuth(sheet, azimuth_step), places.stencils(along));
+        const int columns = finer.count[2];
+        errors.reserve(probed * sheet.count[1] * columns);
+        std::vector<double> others, shares, azimuths;
+        for (int j = 0; j < sheet.count[1]; ++j) {
+            others.push_back(across.value(j));
+            shares.push_back(divided_by(others.back()));
+        }
+        for (int k = 0; k < columns; ++k)
+            azimuths.push_back(table_.azimuth.value(k * azimuth_step));
+        double largest = 0;
+        for (int i = 1; i < probed; ++i) {
+            const double mu = places.mu(i), share = divided_by(mu);
+            for (int j = 0; j < sheet.count[1]; ++j) {
+                const double other = others[size(j)], factor = share * shares[size(j)];
+                if (std::min(mu, other) < least_cosine()) continue;
+                for (int k = 0; k < columns; ++k) {
+                    const auto at = [&](int row) { return double{finer.row(row, j)[k]}; };
+                    const double total =
+                        at(i) * factor + single_(channel_, mu, other, azimuths[size(k)]);
+                    errors.add((at(i - 1) - 2 * at(i) + at(i + 1)) / 8 * factor, total);
+                    if (mu >= 0.1 && other >= 0.1) largest = std::max(largest, total);
+                }
+            }
+        }
+        return largest;
+    }
+
+    void add_errors_along_azimuth(RelativeErrors& errors) const {
+        const AzimuthPlaces places(table_.azimuth, probed);
+        const Stencils stencils = places.stencils(table_.azimuth);
+        constexpr int cosine_step = 3;
+        float row[probed + 1];
+        for (int i = 0; i < sheet_.count[0]; i += cosine_step) {
+            const int last = table_.is_symmetric() ? i : sheet_.count[1] - 1;
+            for (int j = 0; j <= last; j += cosine_step) {
+                const double in = table_.mu_in.value(i), out = table_.mu_out.value(j);
+                if (std::min(in, out) < least_cosine()) continue;
+                const double factor = divided_by(in) * divided_by(out);
+                refine_row(sheet_.row(i, j), sheet_.count[2], stencils, row);
+                for (int k = 1; k < probed; ++k) {
+                    const double bend =
+                        double{row[k - 1]} - 2 * double{row[k]} + double{row[k + 1]};
+                    const double total =
+                        double{row[k]} * factor + single_(channel_, in, out, places.azimuth(k));
+                    errors.add(bend / 8 * factor, total);
+                }
+            }
+        }
+    }
+
+    double least_cosine() const { return table_.path_law != nullptr ? least_path_cosine : 0; }
+
+    /// What samples are multiplied by along one of the directions.
+    double divided_by(double mu) const {
+        return table_.has_lower_boundary() ? 1 : intercepted_share(blend_.optical_depth, mu);
+    }
+
+    const TableView& table_;
+    const LayerBlend& blend_;
+    int channel_;
+    const SingleScattering& single_;
+    Sheet sheet_;
+};
+
+}  // namespace
+
+RefinedSamples refine(const TableView& table, const std::vector<ChannelOrders>& channels,
+                      const SingleScattering& single) {
+    std::vector<Refinement> refinements;
+    std::array<double, 3> error{};  // along mu_in, mu_out, azimuth
+    for (const ChannelOrders& orders : channels) {
+        refinements.emplace_back(table, orders, static_cast<int>(refinements.size()), single);
+        const std::array<double, 3> more = refinements.back().errors_of_straight_lines();
+        for (std::size_t a = 0; a < error.size(); ++a) error[a] = std::max(error[a], more[a]);
+    }
+    const double share = table.path_law != nullptr ? share_with_path_law : share_of_tolerance;
+    const double allowed = share * kept_tolerance(table);
+    const int stride = static_cast<int>(channels.size());
+    const auto intervals = [&](const AxisView& axis, double along, int max) {
+        return axis.count < 2 ? 1 : intervals_for(along, allowed, max);
+    };
+    const MuPlaces in(table.mu_in, intervals(table.mu_in, error[0], max_along_mu));
+    const MuPlaces out(table.mu_out, intervals(table.mu_out, error[1], max_along_mu));
+    const AzimuthPlaces around(table.azimuth,
+                               intervals(table.azimuth, error[2], max_along_azimuth));
+    RefinedSamples refined{};
+    refined.symmetric = table.is_symmetric();
+    refined.columns = out.intervals + 1;
+    refined.azimuths = table.azimuth.count < 2 ? 1 : around.intervals + 1;
+    // Rows 0 to `intervals`, the last one column short where the table is symmetric.
+    const std::size_t rows = size(in.intervals + 1);
+    const std::size_t cells =
+        refined.symmetric ? rows * (rows + 3) / 2 : rows * size(refined.columns);
+    refined.sample.resize(cells * size(refined.azimuths) * size(stride) + 1);
+    for (std::size_t c = 0; c < refinements.size(); ++c)
+        refinements[c].write(in, out, around, stride, refined.sample.data() + c);
+    set_axis(refined.places, 0, in.first, in.step, in.intervals);
+    set_axis(refined.places, 1, out.first, out.step, out.intervals);
+    set_axis(refined.places, 2, around.first, (around.last - around.first) / around.intervals,
+             around.intervals);
+    return refined;
+}
+
+}  // namespace stratus

@@ -1,0 +1,38 @@
+#include <stratus/layer/diffusion.h>
+
+#include <cmath>
+
+namespace stratus {
+namespace {
+
+/// (1 - exp(-z)) / z for z >= 0, 1 at z = 0.
+double mean_decay(double z) noexcept { return z == 0 ? 1 : -std::expm1(-z) / z; }
+
+/// exp(-passes k tau) (1 - exp(-2 k q)) / (1 - exp(-2 k (tau + q))): with one pass the scale of
+/// transmission, with two the deficit of reflection, whose light goes down and up again.
+double fall(int passes, double tau, double k, double q) noexcept {
+    if (std::isinf(tau)) return 0;
+    const double decay = std::exp(-passes * k * tau);
+    if (decay == 0) return 0;
+    return q / (tau + q) * decay * mean_decay(2 * k * q) / mean_decay(2 * k * (tau + q));
+}
+
+}  // namespace
+
+double transmission_scale(double optical_depth, double diffusion_exponent,
+                          double extrapolation_length) noexcept {
+    return fall(1, optical_depth, diffusion_exponent, extrapolation_length);
+}
+
+double reflection_deficit(double optical_depth, double diffusion_exponent,
+                          double extrapolation_length) noexcept {
+    return fall(2, optical_depth, diffusion_exponent, extrapolation_length);
+}
+
+double reflection_scale(double optical_depth, double diffusion_exponent,
+                        double extrapolation_length) noexcept {
+    const double d = reflection_deficit(optical_depth, diffusion_exponent, extrapolation_length);
+    return 1 / (1 + d + d * d);
+}
+
+}  // namespace stratus

@@ -1,0 +1,36 @@
+#include <stratus/layer/lower_boundary.h>
+
+#include <stratus/base/constants.h>
+
+#include <utility>
+
+namespace stratus {
+
+LowerBoundary LowerBoundary::surface(double albedo) { return {Kind::surface, albedo, {}}; }
+
+LowerBoundary LowerBoundary::layer(PhaseFunction phase_function, double albedo) {
+    return {Kind::layer, albedo, std::move(phase_function)};
+}
+
+double boundary_phase_value(const LowerBoundary& boundary, const Geometry& geometry) noexcept {
+    return boundary.kind == LowerBoundary::Kind::layer
+               ? boundary.phase_function(cos_scattering_angle_reflected(geometry))
+               : 1;
+}
+
+double single_reflection_of_boundary(const LowerBoundary& boundary, double phase_value,
+                                     double optical_depth, double mu_in, double mu_out) noexcept {
+    if (!boundary.is_present()) return 0;
+    const double beam =
+        direct_transmittance(optical_depth, mu_in) * direct_transmittance(optical_depth, mu_out);
+    if (boundary.kind == LowerBoundary::Kind::surface) return beam * boundary.albedo * phase_value;
+    return beam * single_reflection(phase_value, boundary.albedo, infinity, mu_in, mu_out);
+}
+
+double single_reflection_of_boundary(const LowerBoundary& boundary, double optical_depth,
+                                     const Geometry& geometry) noexcept {
+    return single_reflection_of_boundary(boundary, boundary_phase_value(boundary, geometry),
+                                         optical_depth, geometry.mu_in, geometry.mu_out);
+}
+
+}  // namespace stratus

@@ -1,0 +1,91 @@
+#include <stratus/layer/stack_layers.h>
+
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+double total_depth(const std::vector<StackLayer>& layers) noexcept {
+    double depth = 0;
+    for (const StackLayer& layer : layers) depth += layer.optical_depth;
+    return depth;
+}
+
+}  // namespace
+
+void check_layers(const std::vector<StackLayer>& layers, bool over_boundary, const char* caller) {
+    require(!layers.empty(), caller, "layers", "at least one", "none");
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+        const std::string of = layers.size() > 1 ? " of layer " + std::to_string(k + 1) : "";
+        const double depth = layers[k].optical_depth;
+        require(layers[k].albedo >= 0 && layers[k].albedo <= 1, caller, "albedo" + of, "in [0, 1]",
+                layers[k].albedo);
+        require(depth >= 0, caller, "optical_depth" + of, "in [0, inf]", depth);
+        const bool may_be_infinite = k + 1 == layers.size() && !over_boundary;
+        require(depth < infinity || may_be_infinite, caller, "optical_depth" + of,
+                "finite above another layer or a lower boundary", depth);
+    }
+}
+
+StackLayer mean_layer(const std::vector<StackLayer>& layers) {
+    require(!layers.empty(), "mean_layer", "layers", "at least one", "none");
+    const double depth = total_depth(layers);
+    if (depth == infinity) return layers.back();
+    std::vector<std::pair<double, PhaseFunction>> terms;
+    double scattered = 0;
+    for (const StackLayer& layer : layers) {
+        const double part = layer.albedo * layer.optical_depth;
+        if (part > 0) terms.emplace_back(part, layer.phase_function);
+        scattered += part;
+    }
+    if (terms.empty()) return {layers.front().phase_function, 0, depth};
+    return {PhaseFunction::sum(terms), std::min(1.0, scattered / depth), depth};
+}
+
+double single_reflection_through(const Surroundings& around, double phase_value, double albedo,
+                                 double optical_depth, double mu_in, double mu_out) noexcept {
+    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.above, mu_out) *
+           single_reflection(phase_value, albedo, optical_depth, mu_in, mu_out);
+}
+
+double single_transmission_through(const Surroundings& around, double phase_value, double albedo,
+                                   double optical_depth, double mu_in, double mu_out) noexcept {
+    return direct_transmittance(around.above, mu_in) * direct_transmittance(around.below, mu_out) *
+           single_transmission(phase_value, albedo, optical_depth, mu_in, mu_out);
+}
+
+double single_reflection_of(const std::vector<StackLayer>& layers,
+                            const Geometry& geometry) noexcept {
+    const double cosine = cos_scattering_angle_reflected(geometry);
+    Surroundings around;
+    double sum = 0;
+    for (const StackLayer& layer : layers) {
+        sum += single_reflection_through(around, layer.phase_function(cosine), layer.albedo,
+                                         layer.optical_depth, geometry.mu_in, geometry.mu_out);
+        around.above += layer.optical_depth;
+    }
+    return sum;
+}
+
+double single_transmission_of(const std::vector<StackLayer>& layers,
+                              const Geometry& geometry) noexcept {
+    const double cosine = cos_scattering_angle_transmitted(geometry);
+    Surroundings around{0, total_depth(layers)};
+    if (around.below == infinity) return 0;
+    double sum = 0;
+    for (const StackLayer& layer : layers) {
+        around.below = std::max(0.0, around.below - layer.optical_depth);
+        sum += single_transmission_through(around, layer.phase_function(cosine), layer.albedo,
+                                           layer.optical_depth, geometry.mu_in, geometry.mu_out);
+        around.above += layer.optical_depth;
+    }
+    return sum;
+}
+
+}  // namespace stratus

@@ -1,0 +1,200 @@
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/phase/phase_function.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+using Term = PhaseFunction::Term;
+
+struct ReadableKind : PhaseKind {
+    Term (*read)(PhaseText&, const std::string& parameter);
+
+    /// What may stand after the name.
+    std::vector<std::string> allowed() const {
+        std::vector<std::string> names = parameter_names();
+        if (may_be_a_file) names.insert(names.begin(), "file");
+        return names;
+    }
+};
+
+template <class Kind>
+Term read_term([[maybe_unused]] PhaseText& text, [[maybe_unused]] const std::string& parameter) {
+    if constexpr (!Kind::kind.has_parameter())
+        return Kind{};
+    else if constexpr (Kind::kind.has_several_parameters())
+        return Kind::read(text, parameter);
+    else
+        return Kind::read(text);
+}
+
+template <class... Kinds>
+std::vector<ReadableKind> kinds_of(const std::variant<Kinds...>*) {
+    return {{Kinds::kind, read_term<Kinds>}...};
+}
+
+const std::vector<ReadableKind>& kinds() {
+    static const std::vector<ReadableKind> all = kinds_of(static_cast<const Term*>(nullptr));
+    return all;
+}
+
+const ReadableKind* kind_named(const std::string& wanted) {
+    for (const ReadableKind& kind : kinds())
+        if (kind.name == wanted) return &kind;
+    return nullptr;
+}
+
+const ReadableKind& read_kind(PhaseText& text) {
+    const std::string met = text.name();
+    if (met.empty()) text.refuse("a phase function must stand here, got '" + text.rest() + "'");
+    const ReadableKind* const found = kind_named(met);
+    if (found != nullptr) return *found;
+    std::vector<std::string> known;
+    for (const ReadableKind& kind : kinds()) known.emplace_back(kind.name);
+    text.refuse("phase function must be one of " + joined(known) + ", got '" + met +
+                "'; did you mean '" + nearest_name(met, known) + "'?");
+}
+
+/// Refuses a number without the name of its parameter, as in `henyey_greenstein:0.5`.
+void refuse_bare_number(PhaseText text, const ReadableKind& kind) {
+    text.at_end();
+    const std::size_t begin = text.at;
+    double value;
+    if (!text.accept_number(value)) return;
+    const std::string met(text.text.substr(begin, text.at - begin));
+    text.refuse("parameter of " + std::string(kind.name) + " must be written " +
+                kind.parameters[0] + "=" + met + ", got '" + met + "'");
+}
+
+/// The name of the first parameter that follows a kind's; empty where there is none to follow.
+std::string read_parameter_name(PhaseText& text, const ReadableKind& kind) {
+    const std::string owner = kind.name;
+    const std::vector<std::string> allowed = kind.allowed();
+    if (allowed.empty()) {
+        if (text.accept(':')) text.refuse(owner + " takes no parameter, got '" + text.rest() + "'");
+        return "";
+    }
+    if (!text.accept(':')) text.refuse(owner + " needs " + joined(allowed, "=... or ") + "=...");
+    refuse_bare_number(text, kind);
+    return text.parameter(owner, allowed);
+}
+
+/// True when the '+' at `plus` joins two phase functions and is not part of a file's name: it
+/// stands between blanks, or a phase function follows.
+bool joins(PhaseText text, std::size_t plus) {
+    const auto is_blank = [&](std::size_t i) {
+        return i >= text.text.size() || text.text[i] == ' ' || text.text[i] == '\t';
+    };
+    if (is_blank(plus - 1) && is_blank(plus + 1)) return true;
+    text.at = plus + 1;
+    double weight;
+    if (text.accept_number(weight) && !text.accept('*')) return false;
+    return kind_named(text.name()) != nullptr;
+}
+
+/// True when the ',' at `comma` is followed by an option of a table.
+bool begins_option(PhaseText text, std::size_t comma) {
+    text.at = comma + 1;
+    const std::vector<std::string>& names = Tabulated::option_names();
+    return std::find(names.begin(), names.end(), text.name()) != names.end() && text.accept('=');
+}
+
+std::string read_file_name(PhaseText& text, bool with_options) {
+    text.at_end();
+    const std::size_t begin = text.at;
+    const auto ends = [&](char letter) {
+        return (letter == '+' && joins(text, text.at)) ||
+               (with_options && letter == ',' && begins_option(text, text.at));
+    };
+    while (text.at < text.text.size() && !ends(text.text[text.at])) ++text.at;
+    std::string file(text.text.substr(begin, text.at - begin));
+    file.erase(file.find_last_not_of(" \t") + 1);
+    if (file.empty()) text.refuse("file must be a name, got nothing");
+    return file;
+}
+
+using Notes = std::vector<std::string>;
+
+PhaseFunction read_tabulated(PhaseText& text, const std::string& file, Notes* notes) {
+    const Tabulated::Options options = Tabulated::read_options(text);
+    PhaseColumns columns = text.read_file(file, {"phase_angle_deg", "value"});
+    Tabulated table(std::move(columns.values[0]), std::move(columns.values[1]), columns.row_name,
+                    options);
+    if (notes != nullptr && std::abs(table.normalisation - 1) > 1e-9)
+        notes->push_back(columns.name + ": values were divided by their spherical mean " +
+                         shortest_text(1 / table.normalisation));
+    return PhaseFunction(std::move(table));
+}
+
+PhaseFunction read_moments(const PhaseText& text, const std::string& file, Notes* notes) {
+    const PhaseColumns columns = text.read_file(file, {"l", "chi"});
+    const std::vector<double>&order = columns.values[0], &chi = columns.values[1];
+    for (std::size_t l = 0; l < order.size(); ++l)
+        require(order[l] == static_cast<double>(l), Moments::kind.name, "l" + columns.row_name(l),
+                std::to_string(l) + " (0, 1, 2, ... in order)", order[l]);
+    Moments moments(chi, columns.row_name);
+    if (notes != nullptr && chi[0] != 1)
+        notes->push_back(columns.name +
+                         ": moments were divided by chi_0 = " + shortest_text(chi[0]));
+    return PhaseFunction(std::move(moments));
+}
+
+/// One term with its weight, 1 where none is given.
+std::pair<double, PhaseFunction> read_part(PhaseText& text, Notes* notes) {
+    double weight = 1;
+    if (text.accept_number(weight) && !text.accept('*'))
+        text.refuse("'*' must follow the weight " + shortest_text(weight) + ", got '" +
+                    text.rest() + "'");
+    if (!(weight >= 0 && std::isfinite(weight)))
+        text.refuse("a weight must be finite and at least 0, got " + shortest_text(weight));
+    const ReadableKind& kind = read_kind(text);
+    const std::string parameter = read_parameter_name(text, kind);
+    if (parameter != "file") return {weight, PhaseFunction(kind.read(text, parameter))};
+    if (!text.read_file)
+        text.refuse("parameter of " + std::string(kind.name) + " must be " + kind.parameters[0] +
+                    " where no files are read, got 'file'");
+    const bool is_table = std::string(kind.name) == Tabulated::kind.name;
+    const std::string file = read_file_name(text, is_table);
+    return {weight, is_table ? read_tabulated(text, file, notes) : read_moments(text, file, notes)};
+}
+
+}  // namespace
+
+PhaseFunction parse_phase_function(const std::string& text, std::vector<std::string>* notes,
+                                   const PhaseFileReader& read_file) {
+    PhaseText left{text, 0, read_file};
+    std::vector<std::pair<double, PhaseFunction>> parts;
+    double weights = 0;
+    do {
+        parts.push_back(read_part(left, notes));
+        weights += parts.back().first;
+    } while (left.accept('+'));
+    if (!left.at_end())
+        left.refuse("'" + left.rest() + "' must be '+' and another phase function, or nothing");
+    for (const auto& [weight, part] : parts)
+        if (const auto* const table = std::get_if<Tabulated>(&part.terms()[0].second);
+            notes != nullptr && table != nullptr && !table->continuation().empty())
+            notes->push_back("tabulated: " + table->continuation());
+    if (notes != nullptr && std::abs(weights - 1) > 1e-9)
+        notes->push_back("'" + text + "': weights summed to " + shortest_text(weights) +
+                         " and were divided by it");
+    return PhaseFunction::sum(parts);
+}
+
+std::string phase_function_help() {
+    std::size_t width = 0;
+    for (const ReadableKind& kind : kinds())
+        width = std::max(width, std::string(kind.example).size());
+    std::string help;
+    for (const ReadableKind& kind : kinds()) {
+        const std::string example = kind.example;
+        help += example + std::string(width + 2 - example.size(), ' ') + kind.help + '\n';
+    }
+    return help + "or a sum: 0.6*lambert_sphere + 0.4*isotropic";
+}
+
+}  // namespace stratus

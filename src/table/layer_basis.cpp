@@ -1,0 +1,129 @@
+#include "layer_basis.h"
+
+#include "base/size.h"
+#include "kernels/packed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace stratus {
+namespace {
+
+class GreedySearch {
+  public:
+    explicit GreedySearch(const BlockLayers& layers)
+        : layers_(layers),
+          columns_(layers.values[0]->size()),
+          remainder_(size(layers.count())),
+          error_(size(layers.count())),
+          weight_(columns_) {
+        // Of many albedos a few are searched; the others are written as sums afterwards.
+        constexpr int max_searched_albedos = 12;
+        const int albedo_step = (layers.albedos.count - 1) / max_searched_albedos + 1;
+        for (int l = 0; l < layers.count(); ++l) {
+            const int from_last = layers.albedos.last() - layers.albedo(l);
+            (from_last % albedo_step == 0 ? searched_ : others_).push_back(l);
+        }
+        basis_.coefficient.resize(size(layers.count()));
+    }
+
+    LayerBasis basis(double allowed) {
+        for (const int l : searched_) {
+            remainder_[size(l)] = *layers_.values[size(l)];
+            error_[size(l)] = error_of(l);
+            add_weight(l);
+        }
+        for (;;) {
+            const auto worst = std::max_element(error_.begin(), error_.end());
+            basis_.error.push_back(*worst);
+            if (*worst <= allowed || basis_.pivot.size() == size(functions)) break;
+            add_function(static_cast<int>(worst - error_.begin()));
+            for (const int l : searched_) {
+                subtract(l, function_.size() - 1);
+                error_[size(l)] = error_of(l);
+            }
+        }
+        for (const int l : others_) {
+            remainder_[size(l)] = *layers_.values[size(l)];
+            for (std::size_t f = 0; f < function_.size(); ++f) subtract(l, f);
+            remainder_[size(l)].clear();
+        }
+        return std::move(basis_);
+    }
+
+  private:
+    void add_weight(int l) {
+        for (std::size_t k = 0; k < columns_; ++k) {
+            const float importance = (*layers_.importance[size(l)])[k];
+            weight_[k] += importance * importance / static_cast<float>(layers_.count());
+        }
+    }
+
+    double error_of(int l) const {
+        const float* const left = remainder_[size(l)].data();
+        const float* const importance = layers_.importance[size(l)]->data();
+        float largest = 0;
+        for (std::size_t k = 0; k < columns_; ++k)
+            largest = std::max(largest, std::abs(left[k] * importance[k]));
+        return double{largest};
+    }
+
+    /// What is left of a layer, normalised.
+    void add_function(int pivot) {
+        const std::vector<float>& left = remainder_[size(pivot)];
+        double square = 0;
+        for (std::size_t k = 0; k < columns_; ++k)
+            square += double{weight_[k]} * double{left[k]} * double{left[k]};
+        const double norm = std::sqrt(square);
+        function_.emplace_back(columns_);
+        weighted_.emplace_back(columns_);
+        for (std::size_t k = 0; k < columns_; ++k) {
+            function_.back()[k] = static_cast<float>(double{left[k]} / norm);
+            weighted_.back()[k] = weight_[k] * function_.back()[k];
+        }
+        basis_.pivot.push_back(pivot);
+        basis_.norm.push_back(norm);
+    }
+
+    /// Subtracts function f from what is left of layer l.
+    void subtract(int l, std::size_t f) {
+        float* const left = remainder_[size(l)].data();
+        float partial[functions] = {};  // side by side, to be fast
+        std::size_t k = 0;
+        for (; k + functions <= columns_; k += functions)
+            for (std::size_t s = 0; s < functions; ++s)
+                partial[s] += left[k + s] * weighted_[f][k + s];
+        float share = 0;
+        for (; k < columns_; ++k) share += left[k] * weighted_[f][k];
+        for (const float part : partial) share += part;
+        basis_.coefficient[size(l)].push_back(share);
+        for (k = 0; k < columns_; ++k) left[k] -= share * function_[f][k];
+    }
+
+    const BlockLayers& layers_;
+    std::size_t columns_;  // directions
+    std::vector<int> searched_, others_;
+    std::vector<std::vector<float>> remainder_;  // of each layer
+    std::vector<double> error_;                  // of each layer
+    std::vector<float> weight_;                  // of each direction
+    std::vector<std::vector<float>> function_, weighted_;
+    LayerBasis basis_;
+};
+
+}  // namespace
+
+LayerBasis LayerBasis::first(std::size_t count) const {
+    LayerBasis fewer(*this);
+    fewer.pivot.resize(count);
+    fewer.norm.resize(count);
+    for (std::vector<float>& of_layer : fewer.coefficient) of_layer.resize(count);
+    fewer.error.resize(count + 1);
+    return fewer;
+}
+
+LayerBasis greedy_basis(const BlockLayers& layers, double allowed) {
+    return GreedySearch(layers).basis(allowed);
+}
+
+}  // namespace stratus

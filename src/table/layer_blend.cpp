@@ -1,0 +1,223 @@
+#include "layer_blend.h"
+
+#include <stratus/layer/diffusion.h>
+#include <stratus/layer/single_scattering.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace stratus {
+namespace {
+
+/// What is asked of the multiply scattered part.
+struct LayerQuery {
+    Stencil albedo_stencil;
+    double albedo;  // clamped to the axis; 1 where samples are not divided by anything
+    double optical_depth;
+    int member;
+    double extrapolation_length;
+    double diffusion_exponent;
+    double chosen_diffusion_exponent = 0;  // at the chosen point, not at the member
+};
+
+LayerQuery query_of(const TableView& table, double albedo, double optical_depth, int member,
+                    BeyondDeepest beyond) noexcept {
+    LayerQuery query{table.albedo.stencil(albedo),
+                     std::clamp(albedo, table.albedo.lowest, table.albedo.highest),
+                     optical_depth,
+                     member,
+                     table.extrapolation_lengths[member],
+                     0};
+    const double* const exponent =
+        table.diffusion_exponent + member * table.albedo.count + query.albedo_stencil.first;
+    for (int l = 0; l < used_samples(table.albedo); ++l)
+        query.diffusion_exponent += double{query.albedo_stencil.weight[l]} * exponent[l];
+    query.diffusion_exponent = std::max(0.0, query.diffusion_exponent);
+    const AxisView& depth = table.optical_depth;
+    if (!depth.ends_at_infinity && beyond == BeyondDeepest::is_clamped)
+        query.optical_depth = std::min(optical_depth, depth.highest);
+    if (table.has_lower_boundary() || table.is_stack()) query.albedo = 1;
+    return query;
+}
+
+/// What transmitted light is to be multiplied by to get from a member to the chosen point. Light of
+/// n orders is a polynomial of degree n in a mixture and divided by nothing; but in deep layers many
+/// orders make it exponential.
+double fall_from_member(const TableView& table, const LayerQuery& query) noexcept {
+    if (!table.has_family()) return 1;
+    const auto fall = [&](double exponent) {
+        return transmission_scale(query.optical_depth, exponent, table.extrapolation_length);
+    };
+    const double sampled = fall(query.diffusion_exponent);
+    return sampled > 0 ? fall(query.chosen_diffusion_exponent) / sampled : 0;
+}
+
+/// Adds up the terms of one side of a table.
+class BlendBuilder {
+  public:
+    BlendBuilder(const TableView& table, const float* samples, const float* weight,
+                 LayerBlend& blend) noexcept
+        : table_(table),
+          weight_(weight),
+          depths_(table.optical_depth.size()),
+          term_size_(std::ptrdiff_t{table.mu_in.count} * table.mu_out.count * table.azimuth.count),
+          blend_(blend) {
+        blend_.samples = samples;
+    }
+
+    /// The terms that add(query) adds for each member around the chosen point, by its weight.
+    template <class Add>
+    void add_members(double albedo, double optical_depth, BeyondDeepest beyond,
+                     const Add& add) noexcept {
+        const FamilyStencil& members = table_.members;
+        LayerQuery queries[FamilyStencil::max_count];
+        double exponent = 0;
+        for (int m = 0; m < members.count; ++m) {
+            queries[m] = query_of(table_, albedo, optical_depth, members.member[m], beyond);
+            exponent += double{members.weight[m]} * queries[m].diffusion_exponent;
+        }
+        for (int m = 0; m < members.count; ++m) {
+            queries[m].chosen_diffusion_exponent = std::max(0.0, exponent);
+            share_of_member_ = double{members.weight[m]};
+            add(queries[m]);
+        }
+        blend_.optical_depth = queries[0].optical_depth;
+        blend_.fades = table_.has_lower_boundary() &&
+                       table_.lower_boundary->kind == LowerBoundary::Kind::surface &&
+                       table_.optical_depth.count > 0 &&
+                       blend_.optical_depth < table_.optical_depth.lowest;
+    }
+
+    /// The samples of one depth around an albedo. One too deep to be scaled back up hands its share
+    /// to the neighbour of higher albedo, which decays more slowly; false comes back when there is
+    /// none to take it.
+    bool add_depth(const LayerQuery& query, int depth, double share) noexcept {
+        double handed_on = 0;
+        for (int l = 0; l < used_samples(table_.albedo); ++l) {
+            const double part = share * double{query.albedo_stencil.weight[l]} + handed_on;
+            handed_on = add(query, query.albedo_stencil.first + l, depth, part) ? 0 : part;
+        }
+        return handed_on == 0;
+    }
+
+    /// Cubic along optical depth within the finite samples. A depth without a usable sample hands
+    /// its share to the one above it.
+    void add_depths(const LayerQuery& query, double scale) noexcept {
+        const Stencil depth = table_.optical_depth.stencil(query.optical_depth);
+        double handed_on = 0;
+        for (int t = used_samples(table_.optical_depth) - 1; t >= 0; --t) {
+            const double share = scale * double{depth.weight[t]} + handed_on;
+            handed_on = add_depth(query, depth.first + t, share) ? 0 : share;
+        }
+    }
+
+    /// Between the deepest finite sample and the one at infinity the distance from the limit dies
+    /// away by the law of diffusion; the scale of the sample at infinity is 1. Albedos whose
+    /// deficit is spent hand their share of it on, as above.
+    void add_between_last_and_infinity(const LayerQuery& query) noexcept {
+        const double length = query.extrapolation_length, highest = table_.optical_depth.highest;
+        const bool over_boundary = table_.has_lower_boundary();
+        const double deficit =
+            reflection_deficit(query.optical_depth, query.diffusion_exponent, length);
+        const int last = table_.optical_depth.count - 1;
+        double handed_on = 0;
+        for (int l = 0; l < used_samples(table_.albedo); ++l) {
+            const int albedo = query.albedo_stencil.first + l;
+            const double exponent =
+                table_.diffusion_exponent[query.member * table_.albedo.count + albedo];
+            const double deepest = last < 0 ? 0 : reflection_deficit(highest, exponent, length);
+            const double weight = double{query.albedo_stencil.weight[l]};
+            const bool spent = deepest < min_deficit;
+            const double share = spent ? 0 : (weight + handed_on) * deficit / deepest;
+            handed_on = spent ? weight + handed_on : 0;
+            add(query, albedo, last + 1, query.albedo * (weight - share));
+            if (!spent)
+                add(query, albedo, last,
+                    query.albedo * share *
+                        (over_boundary ? 1 : reflection_scale(highest, exponent, length)));
+        }
+    }
+
+  private:
+    /// False when the sample is too small to be scaled back up.
+    bool add(const LayerQuery& query, int albedo, int depth, double share_in_member) noexcept {
+        const std::ptrdiff_t at =
+            (std::ptrdiff_t{query.member} * table_.albedo.count + albedo) * depths_ + depth;
+        if (weight_[at] == 0) return false;
+        const double share = share_of_member_ * share_in_member;
+        if (share != 0)
+            blend_.term[blend_.count++] = {at * term_size_,
+                                           static_cast<float>(share * double{weight_[at]}), depth};
+        return true;
+    }
+
+    const TableView& table_;
+    const float* weight_;
+    int depths_;
+    std::ptrdiff_t term_size_;
+    double share_of_member_ = 1;
+    LayerBlend& blend_;
+};
+
+}  // namespace
+
+LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
+                            BeyondDeepest beyond) noexcept {
+    const AxisView& depth = table.optical_depth;
+    LayerBlend blend;
+    BlendBuilder side(table, table.reflection_multiple, table.reflection_weight, blend);
+    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+        if (depth.ends_at_infinity && (depth.count == 0 || query.optical_depth > depth.highest))
+            side.add_between_last_and_infinity(query);
+        else if (table.has_lower_boundary())
+            side.add_depths(query, 1);
+        else
+            side.add_depths(query, query.albedo * reflection_scale(query.optical_depth,
+                                                                   query.diffusion_exponent,
+                                                                   query.extrapolation_length));
+    });
+    return blend;
+}
+
+LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
+                              BeyondDeepest beyond) noexcept {
+    const AxisView& depth = table.optical_depth;
+    LayerBlend blend;
+    BlendBuilder side(table, table.transmission_multiple, table.transmission_weight, blend);
+    side.add_members(albedo, optical_depth, beyond, [&](const LayerQuery& query) {
+        if (depth.count == 0) return;  // a semi-infinite layer transmits nothing
+        const double scale = query.albedo * fall_from_member(table, query) *
+                             transmission_scale(query.optical_depth, query.diffusion_exponent,
+                                                query.extrapolation_length);
+        if (query.optical_depth > depth.highest)
+            side.add_depth(query, depth.count - 1, scale);
+        else
+            side.add_depths(query, scale);
+    });
+    return blend;
+}
+
+double deficit_of_deepest(const TableView& table, double albedo) noexcept {
+    const LayerQuery query =
+        query_of(table, albedo, 0, table.members.member[0], BeyondDeepest::is_clamped);
+    return reflection_deficit(table.optical_depth.highest, query.diffusion_exponent,
+                              query.extrapolation_length);
+}
+
+double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
+                          double mu_out) noexcept {
+    const double in = std::clamp(mu_in, table.mu_in.lowest, table.mu_in.highest);
+    const double out = std::clamp(mu_out, table.mu_out.lowest, table.mu_out.highest);
+    if (!table.has_lower_boundary())
+        return intercepted_share(blend.optical_depth, in) *
+               intercepted_share(blend.optical_depth, out);
+    if (!blend.fades) return 1;
+    // A surface alone scatters once; a thin layer adds in proportion to what it extinguishes.
+    const auto extinguished = [&](double depth) {
+        return intercepted_share(depth, in) + intercepted_share(depth, out);
+    };
+    return extinguished(blend.optical_depth) / extinguished(table.optical_depth.lowest);
+}
+
+}  // namespace stratus

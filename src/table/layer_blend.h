@@ -1,0 +1,55 @@
+// A layer of any member of a family, optical depth and albedo as a weighted sum of those that a table holds:
+// cubic along these axes, by the laws of diffusion between the deepest sample and infinity, around
+// samples that float cannot hold.
+#pragma once
+
+#include <stratus/table/table.h>
+
+#include <algorithm>
+#include <cstddef>
+
+namespace stratus {
+
+/// A reflection deficit (diffusion.h) below this at the deepest sample: that sample is the limit.
+constexpr double min_deficit = 1e-5;
+
+/// How many samples the stencils of an axis count.
+inline int used_samples(const AxisView& axis) noexcept {
+    return std::min(axis.count, stencil_size);
+}
+
+/// One (member, albedo, optical_depth) of a side: where its directions start among the side's
+/// samples, its share of the sum, its depth.
+struct BlendTerm {
+    std::ptrdiff_t first;
+    float share;
+    int depth;
+};
+
+/// The terms that a lookup adds up, each over (mu_in, mu_out, azimuth) times the table's weights of
+/// its depth along both directions: at most 16 members by 4 albedos by 4 depths.
+struct LayerBlend {
+    const float* samples;  // of the side
+    BlendTerm term[FamilyStencil::max_count * stencil_size * stencil_size];
+    int count = 0;
+    double optical_depth = 0;  // clamped to the table
+    bool fades = false;        // see `directional_factor`
+};
+
+/// What follows the deepest sample of a table that has none at infinity.
+enum class BeyondDeepest { is_clamped, follows_diffusion };
+
+/// Needs a table that has this side.
+LayerBlend reflection_blend(const TableView& table, double albedo, double optical_depth,
+                            BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
+LayerBlend transmission_blend(const TableView& table, double albedo, double optical_depth,
+                              BeyondDeepest beyond = BeyondDeepest::is_clamped) noexcept;
+
+/// What the sum is to be multiplied by along both directions: what the samples were divided by.
+double directional_factor(const TableView& table, const LayerBlend& blend, double mu_in,
+                          double mu_out) noexcept;
+
+/// How far reflection at the deepest finite sample still is from its limit (diffusion.h).
+double deficit_of_deepest(const TableView& table, double albedo) noexcept;
+
+}  // namespace stratus

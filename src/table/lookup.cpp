@@ -1,0 +1,206 @@
+#include <stratus/table/lookup.h>
+
+#include <stratus/table/packed_table.h>
+
+#include "layer_blend.h"
+#include "lookup_arguments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+
+namespace stratus {
+namespace {
+
+/// Stencils of the three directions, and where their samples lie.
+struct Directions {
+    Stencil in, out, azimuth;
+    int in_sample[stencil_size], out_sample[stencil_size];
+    int azimuth_count;
+};
+
+/// Samples of a stencil; weights beyond a short axis are 0 and point at its last sample.
+void set_samples(const AxisView& axis, const Stencil& stencil,
+                 int (&sample)[stencil_size]) noexcept {
+    for (int i = 0; i < stencil_size; ++i) sample[i] = std::min(stencil.first + i, axis.count - 1);
+}
+
+Directions directions_of(const TableView& table, const Geometry& geometry) noexcept {
+    Directions at;
+    at.in = table.mu_in.stencil(geometry.mu_in);
+    at.out = table.mu_out.stencil(geometry.mu_out);
+    at.azimuth = table.azimuth.mirrored_stencil(geometry.azimuth);
+    at.azimuth_count = used_samples(table.azimuth);
+    set_samples(table.mu_in, at.in, at.in_sample);
+    set_samples(table.mu_out, at.out, at.out_sample);
+    return at;
+}
+
+/// `width` neighbouring azimuths, added and scaled side by side.
+template <int width>
+struct AzimuthRow {
+    float value[width];
+
+    float operator[](int k) const noexcept { return value[k]; }
+
+    AzimuthRow& operator+=(const AzimuthRow& other) noexcept {
+        for (int k = 0; k < width; ++k) value[k] += other.value[k];
+        return *this;
+    }
+
+    friend AzimuthRow operator+(AzimuthRow left, const AzimuthRow& right) noexcept {
+        return left += right;
+    }
+
+    friend AzimuthRow operator*(float factor, AzimuthRow row) noexcept {
+        for (float& value : row.value) value *= factor;
+        return row;
+    }
+};
+
+template <int width>
+struct RowOf {
+    using type = AzimuthRow<width>;
+};
+
+#if defined(__GNUC__)
+// The same four floats as the compiler's own vector: with optimisation on, g++ 12 leaves the struct
+// scalar and takes three times as long.
+template <>
+struct RowOf<4> {
+    using type = float __attribute__((vector_size(4 * sizeof(float))));
+};
+#endif
+
+/// Sum over terms and directions; `width` is how many azimuths a stencil holds.
+template <int width>
+double summed(const TableView& table, const LayerBlend& blend, const Directions& at) noexcept {
+    using Azimuths = typename RowOf<width>::type;
+    const std::ptrdiff_t in_count = table.mu_in.count, out_count = table.mu_out.count;
+    const std::ptrdiff_t out_stride = table.azimuth.count, in_stride = out_stride * out_count;
+    std::ptrdiff_t in_offset[stencil_size], out_offset[stencil_size];
+    for (int i = 0; i < stencil_size; ++i) {
+        in_offset[i] = at.in_sample[i] * in_stride + at.azimuth.first;
+        out_offset[i] = at.out_sample[i] * out_stride;
+    }
+    Azimuths sum{};
+    float in[stencil_size], out[stencil_size];
+    for (int n = 0; n < blend.count; ++n) {
+        const BlendTerm& term = blend.term[n];
+        if (n == 0 || term.depth != blend.term[n - 1].depth) {
+            const float* const in_weight = table.mu_in_weight + term.depth * in_count;
+            const float* const out_weight = table.mu_out_weight + term.depth * out_count;
+            for (int i = 0; i < stencil_size; ++i) {
+                in[i] = at.in.weight[i] * in_weight[at.in_sample[i]];
+                out[i] = at.out.weight[i] * out_weight[at.out_sample[i]];
+            }
+        }
+        for (int i = 0; i < stencil_size; ++i) {
+            const float share = term.share * in[i];
+            const float* const rows = blend.samples + term.first + in_offset[i];
+            const auto out_row = [&](int j) {
+                Azimuths values;
+                std::memcpy(&values, rows + out_offset[j], sizeof values);
+                return values;
+            };
+            sum += share * ((out[0] * out_row(0) + out[1] * out_row(1)) +
+                            (out[2] * out_row(2) + out[3] * out_row(3)));
+        }
+    }
+    double total = 0;
+    for (int k = 0; k < width; ++k) total += double{at.azimuth.weight[k]} * double{sum[k]};
+    return total;
+}
+
+/// The blend's sum over directions, times what the samples were divided by along both of them.
+double summed(const TableView& table, const LayerBlend& blend, const Geometry& geometry) noexcept {
+    const Directions at = directions_of(table, geometry);
+    const double factor = directional_factor(table, blend, geometry.mu_in, geometry.mu_out);
+    switch (at.azimuth_count) {
+        case 1: return factor * summed<1>(table, blend, at);
+        case 2: return factor * summed<2>(table, blend, at);
+        case 3: return factor * summed<3>(table, blend, at);
+        default: return factor * summed<4>(table, blend, at);
+    }
+}
+
+double along_path(const TableView& table, Side side, double albedo, double optical_depth,
+                  const Geometry& geometry) noexcept {
+    if (table.path_law == nullptr) return 0;
+    return (*table.path_law)(side, albedo, optical_depth, geometry, table.highest_order);
+}
+
+/// The path law of a packed family, whose functions leave it out; others hold it.
+double beside_packed(const TableView& table, Side side, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept {
+    const bool held = side == Side::reflection ? table.has_reflection() : table.has_transmission();
+    return held && table.has_family() ? along_path(table, side, albedo, optical_depth, geometry)
+                                      : 0;
+}
+
+Scattered reflected(const TableView& table, const TablePoint& point) noexcept {
+    const auto& [albedo, optical_depth, geometry] = point;
+    Scattered scattered{};
+    scattered.single =
+        table.is_stack()
+            ? single_reflection_of(*table.layers, geometry)
+            : single_reflection(table.phase(cos_scattering_angle_reflected(geometry)), albedo,
+                                optical_depth, geometry.mu_in, geometry.mu_out);
+    if (table.has_lower_boundary())
+        scattered.single +=
+            single_reflection_of_boundary(*table.lower_boundary, optical_depth, geometry);
+    if (table.packed != nullptr)
+        scattered.multiple =
+            table.packed->multiple(Side::reflection, albedo, optical_depth, geometry,
+                                   table.members) +
+            beside_packed(table, Side::reflection, albedo, optical_depth, geometry);
+    else if (table.has_reflection())
+        scattered.multiple =
+            summed(table, reflection_blend(table, albedo, optical_depth), geometry) +
+            along_path(table, Side::reflection, albedo, optical_depth, geometry);
+    return scattered;
+}
+
+Scattered transmitted(const TableView& table, const TablePoint& point) noexcept {
+    const auto& [albedo, optical_depth, geometry] = point;
+    Scattered scattered{};
+    if (table.has_lower_boundary()) return scattered;
+    scattered.single =
+        table.is_stack()
+            ? single_transmission_of(*table.layers, geometry)
+            : single_transmission(table.phase(cos_scattering_angle_transmitted(geometry)), albedo,
+                                  optical_depth, geometry.mu_in, geometry.mu_out);
+    if (table.packed != nullptr)
+        scattered.multiple =
+            table.packed->multiple(Side::transmission, albedo, optical_depth, geometry,
+                                   table.members) +
+            beside_packed(table, Side::transmission, albedo, optical_depth, geometry);
+    else if (table.has_transmission())
+        scattered.multiple =
+            summed(table, transmission_blend(table, albedo, optical_depth), geometry) +
+            along_path(table, Side::transmission, albedo, optical_depth, geometry);
+    return scattered;
+}
+
+/// What look_up(table, point) has at arguments in range.
+template <class LookUp>
+Scattered looked_up(const TableView& table, const TablePoint& point,
+                    const LookUp& look_up) noexcept {
+    if (point.is_unknown()) return {double{not_a_number}, double{not_a_number}};
+    return not_negative(look_up(table, point));
+}
+
+}  // namespace
+
+Scattered reflection(const TableView& table, double albedo, double optical_depth,
+                     const Geometry& geometry) noexcept {
+    return looked_up(table, {albedo, optical_depth, geometry}, reflected);
+}
+
+Scattered transmission(const TableView& table, double albedo, double optical_depth,
+                       const Geometry& geometry) noexcept {
+    return looked_up(table, {albedo, optical_depth, geometry}, transmitted);
+}
+
+}  // namespace stratus

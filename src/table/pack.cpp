@@ -1,0 +1,433 @@
+#include <stratus/table/packed_table.h>
+
+#include <stratus/base/argument.h>
+#include <stratus/base/number_text.h>
+#include <stratus/base/tensor_file.h>
+#include <stratus/layer/reflected_curve.h>
+
+#include "base/size.h"
+#include "kept_tolerance.h"
+#include "packed_block.h"
+#include "packed_names.h"
+#include "packed_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+// Shares of the tolerance by which functions may miss a layer: those sought, and these when they are
+// rounded to halves.
+constexpr double basis_share = 0.3, total_share = 0.5;
+
+// Share of the tolerance by which rounding to halves may change the path law.
+constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
+
+/// One side of all members of a family, or of the only one.
+struct SideShapes {
+    std::vector<LayerShapes> samples;  // of each member
+    std::vector<std::vector<float>> values,
+        importance;  // over (member, albedo, depth), thinned out
+    int azimuth_step = 1;
+
+    SideShapes(const std::vector<TableView>& members, Side side) {
+        for (const TableView& member : members) samples.emplace_back(member, side);
+        azimuth_step = std::max(1, (samples[0].azimuths() - 1) / 8);
+        for (const LayerShapes& of_member : samples)
+            for (int a = 0; a < table().albedo.count; ++a)
+                for (int d = 0; d < table().optical_depth.size(); ++d) {
+                    values.push_back(of_member.layer(a, d, azimuth_step));
+                    importance.push_back(of_member.importance(a, d, azimuth_step));
+                }
+    }
+
+    /// Whose axes are those of all.
+    const TableView& table() const { return samples[0].table(); }
+};
+
+/// The blocks of one side, of members that share their functions.
+struct PackedBlocks {
+    SampleRange members;
+    std::vector<float> function;                  // over (block, row, function)
+    std::vector<std::vector<float>> coefficient;  // of each member
+    std::vector<std::int32_t> block;              // over (block, field): packed_names.h
+    std::vector<std::int32_t> block_of_cell;      // over (albedo, optical depth)
+    double half_error = 0;
+    bool holds = true;  // the errors of all are within their shares of the tolerance
+
+    std::size_t count() const { return block.size() / size(BlockField::count); }
+};
+
+/// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
+class BlockBuilder {
+  public:
+    BlockBuilder(const SideShapes& shapes, const SampleRange& members)
+        : shapes_(shapes),
+          members_(members),
+          ends_at_infinity_(shapes.table().optical_depth.ends_at_infinity),
+          tolerance_(kept_tolerance(shapes.table())) {
+        const AxisView &albedo = shapes.table().albedo, &depth = shapes.table().optical_depth;
+        depth_rows_ = std::max(stencil_size, depth.count);
+        packed_.members = members;
+        packed_.coefficient.resize(size(members.count));
+        packed_.block_of_cell.assign(size(std::max(stencil_size, albedo.count) * depth_rows_), 0);
+        cover({0, std::max(1, albedo.count - 1)}, 0);
+    }
+
+    PackedBlocks take() { return std::move(packed_); }
+
+  private:
+    /// Samples that the cubics of some cells reach.
+    static SampleRange reach(const SampleRange& cells, int samples) {
+        if (samples <= stencil_size) return {0, samples};
+        const int first = std::clamp(cells.first - 1, 0, samples - stencil_size);
+        const int last =
+            std::clamp(cells.first + cells.count + 1, first + stencil_size - 1, samples - 1);
+        return {first, last - first + 1};
+    }
+
+    /// A block and the cells that it may serve.
+    struct Candidate {
+        SampleRange albedo_cells, depth_cells;
+        BlockLayers layers;
+        PackedBlock block;
+        bool holds;  // its errors are within their shares of the tolerance
+    };
+
+    /// Blocks of some albedos from an optical depth on, each as deep as holds; where not even a
+    /// shallow one does, of half the albedos each.
+    void cover(const SampleRange& albedo_cells, int first_depth) {
+        constexpr int narrow = 8;  // cells
+        const int end = std::max(1, shapes_.table().optical_depth.count - 1);
+        for (int first = first_depth; first < end;) {
+            const SampleRange depth_cells{first, end - first};
+            const Candidate deepest = deepest_block(albedo_cells, depth_cells);
+            if (!deepest.holds && albedo_cells.count > narrow) {
+                const int half = albedo_cells.count / 2;
+                cover({albedo_cells.first, half}, first);
+                cover({albedo_cells.first + half, albedo_cells.count - half}, first);
+                return;
+            }
+            add(deepest);
+            first += deepest.depth_cells.count;
+        }
+    }
+
+    /// The block of most of the depth cells from their first on that holds, found by bisection; a
+    /// shallow one where none does.
+    Candidate deepest_block(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        constexpr int usual = 9, shallow = 3;
+        int held = std::min(shallow, depth_cells.count), fails = depth_cells.count + 1;
+        Candidate deepest{};
+        for (int cells = std::min(usual, depth_cells.count); fails > held;
+             cells = (held + fails) / 2) {
+            Candidate tried = candidate(albedo_cells, {depth_cells.first, cells});
+            if (tried.holds)
+                held = cells + 1;
+            else
+                fails = cells;
+            if (tried.holds || !deepest.holds) deepest = std::move(tried);
+        }
+        return deepest;
+    }
+
+    Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells), {}, false};
+        const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
+        const double allowed = total_share * tolerance_;
+        // Fewer functions leave room for what rounding leaves of them.
+        for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
+            made.block = packed_block(shapes_.samples, made.layers, basis.first(count));
+            made.holds = basis.error[count] + made.block.half_error <= allowed;
+            if (count == 0 || basis.error[count - 1] > allowed) break;
+        }
+        return made;
+    }
+
+    BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
+        const AxisView& depth = shapes_.table().optical_depth;
+        const int albedos = shapes_.table().albedo.count;
+        const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
+        BlockLayers layers{members_,
+                           reach(albedo_cells, albedos),
+                           reach(depth_cells, depth.count),
+                           deepest && ends_at_infinity_,
+                           {},
+                           {},
+                           (shapes_.samples[0].azimuths() - 1) / shapes_.azimuth_step + 1};
+        for (int m = members_.first; m <= members_.last(); ++m)
+            for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
+                for (int d = 0; d < layers.depth_count(); ++d) {
+                    const std::size_t at =
+                        size((m * albedos + a) * depth.size() + layers.depths.first + d);
+                    layers.values.push_back(&shapes_.values[at]);
+                    layers.importance.push_back(&shapes_.importance[at]);
+                }
+        return layers;
+    }
+
+    void add(const Candidate& added) {
+        const auto& [albedo_cells, depth_cells, layers, block, holds] = added;
+        const auto index = static_cast<std::int32_t>(packed_.count());
+        // A place on the last sample belongs to the last cell; short axes are sampled again.
+        const auto end_of = [](const SampleRange& cells, int samples) {
+            return samples < stencil_size ? stencil_size
+                                          : std::min(cells.first + cells.count + 1, samples);
+        };
+        for (int a = albedo_cells.first; a < end_of(albedo_cells, shapes_.table().albedo.count);
+             ++a)
+            for (int d = depth_cells.first;
+                 d < end_of(depth_cells, shapes_.table().optical_depth.count); ++d)
+                packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
+        const std::size_t rows = block.coefficient[0].size();
+        std::int32_t field[BlockField::count];
+        field[BlockField::first_albedo] = layers.albedos.first;
+        field[BlockField::albedos] = static_cast<std::int32_t>(rows) / block.depths;
+        field[BlockField::first_depth] = layers.depths.first;
+        field[BlockField::depths] = block.depths;
+        field[BlockField::ends_at_infinity] = layers.and_infinity ? 1 : 0;
+        field[BlockField::first_row] =
+            static_cast<std::int32_t>(packed_.coefficient[0].size() / functions);
+        packed_.block.insert(packed_.block.end(), field, field + BlockField::count);
+        packed_.function.insert(packed_.function.end(), block.function.begin(),
+                                block.function.end());
+        for (std::size_t m = 0; m < block.coefficient.size(); ++m)
+            for (const CoefficientRow& row : block.coefficient[m])
+                packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
+                                              row.value + functions);
+        packed_.half_error = std::max(packed_.half_error, block.half_error);
+        packed_.holds = packed_.holds && holds;
+    }
+
+    const SideShapes& shapes_;
+    SampleRange members_;
+    bool ends_at_infinity_;
+    double tolerance_;
+    int depth_rows_;
+    PackedBlocks packed_;
+};
+
+/// Members in groups that share their functions: halves that are a group each are joined where that
+/// takes fewer blocks.
+std::vector<PackedBlocks> grouped_blocks(const SideShapes& shapes, const SampleRange& members) {
+    std::vector<PackedBlocks> groups;
+    if (members.count == 1) {
+        groups.push_back(BlockBuilder(shapes, members).take());
+        return groups;
+    }
+    const int half = members.count / 2;
+    groups = grouped_blocks(shapes, {members.first, half});
+    for (PackedBlocks& group : grouped_blocks(shapes, {members.first + half, members.count - half}))
+        groups.push_back(std::move(group));
+    if (groups.size() > 2) return groups;
+    PackedBlocks joined = BlockBuilder(shapes, members).take();
+    if (!joined.holds || joined.count() >= groups[0].count() + groups[1].count()) return groups;
+    groups.clear();
+    groups.push_back(std::move(joined));
+    return groups;
+}
+
+std::vector<Half> halves_of(const std::vector<float>& values) {
+    std::vector<Half> halves;
+    halves.reserve(values.size());
+    for (const float value : values) halves.push_back(to_half(value));
+    return halves;
+}
+
+void add_curve(TensorWriter& file, const std::string& name, const PhaseCurve& curve) {
+    if (curve.sample_count() == 0) return;  // its phase function tells
+    const std::size_t width = size(curve.width());
+    file.add(name, {curve.sample_count() / width, width}, curve.view().sample);
+}
+
+/// The functions of a group, under the name of its first member.
+void add_functions(TensorWriter& file, const std::string& name, const TableView& table,
+                   const PackedBlocks& blocks) {
+    const std::size_t count = blocks.count();
+    const std::vector<std::size_t> shape{count, FunctionLayout(table).rows(), functions};
+    if (blocks.half_error <= total_share * kept_tolerance(table))
+        file.add(name + functions_name, shape, halves_of(blocks.function));
+    else
+        file.add(name + functions_name, shape, blocks.function);
+    file.add(name + blocks_name, {count, size(BlockField::count)}, blocks.block);
+    const std::size_t depth_rows = size(std::max(stencil_size, table.optical_depth.count));
+    file.add(name + block_of_cell_name, {blocks.block_of_cell.size() / depth_rows, depth_rows},
+             blocks.block_of_cell);
+}
+
+/// One side of all members, or of the only one.
+void add_side(TensorWriter& file, const Table& table, const std::vector<TableView>& members,
+              Side which) {
+    const TableView& first = members[0];
+    const bool held = which == Side::reflection
+                          ? first.has_reflection()
+                          : first.has_transmission() && first.optical_depth.count > 0;
+    if (!held) return;
+    const auto name_of = [&](int member) {
+        return member_prefix(table, size(member)) + side_name(which);
+    };
+    const SideShapes shapes(members, which);
+    for (const PackedBlocks& blocks :
+         grouped_blocks(shapes, {0, static_cast<int>(members.size())})) {
+        const std::int32_t owner = blocks.members.first;
+        add_functions(file, name_of(owner), first, blocks);
+        for (int m = owner; m <= blocks.members.last(); ++m) {
+            const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
+            file.add(name_of(m) + coefficients_name, {coefficients.size() / functions, functions},
+                     coefficients);
+            if (m > owner) file.add(name_of(m) + functions_of_name, {1}, std::vector{owner});
+        }
+    }
+    if (which == Side::reflection && first.has_lower_boundary() &&
+        first.lower_boundary->kind == LowerBoundary::Kind::layer)
+        for (std::size_t m = 0; m < members.size(); ++m)
+            add_curve(file, name_of(static_cast<int>(m)) + phase_name,
+                      reflected_curve(*members[m].phase_function, {}, first.lower_boundary));
+}
+
+void add_layers(TensorWriter& file, const Table& table) {
+    if (!table.is_stack()) return;
+    std::string phase_functions;
+    std::vector<double> numbers;
+    for (const StackLayer& layer : table.layers) {
+        if (!phase_functions.empty()) phase_functions += '\n';
+        phase_functions += layer.phase_function.text();
+        numbers.push_back(layer.albedo);
+        numbers.push_back(layer.optical_depth);
+    }
+    file.set(layer_phase_functions_name, phase_functions);
+    file.set(spherical_albedo_below_name, shortest_text(table.spherical_albedo_below));
+    file.add(layers_name, {table.layers.size(), 2}, numbers);
+}
+
+void add_path_law(TensorWriter& file, const Table& table) {
+    // Of families lookups work it out at the very parameters.
+    if (!table.path_law || table.has_family()) return;
+    const PathOrders& law = *table.path_law;
+    const std::size_t orders = size(law.order_count() - 2), angles = size(2 * law.angle_count());
+    const std::vector<float> samples(law.of_angle(0), law.of_angle(0) + angles * orders);
+    if (half_rounding <= rounding_share * kept_tolerance(table.view()))
+        file.add(path_orders_name, {angles, orders}, halves_of(samples));
+    else
+        file.add(path_orders_name, {angles, orders}, samples);
+    file.set(path_offset_name, shortest_text(double{law.offset()}));
+    file.set(path_deepest_name, shortest_text(law.deepest()));
+    if (orders <= most_summed_orders) return;
+    const PathSheet sheet = squared_path_sheet(law, table.highest_order);
+    file.add(path_sheet_name,
+             {size(path_sheet_steps + 1),
+              sheet.sample_count() / size(path_sheet_steps + 1) / 2 / angles, angles, 2},
+             sheet.view().sample);
+}
+
+void add_family(TensorWriter& file, const Table& table) {
+    for (const FamilyAxis& of_family : table.family) {
+        const std::string name = of_family.name();
+        file.add(name, {of_family.axis.values.size()}, of_family.axis.values);
+        file.set(name + scale_suffix, of_family.is_discrete
+                                          ? discrete_scale_name
+                                          : axis_scale_name(of_family.axis.scale));
+    }
+    if (!table.has_family()) return;
+    std::vector<std::string> names;
+    for (const FamilyAxis& axis : table.family) names.emplace_back(axis.name());
+    file.set(family_name, joined(names, " "));
+    file.add(extrapolation_lengths_name, {table.member_count()}, table.extrapolation_lengths);
+    if (mixes_two(table.family))
+        file.set(second_phase_function_name, table.second_phase_function.text());
+    if (table.path_law) file.set(family_path_law_name, "1");
+}
+
+/// What a bake knows once the samples are packed.
+void set_stated(TensorWriter& file, const Table& table) {
+    for (const auto& [name, text] : table.attributes) {
+        require(!is_reserved(name), "pack", "an attribute's name",
+                "one that the format does not reserve", name);
+        file.set(name, text);
+    }
+    file.set(measured_error_name, shortest_text(table.measured_error));
+}
+
+void add_header(TensorWriter& file, const Table& table) {
+    set_stated(file, table);
+    file.set(format_name, packed_format);
+    file.set(format_version_name, packed_format_version);
+    file.set(phase_function_name, table.phase_function.text());
+    add_family(file, table);
+    if (table.lower_boundary.is_present()) {
+        const bool surface = table.lower_boundary.kind == LowerBoundary::Kind::surface;
+        file.set(below_name, surface ? surface_name : layer_name);
+        file.set(below_albedo_name, shortest_text(table.lower_boundary.albedo));
+        if (!surface)
+            file.set(below_phase_function_name, table.lower_boundary.phase_function.text());
+    }
+    file.set(extrapolation_length_name, shortest_text(table.extrapolation_length));
+    file.set(tolerance_name, shortest_text(table.tolerance));
+    file.set(highest_order_name, std::to_string(table.highest_order));
+    for (const PackedAxisField& field : packed_axis_fields()) {
+        const Axis& axis = table.*field.axis;
+        file.add(field.name, {axis.values.size()}, axis.values);
+        file.set(std::string(field.name) + scale_suffix, axis_scale_name(axis.scale));
+    }
+    const std::size_t albedos = table.albedo.values.size(),
+                      depths = table.optical_depth.values.size(), mus = table.mu_in.values.size(),
+                      members = table.member_count();
+    for (const PackedFluxField& field : packed_flux_fields()) {
+        const std::vector<float>& flux = table.*field.flux;
+        if (flux.empty()) continue;
+        std::vector<std::size_t> shape{members, albedos, depths};
+        if (field.over_mu) shape.push_back(mus);
+        file.add(field.name, shape, flux);
+    }
+    file.add(diffusion_exponent_name, {members, albedos}, table.diffusion_exponent);
+}
+
+}  // namespace
+
+std::vector<char> pack(const Table& table) {
+    for (const std::vector<float>* const samples :
+         {&table.reflection_multiple, &table.transmission_multiple})
+        require(samples->empty() || samples->size() == table.sample_count(), "pack", "samples",
+                "as many as the axes say, " + std::to_string(table.sample_count()),
+                samples->size());
+    TensorWriter file;
+    add_header(file, table);
+    add_layers(file, table);
+    add_path_law(file, table);
+    std::vector<Table> of_members;
+    for (std::size_t m = 0; table.has_family() && m < table.member_count(); ++m)
+        of_members.push_back(table_of_member(table, m));
+    std::vector<TableView> members;
+    for (const Table& member : of_members) members.push_back(member.view());
+    if (!table.has_family()) members.push_back(table.view());
+    for (std::size_t m = 0; m < members.size(); ++m)
+        if (!table.varies_parameters())
+            add_curve(file, member_prefix(table, m) + phase_name,
+                      (table.has_family() ? of_members[m] : table).phase_curve);
+    for (const Side side : {Side::reflection, Side::transmission})
+        add_side(file, table, members, side);
+    return file.bytes();
+}
+
+std::vector<char> restated(const std::vector<char>& file, const Table& table) {
+    const TensorFile read(file.data(), file.size());
+    TensorWriter written;
+    for (const auto& [key, text] : read.strings()) written.set(key, text);
+    set_stated(written, table);
+    std::map<const void*, std::string> in_order;
+    for (const auto& [name, tensor] : read.tensors()) in_order[tensor.data] = name;
+    for (const auto& [address, name] : in_order) {
+        if (name.rfind(padding_prefix, 0) == 0) continue;
+        const Tensor& tensor = read.tensor(name);
+        written.add(name, tensor.type, tensor.shape, tensor.data);
+    }
+    return written.bytes();
+}
+
+}  // namespace stratus

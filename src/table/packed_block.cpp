@@ -1,0 +1,219 @@
+#include "packed_block.h"
+
+#include "base/size.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr float negligible = 1e-16f;  // coefficient
+
+/// How many functions are stored with what rounding to halves leaves of them.
+std::size_t remainders(const LayerBasis& basis) {
+    return std::min(basis.pivot.size(), functions - basis.pivot.size());
+}
+
+/// The power of two in units of which halves hold a number up to `largest`.
+float unit_of(float largest) {
+    return largest > 0 ? std::exp2(std::ceil(std::log2(largest / (largest_half / 2)))) : 1;
+}
+
+/// The functions at the table's own directions, all azimuths: over (pair of cosines, azimuth,
+/// function).
+std::vector<float> functions_at_samples(const std::vector<LayerShapes>& samples,
+                                        const BlockLayers& layers, const LayerBasis& basis) {
+    std::vector<float> all(size(samples[0].pairs()) * size(samples[0].azimuths() * functions));
+    for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
+        const int pivot = basis.pivot[f];
+        const std::vector<float> layer =
+            samples[size(layers.member(pivot))].layer(layers.albedo(pivot), layers.depth(pivot), 1);
+        for (std::size_t c = 0; c < layer.size(); ++c) {
+            float* const here = &all[c * functions];
+            double left = double{layer[c]};
+            for (std::size_t earlier = 0; earlier < f; ++earlier)
+                left -= double{basis.coefficient[size(pivot)][earlier]} * double{here[earlier]};
+            here[f] = static_cast<float>(left / basis.norm[f]);
+        }
+    }
+    return all;
+}
+
+constexpr float remainder_scale = 1 << 11;  // what rounding to halves leaves of a number
+
+/// Divides functions by their units, which those of remainders follow.
+std::array<float, functions> scale_to_units(const LayerBasis& basis, std::vector<float>& values) {
+    std::array<float, functions> unit{};
+    for (std::size_t c = 0; c < values.size(); ++c) {
+        float& largest = unit[c % functions];
+        largest = std::max(largest, std::abs(values[c]));
+    }
+    for (float& one : unit) one = unit_of(one);
+    for (std::size_t c = 0; c < values.size(); ++c) values[c] /= unit[c % functions];
+    for (std::size_t f = 0; f < remainders(basis); ++f)
+        unit[basis.pivot.size() + f] = unit[f] / remainder_scale;
+    return unit;
+}
+
+/// Rounds the first functions to halves and writes what that leaves of them after the last.
+void split_remainders(const LayerBasis& basis, std::vector<float>& values) {
+    for (std::size_t row = 0; row < values.size(); row += functions)
+        for (std::size_t f = 0; f < remainders(basis); ++f) {
+            float& value = values[row + f];
+            const float rounded = to_float(to_half(value));
+            values[row + basis.pivot.size() + f] = (value - rounded) * remainder_scale;
+            value = rounded;
+        }
+}
+
+/// Coefficients of all layers, those of remainders after the others.
+std::vector<std::vector<float>> stored_coefficients(const LayerBasis& basis) {
+    std::vector<std::vector<float>> all = basis.coefficient;
+    for (std::vector<float>& of_layer : all)
+        for (std::size_t f = 0; f < remainders(basis); ++f) of_layer.push_back(of_layer[f]);
+    return all;
+}
+
+/// Rows of functions over (mu, mu', azimuth) as lookups read them.
+std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>& at_samples,
+                            const FunctionLayout& layout) {
+    const int azimuths = samples.azimuths(), inside = azimuths > 1 ? 1 : 0;
+    const std::size_t row_size = size(azimuths * functions);
+    std::vector<float> all(layout.rows() * functions, 0.0f);
+    float* to = all.data();
+    for (int i = 0; i < layout.mu_in.to; ++i)
+        for (int j = 0; j < layout.columns(i); ++j, to += layout.azimuth_rows * functions) {
+            if (j >= layout.mu_out.to) continue;  // never read
+            float* const first = to + inside * functions;
+            for (int r = 0; r < layout.mu_in.from; ++r)
+                for (int c = 0; c < layout.mu_out.from; ++c) {
+                    const double share = layout.mu_in.weight(r, i) * layout.mu_out.weight(c, j);
+                    if (share == 0) continue;
+                    const float* const from = &at_samples[size(samples.pair(r, c)) * row_size];
+                    for (std::size_t k = 0; k < row_size; ++k)
+                        first[k] += static_cast<float>(share) * from[k];
+                }
+            if (azimuths > 1) {  // mirrored
+                std::copy_n(first + functions, functions, to);
+                std::copy_n(first + (azimuths - 2) * functions, functions,
+                            first + azimuths * functions);
+            }
+        }
+    return all;
+}
+
+/// The largest error of a layer's values, relative to R or T, by functions rounded to halves.
+double error_of_halves(const BlockLayers& layers, const LayerBasis& basis,
+                       const std::vector<std::vector<float>>& stored, int azimuth_step,
+                       const std::array<float, functions>& unit, int azimuths,
+                       std::vector<float> at_samples) {
+    split_remainders(basis, at_samples);
+    constexpr int searched = 40;
+    const int layer_step = std::max(1, layers.count() / searched);
+    const std::size_t columns = size(azimuths) * functions;
+    std::vector<float> rounding;  // at the directions that the layers are thinned out to
+    for (std::size_t pair = 0; pair * columns < at_samples.size(); ++pair)
+        for (int k = 0; k < azimuths; k += azimuth_step)
+            for (int f = 0; f < functions; ++f) {
+                const float value = at_samples[pair * columns + size(k * functions + f)];
+                rounding.push_back((to_float(to_half(value)) - value) * unit[size(f)]);
+            }
+    double largest = 0;
+    for (int l = 0; l < layers.count(); l += layer_step) {
+        const std::vector<float>& coefficient = stored[size(l)];
+        const std::vector<float>& importance = *layers.importance[size(l)];
+        for (std::size_t at = 0; at < importance.size(); ++at) {
+            float error = 0;
+            for (std::size_t f = 0; f < coefficient.size(); ++f)
+                error += coefficient[f] * rounding[at * functions + f];
+            largest = std::max(largest, double{std::abs(error * importance[at])});
+        }
+    }
+    return largest;
+}
+
+/// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
+/// in the units that they are stored in.
+std::vector<CoefficientRow> coefficients(const BlockLayers& layers, int member,
+                                         const std::vector<std::vector<float>>& stored,
+                                         const std::array<float, functions>& unit) {
+    const int first = member * layers.albedos.count;
+    const int finite = layers.depths.count, depths = layers.depth_count();
+    const Resampling albedo(layers.albedos.count), depth(std::max(finite, 1));
+    const int rows = depth.to + depths - finite;
+    std::vector<CoefficientRow> all(size(albedo.to) * size(rows), CoefficientRow{});
+    const auto depth_weight = [&](int from, int to) {
+        if (from == finite || to == depth.to) return from - finite == to - depth.to ? 1.0 : 0.0;
+        return depth.weight(from, to);
+    };
+    for (int a = 0; a < albedo.to; ++a)
+        for (int d = 0; d < rows; ++d)
+            for (int l = 0; l < layers.albedos.count; ++l)
+                for (int t = 0; t < depths; ++t) {
+                    const double share = albedo.weight(l, a) * depth_weight(t, d);
+                    if (share == 0) continue;
+                    const std::vector<float>& of_layer = stored[size((first + l) * depths + t)];
+                    for (std::size_t f = 0; f < of_layer.size(); ++f)
+                        all[size(a * rows + d)].value[f] +=
+                            static_cast<float>(share * double{of_layer[f]} * double{unit[f]});
+                }
+    // At albedo 0 little is left: products of it underflow, which takes fifty cycles each.
+    for (CoefficientRow& row : all)
+        for (float& value : row.value)
+            if (std::abs(value) < negligible) value = 0;
+    return all;
+}
+
+}  // namespace
+
+double Resampling::weight(int old_sample, int new_sample) const {
+    if (from == to) return old_sample == new_sample ? 1 : 0;
+    const double at = static_cast<double>(new_sample) * (from - 1) / (to - 1);
+    double product = 1;  // Lagrange
+    for (int other = 0; other < from; ++other)
+        if (other != old_sample) product *= (at - other) / (old_sample - other);
+    return product;
+}
+
+PackedAxis Resampling::axis(const AxisView& view) const {
+    const double finer = from > 1 ? static_cast<double>(to - 1) / (from - 1) : 0;
+    return {static_cast<float>(view.first), static_cast<float>(view.inverse_step * finer),
+            static_cast<float>(to - 1)};
+}
+
+FunctionLayout::FunctionLayout(const TableView& table)
+    : mu_in(Resampling::of_directions(table.mu_in.count)),
+      mu_out(Resampling::of_directions(table.mu_out.count)),
+      symmetric(table.is_symmetric() && table.mu_in.count > 1),
+      azimuth_rows(table.azimuth.count > 1 ? table.azimuth.count + 2 : 1) {}
+
+std::size_t FunctionLayout::rows() const {
+    const std::size_t mus = size(mu_in.to);
+    return (symmetric ? mus * (mus + 7) / 2 : mus * size(mu_out.to)) * size(azimuth_rows);
+}
+
+PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
+                         const LayerBasis& basis) {
+    const LayerShapes& first = samples[0];
+    std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
+    const std::array<float, functions> unit = scale_to_units(basis, at_samples);
+    const std::vector<std::vector<float>> stored = stored_coefficients(basis);
+    const int azimuth_step =
+        layers.azimuths > 1 ? (first.azimuths() - 1) / (layers.azimuths - 1) : 1;
+    std::vector<float> rows = laid_out(first, at_samples, FunctionLayout(first.table()));
+    split_remainders(basis, rows);
+    PackedBlock block{std::move(rows),
+                      {},
+                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
+                      error_of_halves(layers, basis, stored, azimuth_step, unit, first.azimuths(),
+                                      std::move(at_samples))};
+    for (int m = 0; m < layers.members.count; ++m)
+        block.coefficient.push_back(coefficients(layers, m, stored, unit));
+    return block;
+}
+
+}  // namespace stratus

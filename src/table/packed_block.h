@@ -1,0 +1,71 @@
+// A block of a packed table as its lookups read it (kernels/packed.h): functions of the directions
+// and their coefficients.
+#pragma once
+
+#include <stratus/base/axis.h>
+
+#include "kernels/packed.h"
+#include "layer_basis.h"
+#include "layer_shapes.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+
+/// Samples of an axis, never fewer than a cubic needs: short axes are sampled again on the
+/// polynomial through all they have.
+struct Resampling {
+    int from, to;
+
+    explicit Resampling(int count) : from(count), to(std::max(stencil_size, count)) {}
+
+    /// Of cosines, where one sample alone stands for four.
+    static Resampling of_directions(int count) {
+        Resampling sampling(count);
+        if (count == 1) sampling.to = 1;
+        return sampling;
+    }
+
+    bool is_same() const { return from == to; }
+    /// Back to the samples that there were.
+    Resampling inverse() const {
+        Resampling back(*this);
+        std::swap(back.from, back.to);
+        return back;
+    }
+
+    double weight(int old_sample, int new_sample) const;
+    PackedAxis axis(const AxisView& view) const;
+};
+
+/// Where the rows of functions of a block lie.
+struct FunctionLayout {
+    Resampling mu_in, mu_out;
+    bool symmetric;
+    int azimuth_rows;  // of one (mu, mu')
+
+    explicit FunctionLayout(const TableView& table);
+
+    int row_step() const { return mu_in.to > 1 ? mu_out.to * azimuth_rows : 0; }
+    int column_step() const { return mu_out.to > 1 ? azimuth_rows : 0; }
+    /// mu' in row i over mu.
+    int columns(int i) const { return symmetric ? i + stencil_size : mu_out.to; }
+    /// Of a whole block.
+    std::size_t rows() const;
+};
+
+struct PackedBlock {
+    std::vector<float> function;                           // FunctionLayout::rows() by `functions`
+    std::vector<std::vector<CoefficientRow>> coefficient;  // of each member
+    int depths;                                            // of the coefficients, infinity included
+    double half_error;  // of the layers if the functions are rounded to halves, relative to R or T
+};
+
+/// `samples`: of each member of the family, or of the only one.
+PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
+                         const LayerBasis& basis);
+
+}  // namespace stratus

@@ -1,0 +1,71 @@
+// What a packed table's file is read into (packed_names.h says what it holds): the table without its
+// samples, and both sides for each member of a family.
+#pragma once
+
+#include <stratus/base/argument.h>
+#include <stratus/base/tensor_file.h>
+
+#include "kernels/packed.h"
+#include "packed_names.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace stratus {
+
+constexpr const char* packed_caller = "packed table";
+constexpr std::size_t packed_alignment = 64;  // of rows, and so of the file
+
+/// The path law divided by w^2, tabulated over w^2 from 0 to 1.
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order);
+
+/// One side, with the memory that its view points to.
+struct SideMemory {
+    PackedSide view{};
+    const PackedKernel* kernel = nullptr;
+    const PackedKernel* of_multiple = nullptr;  // where no phase function is asked for
+    PhaseCurve phase;
+    std::vector<LayerBlock> blocks;
+    std::vector<float> block_of_cell;
+    std::vector<float> diffusion_exponent, inverse_deficit, deepest_scale;
+    std::vector<CoefficientRow> no_coefficients;  // of a side that is not held
+    std::vector<FunctionRowOf<float>> no_functions;
+};
+
+/// The sides of one member.
+struct PackedMember {
+    double extrapolation_length;
+    SideMemory side[2];
+};
+
+/// All that is not a side.
+///
+/// Errors   std::invalid_argument: one sentence on what is wrong with the file.
+Table packed_header(const TensorFile& file);
+
+/// Member m of the family, or the only one, whose numbers stay in the file, as does the sheet. Errors
+/// as above.
+PackedMember packed_member(const TensorFile& file, const Table& header, std::size_t m,
+                           const PathSheetView& sheet);
+
+/// The path law of a file: where that has none of it, `own` is worked out and referred to; nothing of
+/// families whose members differ in it. Errors as above.
+PathSheetView path_sheet(const TensorFile& file, const Table& header, PathSheet& own);
+
+/// The phase curve `name`, of `width` functions; where there is none, that of a phase function.
+PhaseCurve curve_of(const TensorFile& file, const std::string& name, std::size_t width,
+                    const PhaseFunction& phase_function);
+
+void require_aligned(const void* data, const std::string& name);
+
+std::string shape_text(const std::vector<std::size_t>& shape);
+
+template <class Number>
+void require_shape(const TensorOf<Number>& numbers, const std::string& name,
+                   const std::vector<std::size_t>& shape) {
+    require(numbers.shape == shape, packed_caller, "shape of " + name, shape_text(shape),
+            shape_text(numbers.shape));
+}
+
+}  // namespace stratus

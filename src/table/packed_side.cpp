@@ -1,0 +1,317 @@
+#include "packed_parts.h"
+
+#include <stratus/base/constants.h>
+#include <stratus/layer/diffusion.h>
+
+#include "base/size.h"
+#include "layer_blend.h"
+#include "packed_block.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+/// Single scattering, on the lit side with that of the lower boundary.
+void set_closed_forms(const TensorFile& file, const std::string& prefix, const Table& table,
+                      const PhaseFunction& phase_function, Side which, SideMemory& side) {
+    const LowerBoundary& below = table.lower_boundary;
+    const bool lit = which == Side::reflection && below.is_present();
+    const bool over_layer = lit && below.kind == LowerBoundary::Kind::layer;
+    side.phase = over_layer
+                     ? curve_of(file, prefix + side_name(which) + phase_name, 2, phase_function)
+                     : curve_of(file, prefix + phase_name, 1, phase_function);
+    if (lit) {
+        const auto albedo = static_cast<float>(below.albedo);
+        side.view.over_surface = !over_layer;
+        side.view.surface_albedo = over_layer ? 0 : albedo;
+        side.view.boundary_quarter_albedo = over_layer ? albedo / 4 : 0;
+    }
+    side.view.phase = side.phase.view();
+    const PackedKernels& all = packed_kernels();
+    const PackedSideKernels& kernels = which == Side::reflection ? all.reflected : all.transmitted;
+    const bool azimuthal = table.azimuth.values.size() > 1;
+    side.kernel = &kernels.of(side.phase.form(), azimuthal);
+    side.of_multiple = &kernels.of(PhaseForm::polynomial, azimuthal);
+}
+
+/// The axes of the coefficients and the scales along them.
+void set_axes(const TableView& table, const double* exponents, double length, Side which,
+              SideMemory& side) {
+    PackedSide& view = side.view;
+    const AxisView &albedo = table.albedo, &depth = table.optical_depth;
+    const Resampling albedos(albedo.count);
+    view.albedo = albedos.axis(albedo);
+    view.optical_depth = Resampling(std::max(1, depth.count)).axis(depth);
+    // Samples of a stack are divided by no albedo.
+    view.min_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.lowest);
+    view.max_albedo = table.is_stack() ? 1 : static_cast<float>(albedo.highest);
+    view.min_depth = static_cast<float>(depth.lowest);
+    view.ends_at_infinity = which == Side::reflection && depth.ends_at_infinity;
+    view.max_finite_depth = depth.count > 0 ? static_cast<float>(depth.highest) : -1;
+    view.max_depth = depth.ends_at_infinity ? 1e30f : view.max_finite_depth;
+    view.divided = !table.has_lower_boundary();
+    view.extrapolation_length = static_cast<float>(length);
+    for (int a = 0; a < albedos.to; ++a) {
+        double exponent = 0;
+        for (int l = 0; l < albedos.from; ++l) exponent += albedos.weight(l, a) * exponents[l];
+        exponent = std::max(0.0, exponent);
+        const double deficit =
+            depth.count > 0 ? reflection_deficit(depth.highest, exponent, length) : 0;
+        side.diffusion_exponent.push_back(static_cast<float>(exponent));
+        side.inverse_deficit.push_back(deficit < min_deficit ? 0 : static_cast<float>(1 / deficit));
+        const double scale =
+            depth.count > 0 ? reflection_scale(depth.highest, exponent, length) : 1;
+        side.deepest_scale.push_back(view.divided ? static_cast<float>(scale) : 1);
+    }
+    view.diffusion_exponent = side.diffusion_exponent.data();
+    view.inverse_deficit = side.inverse_deficit.data();
+    view.deepest_scale = side.deepest_scale.data();
+    view.fourth_root_of_albedo = albedo.scale == AxisScale::fourth_root_of_complement;
+}
+
+/// Where lookups find cosines and azimuths.
+void set_directions(const TableView& table, SideMemory& side) {
+    const FunctionLayout layout(table);
+    PackedSide& view = side.view;
+    const auto cosines = [](const Resampling& sampling, const AxisView& axis) {
+        if (sampling.to == 1) return PackedAxis{0, 0, stencil_size - 1};
+        PackedAxis places = sampling.axis(axis);
+        places.first = static_cast<float>(axis.first - pi / 2);
+        return places;
+    };
+    view.symmetric = layout.symmetric;
+    view.mu_in = cosines(layout.mu_in, table.mu_in);
+    view.mu_out = cosines(layout.mu_out, table.mu_out);
+    view.row_step = layout.row_step();
+    view.column_step = layout.column_step();
+    const AxisView& azimuth = table.azimuth;
+    const auto coordinate = [&](double value) {
+        return azimuth.scale == AxisScale::square_root ? std::sqrt(value / pi) : value / pi;
+    };
+    view.azimuths = azimuth.count;
+    view.square_root_of_azimuth = azimuth.scale == AxisScale::square_root;
+    if (azimuth.count < 2) return;
+    const double first = coordinate(azimuth.lowest);
+    view.azimuth_first = static_cast<float>(first);
+    view.azimuth_step_inverse =
+        static_cast<float>((azimuth.count - 1) / (coordinate(azimuth.highest) - first));
+    // Beyond 0 and pi lie mirrored samples, beyond other ends none.
+    view.azimuth_window = azimuth.lowest == 0 ? -1 : 0;
+    const int last = azimuth.count - stencil_size;
+    view.last_azimuth_window = static_cast<float>(pi - azimuth.highest <= 1e-9 ? last + 1 : last);
+}
+
+/// Checks a block, and that the cubics of every cell that it serves lie within it.
+class BlockChecks {
+  public:
+    BlockChecks(const TableView& table, bool needs_infinity, std::string name)
+        : albedos_(std::max(stencil_size, table.albedo.count)),
+          depths_(std::max(stencil_size, table.optical_depth.count)),
+          needs_infinity_(needs_infinity),
+          deepest_cell_(table.optical_depth.count > 1 ? depths_ - 1 : 0),
+          name_(std::move(name)) {}
+
+    int albedos() const { return albedos_; }
+    int depths() const { return depths_; }
+
+    void check_block(const std::int32_t* block, std::size_t rows) const {
+        require_field(block[BlockField::ends_at_infinity], 0, 1, "ends_at_infinity");
+        require_field(block[BlockField::first_albedo], 0, albedos_ - stencil_size, "first_albedo");
+        require_field(block[BlockField::albedos], stencil_size,
+                      albedos_ - block[BlockField::first_albedo], "albedos");
+        require_field(block[BlockField::first_depth], 0, depths_ - stencil_size, "first_depth");
+        const int infinite = block[BlockField::ends_at_infinity];
+        require_field(block[BlockField::depths], stencil_size + infinite,
+                      depths_ - block[BlockField::first_depth] + infinite, "depths");
+        const std::size_t needed =
+            size(block[BlockField::albedos]) * size(block[BlockField::depths]);
+        require(
+            block[BlockField::first_row] >= 0 && needed <= rows &&
+                size(block[BlockField::first_row]) <= rows - needed,
+            packed_caller, "first_row of " + name_,
+            "such that " + std::to_string(needed) + " of " + std::to_string(rows) + " rows follow",
+            block[BlockField::first_row]);
+    }
+
+    void check_cell(const std::int32_t* block, int albedo, int depth) const {
+        const auto within = [](int cell, int samples, int first, int count) {
+            const int window = std::clamp(cell - 1, 0, samples - stencil_size);
+            return window >= first && window + stencil_size <= first + count;
+        };
+        const bool inside =
+            within(albedo, albedos_, block[BlockField::first_albedo], block[BlockField::albedos]) &&
+            within(depth, depths_, block[BlockField::first_depth], finite_depths(block)) &&
+            (!needs_infinity_ || depth < deepest_cell_ || block[BlockField::ends_at_infinity] == 1);
+        require(inside, packed_caller,
+                "block of cell (" + std::to_string(albedo) + ", " + std::to_string(depth) +
+                    ") of " + name_,
+                "one that holds its samples", "another");
+    }
+
+  private:
+    static int finite_depths(const std::int32_t* block) {
+        return block[BlockField::depths] - block[BlockField::ends_at_infinity];
+    }
+
+    void require_field(int value, int least, int most, const char* field) const {
+        require(value >= least && value <= most, packed_caller, std::string(field) + " of " + name_,
+                "in [" + std::to_string(least) + ", " + std::to_string(most) + "]", value);
+    }
+
+    int albedos_, depths_;  // samples, those of short axes four
+    bool needs_infinity_;
+    int deepest_cell_;  // and those beyond
+    std::string name_;
+};
+
+template <class Number>
+const void* checked_functions(const TensorFile& file, const std::string& name,
+                              const std::vector<std::size_t>& shape) {
+    const TensorOf<Number> numbers = file.numbers<Number>(name, 3);
+    require_shape(numbers, name, shape);
+    return numbers.data;
+}
+
+/// The member whose functions serve a side of member m: itself, or an earlier one.
+std::size_t owner_of_functions(const TensorFile& file, const Table& table, std::size_t m,
+                               Side which) {
+    const std::string name = member_prefix(table, m) + side_name(which) + functions_of_name;
+    if (!file.has(name)) return m;
+    const TensorOf<std::int32_t> given = file.numbers<std::int32_t>(name, 1);
+    require_shape(given, name, {1});
+    const std::int32_t owner = given.data[0];
+    require(owner >= 0 && size(owner) < m &&
+                file.has(member_prefix(table, size(owner)) + side_name(which) + functions_name),
+            packed_caller, name, "an earlier member that has functions of its own", owner);
+    return size(owner);
+}
+
+/// The blocks that a file holds of a side: its coefficients, and the functions of `owner`, which may
+/// be of another member.
+void set_blocks(const TensorFile& file, const std::string& name, const std::string& owner,
+                const TableView& table, SideMemory& side) {
+    const std::string of_blocks = owner + blocks_name;
+    const TensorOf<std::int32_t> blocks = file.numbers<std::int32_t>(of_blocks, 2);
+    require_shape(blocks, of_blocks, {blocks.shape[0], size(BlockField::count)});
+    const std::size_t count = blocks.shape[0], rows = FunctionLayout(table).rows();
+    const std::vector<std::size_t> shape{count, rows, functions};
+    side.view.halves = file.tensor(owner + functions_name).type == TensorType::f16;
+    const void* const function =
+        side.view.halves ? checked_functions<Half>(file, owner + functions_name, shape)
+                         : checked_functions<float>(file, owner + functions_name, shape);
+    const TensorOf<float> coefficients = file.numbers<float>(name + coefficients_name, 2);
+    require_shape(coefficients, name + coefficients_name, {coefficients.shape[0], functions});
+    require_aligned(function, owner + functions_name);
+    require_aligned(coefficients.data, name + coefficients_name);
+    const std::size_t block_bytes =
+        rows * functions * (side.view.halves ? sizeof(Half) : sizeof(float));
+    const BlockChecks checks(table, side.view.ends_at_infinity, of_blocks);
+    for (std::size_t b = 0; b < count; ++b) {
+        const std::int32_t* const block = blocks.data + b * size(BlockField::count);
+        checks.check_block(block, coefficients.shape[0]);
+        side.blocks.push_back({static_cast<const char*>(function) + b * block_bytes,
+                               reinterpret_cast<const CoefficientRow*>(coefficients.data) +
+                                   block[BlockField::first_row],
+                               block[BlockField::first_albedo], block[BlockField::first_depth],
+                               block[BlockField::albedos], block[BlockField::depths]});
+    }
+    const std::string of_cells = owner + block_of_cell_name;
+    const TensorOf<std::int32_t> cells = file.numbers<std::int32_t>(of_cells, 2);
+    require_shape(cells, of_cells, {size(checks.albedos()), size(checks.depths())});
+    for (std::size_t cell = 0; cell < cells.count(); ++cell) {
+        const std::int32_t block = cells.data[cell];
+        require(block >= 0 && size(block) < count, packed_caller, of_cells,
+                "below " + std::to_string(count), block);
+        checks.check_cell(blocks.data + size(block) * size(BlockField::count),
+                          static_cast<int>(cell) / checks.depths(),
+                          static_cast<int>(cell) % checks.depths());
+        side.block_of_cell.push_back(static_cast<float>(block));
+    }
+}
+
+/// Orders n >= 2 that a file does not hold.
+void set_nothing(SideMemory& side) {
+    PackedSide& view = side.view;
+    view.symmetric = view.halves = view.ends_at_infinity = false;
+    view.row_step = view.column_step = 0;
+    view.optical_depth = {0, 0, stencil_size - 1};
+    const std::size_t albedos = side.diffusion_exponent.size();
+    side.no_functions.assign(size(view.azimuths + 2), {});
+    side.no_coefficients.assign(albedos * stencil_size, {});
+    side.blocks.push_back({side.no_functions.data(), side.no_coefficients.data(), 0, 0,
+                           static_cast<int>(albedos), stencil_size});
+    side.block_of_cell.assign(albedos * stencil_size, 0.0f);
+}
+
+}  // namespace
+
+void require_aligned(const void* data, const std::string& name) {
+    require(reinterpret_cast<std::uintptr_t>(data) % packed_alignment == 0, packed_caller,
+            "address of " + name, "a multiple of 64 bytes", "another");
+}
+
+PathSheet squared_path_sheet(const PathOrders& law, int highest_order) {
+    constexpr double min_square = 1e-6;  // in place of 0, where only the ratio is left
+    double albedo[path_sheet_steps + 1];
+    for (int i = 0; i <= path_sheet_steps; ++i)
+        albedo[i] = std::sqrt(std::max(min_square, static_cast<double>(i) / path_sheet_steps));
+    return PathSheet(law, albedo, path_sheet_steps + 1, highest_order, 2);
+}
+
+PathSheetView path_sheet(const TensorFile& file, const Table& table, PathSheet& own) {
+    if (!table.path_law || table.varies_parameters()) return {};
+    const PathOrders& law = *table.path_law;
+    if (!file.has(path_sheet_name)) {
+        const std::size_t orders = size(law.order_count() - 2);
+        require(orders <= most_summed_orders, packed_caller, path_sheet_name,
+                "given for more than " + std::to_string(most_summed_orders) + " orders", orders);
+        own = squared_path_sheet(law, table.highest_order);
+        return own.view();
+    }
+    const TensorOf<float> sheet = file.numbers<float>(path_sheet_name, 4);
+    const std::size_t depths = sheet.shape[1];
+    constexpr std::size_t most_depths = std::size_t{16} << PathSheet::depth_bits;  // 16 octaves
+    require(depths >= 2 && depths <= most_depths, packed_caller, "depths of path_sheet",
+            "in [2, " + std::to_string(most_depths) + "]", depths);
+    require_shape(sheet, path_sheet_name,
+                  {size(path_sheet_steps + 1), depths, 2 * size(law.angle_count()), 2});
+    return PathSheet::view_of(sheet.data, law.offset(), law.angle_count(),
+                              static_cast<int>(depths));
+}
+
+PackedMember packed_member(const TensorFile& file, const Table& table, std::size_t m,
+                           const PathSheetView& sheet) {
+    const std::string prefix = member_prefix(table, m);
+    PackedMember sample{};
+    sample.extrapolation_length = table.extrapolation_lengths[m];
+    const TableView view = table.view();
+    // Of members that vary in parameters no closed form is asked for: none lies at the point itself.
+    const PhaseFunction phase = table.varies_parameters()
+                                    ? PhaseFunction()
+                                    : view.at(member_at(table.family, m)).chosen_phase_function();
+    for (const Side which : {Side::reflection, Side::transmission}) {
+        SideMemory& side = sample.side[which == Side::reflection ? 0 : 1];
+        const std::string name = prefix + side_name(which);
+        set_closed_forms(file, prefix, table, phase, which, side);
+        set_axes(view, table.diffusion_exponent.data() + m * table.albedo.values.size(),
+                 sample.extrapolation_length, which, side);
+        set_directions(view, side);
+        side.view.path = sheet;
+        side.view.path_steps = path_sheet_steps;
+        const std::string owner =
+            member_prefix(table, owner_of_functions(file, table, m, which)) + side_name(which);
+        if (file.has(owner + functions_name))
+            set_blocks(file, name, owner, view, side);
+        else
+            set_nothing(side);
+        side.view.block = side.blocks.data();
+        side.view.block_of_cell = side.block_of_cell.data();
+    }
+    return sample;
+}
+
+}  // namespace stratus

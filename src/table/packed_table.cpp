@@ -1,0 +1,397 @@
+#include <stratus/table/packed_table.h>
+
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+
+#include "base/mapped_file.h"
+#include "base/size.h"
+#include "lookup_arguments.h"
+#include "packed_block.h"
+#include "packed_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+PackedPoint packed(const TablePoint& at) noexcept {
+    return {static_cast<float>(at.albedo),
+            static_cast<float>(1 - at.albedo),
+            static_cast<float>(std::min(at.optical_depth, 1e30)),
+            static_cast<float>(at.geometry.mu_in),
+            static_cast<float>(at.geometry.mu_out),
+            static_cast<float>(at.geometry.azimuth)};
+}
+
+Scattered at_one(const SideMemory& side, const TablePoint& at) noexcept {
+    float single_multiple[2];
+    side.kernel->one(side.view, packed(at), single_multiple);
+    return {double{single_multiple[0]}, double{single_multiple[1]}};
+}
+
+void at_many(const PackedSide& side, const PackedKernel& kernel, const PackedPoints& points,
+             float* total) noexcept {
+    const std::size_t rest = points.count % points_at_once, whole = points.count - rest;
+    kernel.many(side, points, whole, total);
+    if (rest == 0) return;
+    alignas(64) float copy[5][points_at_once], found[points_at_once];
+    const float* const from[5] = {points.albedo, points.optical_depth, points.mu_in, points.mu_out,
+                                  points.azimuth};
+    for (int q = 0; q < 5; ++q) {
+        std::fill(copy[q], copy[q] + points_at_once, 0.5f);
+        std::copy(from[q] + whole, from[q] + points.count, copy[q]);
+    }
+    kernel.many(side, {copy[0], copy[1], copy[2], copy[3], copy[4], points_at_once}, points_at_once,
+                found);
+    std::copy(found, found + rest, total + whole);
+}
+
+/// Memory aligned as files are.
+using AlignedBytes = std::unique_ptr<char, void (*)(char*)>;
+
+void delete_aligned(char* memory) { operator delete (memory, std::align_val_t{packed_alignment}); }
+
+AlignedBytes no_copy() { return {nullptr, delete_aligned}; }
+
+AlignedBytes aligned_copy(const std::vector<char>& bytes) {
+    AlignedBytes copy(static_cast<char*>(operator new (std::max<std::size_t>(1, bytes.size()),
+                                                       std::align_val_t{packed_alignment})),
+                      delete_aligned);
+    std::copy(bytes.begin(), bytes.end(), copy.get());
+    return copy;
+}
+
+}  // namespace
+
+struct PackedTable::Contents {
+    std::optional<MappedFile> mapped;
+    AlignedBytes copy;
+    std::size_t bytes;
+    Table header;
+    PathSheet own_sheet;
+    std::vector<PackedMember> members;
+
+    Contents(std::optional<MappedFile> mapped_, AlignedBytes copy_, const void* data,
+             std::size_t bytes_)
+        : mapped(std::move(mapped_)), copy(std::move(copy_)), bytes(bytes_) {
+        require_aligned(data, "the file");
+        const TensorFile file(data, bytes);
+        header = packed_header(file);
+        const PathSheetView sheet = path_sheet(file, header, own_sheet);
+        for (std::size_t m = 0; m < header.member_count(); ++m)
+            members.push_back(packed_member(file, header, m, sheet));
+        require(holds(Side::reflection) || holds(Side::transmission), packed_caller, "file",
+                "one that holds reflection or transmission", "neither");
+    }
+
+    bool holds(Side side) const {
+        return members[0].side[side == Side::reflection ? 0 : 1].no_functions.empty();
+    }
+
+    /// 1 where there is no mixture, which is not looked at.
+    double share_in_range(double mixture) const noexcept {
+        return header.has_family() ? in_range("mixture", 0.0, 1.0, mixture) : 1;
+    }
+
+    /// add(member, its weight) for those around a point of the family.
+    template <class Add>
+    void each_member(const FamilyStencil& around, const Add& add) const {
+        for (int k = 0; k < around.count; ++k)
+            if (around.weight[k] != 0)
+                add(members[size(around.member[k])], double{around.weight[k]});
+    }
+
+    /// The same around a mixture; of other families not-a-number.
+    template <class Add>
+    void each_member(double share, const Add& add) const {
+        if (!header.has_family()) return add(members[0], 1.0);
+        FamilyPoint point;
+        if (is_mixture(header.family)) point = {share};
+        each_member(family_stencil(header.family, point), add);
+    }
+
+    /// All that leaves the far side meets a lower boundary.
+    bool is_dark(Side side) const noexcept {
+        return side == Side::transmission && header.lower_boundary.is_present();
+    }
+
+    Scattered one(Side side, const TablePoint& point, double mixture) const noexcept {
+        const double share = share_in_range(mixture);
+        if (point.is_unknown() || std::isnan(share))
+            return {double{not_a_number}, double{not_a_number}};
+        Scattered sum{};
+        if (is_dark(side)) return sum;
+        each_member(share, [&](const PackedMember& sample, double weight) {
+            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+            const Scattered at = at_one(memory, point);
+            sum.single += weight * at.single;
+            sum.multiple += weight * at.multiple;
+        });
+        if (!header.is_stack()) return not_negative(sum);
+        sum.single = side == Side::reflection
+                         ? single_reflection_of(header.layers, point.geometry)
+                         : single_transmission_of(header.layers, point.geometry);
+        if (header.lower_boundary.is_present())
+            sum.single += single_reflection_of_boundary(header.lower_boundary, point.optical_depth,
+                                                        point.geometry);
+        return not_negative(sum);
+    }
+
+    double multiple(Side side, const TablePoint& point,
+                    const FamilyStencil& around) const noexcept {
+        if (point.is_unknown()) return double{not_a_number};
+        double sum = 0;
+        if (is_dark(side)) return sum;
+        each_member(around, [&](const PackedMember& sample, double weight) {
+            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+            sum += weight * at_one(memory, point).multiple;
+        });
+        return sum;
+    }
+
+    void multiple(Side side, const PackedLayers& layers, const Geometry& geometry, double share,
+                  double (&value)[3]) const noexcept {
+        PackedPoint points[3];
+        for (int k = 0; k < 3; ++k) {
+            const TablePoint point(layers.albedo[k], layers.optical_depth[k], geometry);
+            value[k] = point.is_unknown() ? double{not_a_number} : 0.0;
+            points[k] = packed(point);
+        }
+        if (is_dark(side)) return;
+        each_member(share, [&](const PackedMember& sample, double weight) {
+            const SideMemory& memory = sample.side[side == Side::reflection ? 0 : 1];
+            float found[3];
+            memory.of_multiple->layers(memory.view, points, found);
+            for (int k = 0; k < 3; ++k) value[k] += weight * double{found[k]};
+        });
+    }
+
+    void many(Side side, const PackedPoints& points, float* total, double share) const noexcept {
+        const auto point = [&](std::size_t n) {
+            return TablePoint(
+                double{points.albedo[n]}, double{points.optical_depth[n]},
+                {double{points.mu_in[n]}, double{points.mu_out[n]}, double{points.azimuth[n]}});
+        };
+        if (is_dark(side) || header.is_stack()) {
+            for (std::size_t n = 0; n < points.count; ++n)
+                total[n] = static_cast<float>(one(side, point(n), share).total());
+            return;
+        }
+        if constexpr (lookups_are_checked)
+            for (std::size_t n = 0; n < points.count; ++n) point(n);
+        add_members(side, points, total, share_in_range(share));
+        for (std::size_t n = 0; n < points.count; ++n) total[n] = total[n] < 0 ? 0 : total[n];
+    }
+
+    void add_members(Side side, const PackedPoints& points, float* total,
+                     double share) const noexcept {
+        const int index = side == Side::reflection ? 0 : 1;
+        if (!header.has_family()) {
+            const SideMemory& side = members[0].side[index];
+            at_many(side.view, *side.kernel, points, total);
+            return;
+        }
+        std::fill(total, total + points.count, 0.0f);
+        each_member(share, [&](const PackedMember& sample, double weight) {
+            constexpr std::size_t block = 256;
+            float found[block];
+            for (std::size_t first = 0; first < points.count; first += block) {
+                const std::size_t count = std::min(block, points.count - first);
+                at_many(sample.side[index].view, *sample.side[index].kernel,
+                        {points.albedo + first, points.optical_depth + first, points.mu_in + first,
+                         points.mu_out + first, points.azimuth + first, count},
+                        found);
+                for (std::size_t n = 0; n < count; ++n)
+                    total[first + n] += static_cast<float>(weight) * found[n];
+            }
+        });
+    }
+};
+
+PackedTable::PackedTable(const std::string& path) {
+    MappedFile file(path);
+    const void* const data = file.data();
+    const std::size_t size = file.bytes();
+    try {
+        contents_ = std::make_unique<const Contents>(std::move(file), no_copy(), data, size);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(path + ": " + error.what());
+    }
+}
+
+PackedTable::PackedTable(const void* data, std::size_t bytes)
+    : contents_(std::make_unique<const Contents>(std::nullopt, no_copy(), data, bytes)) {}
+
+PackedTable::PackedTable(const std::vector<char>& bytes) {
+    AlignedBytes copy = aligned_copy(bytes);
+    const char* const data = copy.get();
+    contents_ = std::make_unique<const Contents>(std::nullopt, std::move(copy), data, bytes.size());
+}
+
+PackedTable::PackedTable(PackedTable&&) noexcept = default;
+PackedTable& PackedTable::operator=(PackedTable&&) noexcept = default;
+PackedTable::~PackedTable() = default;
+
+const Table& PackedTable::header() const noexcept { return contents_->header; }
+
+TableView PackedTable::view() const noexcept {
+    TableView view = contents_->header.view();
+    view.packed = this;
+    view.packed_reflection = has_reflection();
+    view.packed_transmission = has_transmission();
+    return view;
+}
+
+Scattered PackedTable::reflection(double albedo, double optical_depth, const Geometry& geometry,
+                                  double mixture) const noexcept {
+    return contents_->one(Side::reflection, {albedo, optical_depth, geometry}, mixture);
+}
+
+Scattered PackedTable::transmission(double albedo, double optical_depth, const Geometry& geometry,
+                                    double mixture) const noexcept {
+    return contents_->one(Side::transmission, {albedo, optical_depth, geometry}, mixture);
+}
+
+double PackedTable::multiple(Side side, double albedo, double optical_depth,
+                             const Geometry& geometry,
+                             const FamilyStencil& members) const noexcept {
+    return contents_->multiple(side, {albedo, optical_depth, geometry}, members);
+}
+
+void PackedTable::multiple(Side side, const PackedLayers& layers, const Geometry& geometry,
+                           double mixture, double (&value)[3]) const noexcept {
+    contents_->multiple(side, layers, geometry, contents_->share_in_range(mixture), value);
+}
+
+void PackedTable::reflection(const PackedPoints& points, float* total,
+                             double mixture) const noexcept {
+    contents_->many(Side::reflection, points, total, mixture);
+}
+
+void PackedTable::transmission(const PackedPoints& points, float* total,
+                               double mixture) const noexcept {
+    contents_->many(Side::transmission, points, total, mixture);
+}
+
+bool PackedTable::has_reflection() const noexcept { return contents_->holds(Side::reflection); }
+bool PackedTable::has_transmission() const noexcept { return contents_->holds(Side::transmission); }
+
+namespace {
+
+/// The samples of a resampled axis that one of the table's own is a sum of.
+struct ResampledPlaces {
+    int first, count;
+    float weight[stencil_size];
+
+    ResampledPlaces(const Resampling& sampling, int sample)
+        : first(sampling.is_same() ? sample : 0), count(sampling.is_same() ? 1 : sampling.to) {
+        for (int i = 0; i < count; ++i)
+            weight[i] = sampling.is_same()
+                            ? 1.0f
+                            : static_cast<float>(sampling.inverse().weight(i, sample));
+    }
+};
+
+/// Rows of functions, already summed, of the pair of cosines (i, j).
+const float* summed_row(const FunctionLayout& layout, const std::vector<float>& rows, int i,
+                        int j) {
+    const int at = !layout.symmetric
+                       ? i * layout.row_step() + j * layout.column_step()
+                       : std::max(i, j) * (std::max(i, j) + 7) / 2 * layout.azimuth_rows +
+                             std::min(i, j) * layout.azimuth_rows;
+    return &rows[size(at)];
+}
+
+/// What thin layers over a surface add, over what the thinnest sampled does (lookup.h).
+float share_of_thinnest(const PackedSide& side, double optical_depth, double mu_in, double mu_out) {
+    const auto extinguished = [&](double depth) {
+        return intercepted_share(depth, mu_in) + intercepted_share(depth, mu_out);
+    };
+    return static_cast<float>(extinguished(optical_depth) / extinguished(double{side.min_depth}));
+}
+
+}  // namespace
+
+std::vector<float> PackedTable::layer(Side which, double albedo, double optical_depth,
+                                      const FamilyStencil& members) const {
+    const TableView table = contents_->header.view();
+    const FunctionLayout layout(table);
+    const int ins = table.mu_in.count, outs = table.mu_out.count, azimuths = table.azimuth.count;
+    const int mirrored = azimuths > 1 ? 1 : 0;
+    std::vector<ResampledPlaces> in, out;
+    for (int i = 0; i < ins; ++i) in.emplace_back(layout.mu_in, i);
+    for (int j = 0; j < outs; ++j) out.emplace_back(layout.mu_out, j);
+    std::vector<float> values(size(ins) * size(outs) * size(azimuths)), rows(layout.rows());
+    contents_->each_member(members, [&](const PackedMember& sample, double weight) {
+        const SideMemory& memory = sample.side[which == Side::reflection ? 0 : 1];
+        if (!memory.no_functions.empty()) return;
+        PackedSide side = memory.view;  // without what is known in closed form
+        side.path = {};
+        side.phase = {};
+        side.surface_albedo = side.boundary_quarter_albedo = 0;
+        const bool fades = side.over_surface && optical_depth < double{side.min_depth};
+        side.over_surface = false;
+        memory.of_multiple->rows(side,
+                                 {static_cast<float>(albedo), static_cast<float>(1 - albedo),
+                                  static_cast<float>(std::min(optical_depth, 1e30)), 1, 1, 0},
+                                 rows.size(), rows.data());
+        float* to = values.data();
+        for (int i = 0; i < ins; ++i)
+            for (int j = 0; j < outs; ++j, to += azimuths)
+                for (int r = 0; r < in[size(i)].count; ++r)
+                    for (int c = 0; c < out[size(j)].count; ++c) {
+                        const ResampledPlaces &of_in = in[size(i)], &of_out = out[size(j)];
+                        float share =
+                            static_cast<float>(weight) * of_in.weight[r] * of_out.weight[c];
+                        if (fades)
+                            share *= share_of_thinnest(side, optical_depth, table.mu_in.value(i),
+                                                       table.mu_out.value(j));
+                        const float* const from =
+                            summed_row(layout, rows, of_in.first + r, of_out.first + c) + mirrored;
+                        for (int k = 0; k < azimuths; ++k) to[k] += share * from[k];
+                    }
+    });
+    return values;
+}
+
+Table PackedTable::unpacked() const {
+    Table table = contents_->header;
+    for (const Side side : {Side::reflection, Side::transmission}) {
+        if (!contents_->holds(side)) continue;
+        std::vector<float>& samples =
+            side == Side::reflection ? table.reflection_multiple : table.transmission_multiple;
+        samples.reserve(table.sample_count());
+        for (std::size_t m = 0; m < table.member_count(); ++m)
+            for (const double albedo : table.albedo.values)
+                for (const double depth : table.optical_depth.values) {
+                    FamilyStencil one;
+                    one.member[0] = static_cast<int>(m);
+                    const std::vector<float> values = layer(side, albedo, depth, one);
+                    const float* value = values.data();
+                    for (const double in : table.mu_in.values)
+                        for (const double out : table.mu_out.values) {
+                            const double shares =
+                                table.lower_boundary.is_present()
+                                    ? 1
+                                    : intercepted_share(depth, in) * intercepted_share(depth, out);
+                            for (std::size_t k = 0; k < table.azimuth.values.size(); ++k)
+                                samples.push_back(static_cast<float>(shares * double{*value++}));
+                        }
+                }
+    }
+    prepare(table);
+    return table;
+}
+
+const PackedSide& PackedTable::side(Side side) const noexcept {
+    return contents_->members[0].side[side == Side::reflection ? 0 : 1].view;
+}
+
+std::size_t PackedTable::bytes() const noexcept { return contents_->bytes; }
+
+}  // namespace stratus

@@ -1,0 +1,350 @@
+#include <stratus/table/table.h>
+
+#include <stratus/base/angle.h>
+#include <stratus/base/argument.h>
+#include <stratus/base/constants.h>
+#include <stratus/base/number_text.h>
+#include <stratus/layer/diffusion.h>
+#include <stratus/layer/single_scattering.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr const char* caller = "prepare";
+
+/// Below this a sample is too near the end of float's range to be scaled back up.
+constexpr double min_scale = 1e-35;
+
+bool spans_all_azimuths(const AxisView& azimuth) {
+    if (azimuth.lowest > 0) return false;
+    return azimuth.count == 1 || pi - azimuth.highest <= 1e-9;
+}
+
+void check_scale(const Axis& axis, const char* name, std::initializer_list<AxisScale> scales) {
+    std::string allowed;
+    for (const AxisScale scale : scales)
+        allowed += (allowed.empty() ? "" : " or ") + std::string(axis_scale_name(scale));
+    require(std::find(scales.begin(), scales.end(), axis.scale) != scales.end(), caller,
+            std::string("scale of axis ") + name, allowed, axis_scale_name(axis.scale));
+}
+
+void check_samples(const Axis& axis, const char* name, double lowest, double highest,
+                   bool open_below) {
+    check_axis(axis, name);
+    std::ostringstream range;
+    range.precision(17);
+    range << "within " << (open_below ? "(" : "[") << lowest << ", " << highest << "]";
+    for (const double value : axis.values)
+        require((open_below ? value > lowest : value >= lowest) && value <= highest, caller, name,
+                range.str(), value);
+}
+
+void check_albedo(const Axis& axis) {
+    check_scale(axis, "albedo",
+                {AxisScale::square_root_of_complement, AxisScale::fourth_root_of_complement});
+    check_samples(axis, "albedo", 0, 1, false);
+}
+
+void check_optical_depth(const Axis& axis) {
+    check_scale(axis, "optical_depth", {AxisScale::logarithmic});
+    check_samples(axis, "optical_depth", 0, infinity, true);
+}
+
+void check_cosine(const Axis& axis, const char* name) {
+    check_scale(axis, name, {AxisScale::arcsine_of_fourth_root});
+    check_samples(axis, name, 0, 1, true);
+}
+
+void check_azimuth(const Axis& axis) {
+    check_scale(axis, "azimuth", {AxisScale::linear, AxisScale::square_root});
+    check_samples(axis, "azimuth", 0, pi, false);
+    const auto count = static_cast<int>(axis.values.size());
+    require(count == 1 || count >= stencil_size || spans_all_azimuths(axis.view()), caller,
+            "samples of azimuth", "1, or 4 at least, where they do not span 0 to pi", count);
+}
+
+/// Product of extents; std::invalid_argument when it is more than memory could hold.
+std::size_t checked_product(std::initializer_list<std::size_t> extents) {
+    std::size_t product = 1;
+    for (const std::size_t extent : extents) {
+        require(extent == 0 || product <= std::numeric_limits<std::size_t>::max() / 16 / extent,
+                caller, "product of the axes' lengths", "addressable", product);
+        product *= extent;
+    }
+    return product;
+}
+
+/// `required` = false lets a dataset be absent.
+template <class Number>
+void check_dataset(const std::vector<Number>& samples, const char* name, std::size_t extent,
+                   bool required) {
+    if (samples.empty() && !required) return;
+    require(samples.size() == extent, caller, std::string("length of ") + name,
+            std::to_string(extent), samples.size());
+    int any_bad = 0;  // no early exit, so that the loop is vectorised
+    for (const Number sample : samples) any_bad |= std::isfinite(sample) ? 0 : 1;
+    if (any_bad == 0) return;
+    const auto bad =
+        std::find_if(samples.begin(), samples.end(), [](Number n) { return !std::isfinite(n); });
+    require(false, caller,
+            std::string(name) + " (sample " + std::to_string(bad - samples.begin()) + ")", "finite",
+            *bad);
+}
+
+void check_samples(const Table& table) {
+    const std::size_t samples = checked_product(
+        {table.member_count(), table.albedo.values.size(), table.optical_depth.values.size(),
+         table.mu_in.values.size(), table.mu_out.values.size(), table.azimuth.values.size()});
+    require(!table.reflection_multiple.empty() || !table.transmission_multiple.empty(), caller,
+            "table", "given reflection_multiple or transmission_multiple", "neither");
+    check_dataset(table.reflection_multiple, "reflection_multiple", samples, false);
+    check_dataset(table.transmission_multiple, "transmission_multiple", samples, false);
+}
+
+void check_numbers(const Table& table) {
+    for (const double exponent : table.diffusion_exponent)
+        require(exponent >= 0 && exponent <= 1e3, caller, "diffusion_exponent", "in [0, 1000]",
+                exponent);
+    require(table.extrapolation_length > 0 && table.extrapolation_length < infinity, caller,
+            "extrapolation_length", "in (0, inf)", table.extrapolation_length);
+    require(table.tolerance >= 0 && table.tolerance < infinity, caller, "tolerance", "in [0, inf)",
+            table.tolerance);
+    require(table.measured_error >= 0 && table.measured_error < infinity, caller, "measured_error",
+            "in [0, inf)", table.measured_error);
+    require(table.highest_order >= 0, caller, "highest_order", "at least 0", table.highest_order);
+}
+
+void check_stack(const Table& table) {
+    require(table.spherical_albedo_below >= 0 && table.spherical_albedo_below <= 1, caller,
+            "spherical_albedo_below", "in [0, 1]", table.spherical_albedo_below);
+    if (!table.is_stack()) return;
+    check_layers(table.layers, table.lower_boundary.is_present(), caller);
+    require(!table.has_family() && !table.path_law && table.highest_order == 0, caller,
+            "table of a stack", "without family, path law and highest order", "one of them");
+    const StackLayer mean = mean_layer(table.layers);
+    for (const auto& [axis, name, value] :
+         {std::tuple(&table.optical_depth, "optical_depth", mean.optical_depth),
+          std::tuple(&table.albedo, "albedo", mean.albedo)})
+        require(axis->values.size() == 1 &&
+                    (axis->values[0] == value || std::abs(axis->values[0] - value) <= 1e-9 * value),
+                caller, name, "the mean of the stack's layers alone, " + shortest_text(value),
+                axis->values.empty() ? 0 : axis->values[0]);
+}
+
+void check_boundary(const Table& table) {
+    require(table.lower_boundary.albedo >= 0 && table.lower_boundary.albedo <= 1, caller,
+            "albedo of the lower boundary", "in [0, 1]", table.lower_boundary.albedo);
+    require(!table.lower_boundary.is_present() || table.transmission_multiple.empty(), caller,
+            "transmission_multiple", "absent over a lower boundary", "given");
+}
+
+/// 1 / scale, or 0 where a sample is too near the end of float's range to be scaled back up.
+float inverse_scale(double scale) { return scale < min_scale ? 0 : static_cast<float>(1 / scale); }
+
+void check_lengths(const Table& table) {
+    if (!table.has_family()) return;
+    const std::vector<double>& lengths = table.extrapolation_lengths;
+    require(lengths.size() == table.member_count(), caller, "extrapolation_lengths",
+            "as many as members, " + std::to_string(table.member_count()), lengths.size());
+    for (const double length : lengths)
+        require(length > 0 && std::isfinite(length), caller, "extrapolation_lengths", "in (0, inf)",
+                length);
+}
+
+void work_out_weights(Table& table) {
+    table.reflection_weight.clear();
+    table.transmission_weight.clear();
+    const std::size_t albedos = table.albedo.values.size();
+    for (std::size_t a = 0; a < table.member_count() * albedos; ++a)
+        for (const double depth : table.optical_depth.values) {
+            // Samples of albedo 0 are 0, whatever they are multiplied by.
+            const double sampled = table.albedo.values[a % albedos];
+            const double albedo = sampled > 0 && !table.is_stack() ? sampled : 1;
+            const double exponent = table.diffusion_exponent[a];
+            const double length = table.extrapolation_lengths[a / albedos];
+            table.reflection_weight.push_back(
+                table.lower_boundary.is_present()
+                    ? 1
+                    : inverse_scale(albedo * reflection_scale(depth, exponent, length)));
+            table.transmission_weight.push_back(
+                inverse_scale(albedo * transmission_scale(depth, exponent, length)));
+        }
+    auto over_cosines = [&](const Axis& cosines, std::vector<float>& weights) {
+        weights.clear();
+        for (const double depth : table.optical_depth.values)
+            for (const double mu : cosines.values)
+                weights.push_back(table.lower_boundary.is_present()
+                                      ? 1
+                                      : static_cast<float>(1 / intercepted_share(depth, mu)));
+    };
+    over_cosines(table.mu_in, table.mu_in_weight);
+    over_cosines(table.mu_out, table.mu_out_weight);
+}
+
+}  // namespace
+
+std::size_t Table::sample_count() const noexcept {
+    return member_count() * albedo.values.size() * optical_depth.values.size() *
+           mu_in.values.size() * mu_out.values.size() * azimuth.values.size();
+}
+
+bool Table::varies_parameters() const noexcept { return has_family() && !is_mixture(family); }
+
+bool TableView::has_all_directions() const noexcept {
+    constexpr double grazing = 0.01;
+    return has_same_cosines() && mu_in.lowest <= grazing && mu_in.highest == 1 &&
+           spans_all_azimuths(azimuth);
+}
+
+TableView TableView::at_mixture(double share_of_first) const noexcept {
+    TableView view = *this;
+    if (!has_family() || !is_mixture(*family)) return view;
+    view.chosen = {share_of_first};
+    view.chosen_mixture = share_of_first;
+    view.members = family_stencil(*family, view.chosen);
+    return view;
+}
+
+TableView TableView::at(const FamilyPoint& point) const {
+    const std::size_t axes = has_family() ? family->size() : 0;
+    require(point.size() == axes, "at", "values of parameters",
+            std::to_string(axes) + ", one for each axis of the family", point.size());
+    TableView view = *this;
+    if (!has_family()) return view;
+    view.chosen = point;
+    for (std::size_t k = 0; k < axes; ++k) {
+        const FamilyAxis& axis = (*family)[k];
+        require(!axis.is_discrete || holds(axis, point[k]), "at", axis.name(), allowed_text(axis),
+                point[k]);
+        if (axis.parameter == PhaseParameter::mixture) view.chosen_mixture = point[k];
+    }
+    view.members = family_stencil(*family, point);
+    view.own_phase_function =
+        std::make_shared<const PhaseFunction>(with_parameters(*phase_function, *family, point));
+    view.phase_function = view.own_phase_function.get();
+    if (path_law == nullptr) return view;
+    view.own_path_law = PathOrders::of_any(*view.phase_function);
+    view.path_law = view.own_path_law.get();
+    return view;
+}
+
+PhaseFunction TableView::chosen_phase_function() const {
+    if (!has_family()) return *phase_function;
+    for (std::size_t k = 0; k < family->size(); ++k) {
+        const FamilyAxis& axis = (*family)[k];
+        if (axis.parameter == PhaseParameter::mixture)
+            require(chosen_mixture >= 0 && chosen_mixture <= 1, "at_mixture", "mixture",
+                    "chosen in [0, 1] for this table", chosen_mixture);
+        else
+            require(!std::isnan(chosen[k]), "at", axis.name(), "chosen for this table", chosen[k]);
+    }
+    if (second_phase_function == nullptr) return *phase_function;
+    return PhaseFunction::mixture(chosen_mixture, *phase_function, *second_phase_function);
+}
+
+TableView Table::view() const noexcept {
+    TableView view;
+    view.phase_function = &phase_function;
+    view.phase_curve = &phase_curve;
+    if (has_family()) {
+        view.family = &family;
+        view.members = family_stencil(family, {});
+    }
+    if (mixes_two(family)) view.second_phase_function = &second_phase_function;
+    if (is_stack()) view.layers = &layers;
+    view.lower_boundary = &lower_boundary;
+    view.albedo = albedo.view();
+    view.optical_depth = optical_depth.view();
+    view.mu_in = mu_in.view();
+    view.mu_out = mu_out.view();
+    view.azimuth = azimuth.view();
+    if (!reflection_multiple.empty()) view.reflection_multiple = reflection_multiple.data();
+    if (!transmission_multiple.empty()) view.transmission_multiple = transmission_multiple.data();
+    view.reflection_weight = reflection_weight.data();
+    view.transmission_weight = transmission_weight.data();
+    view.mu_in_weight = mu_in_weight.data();
+    view.mu_out_weight = mu_out_weight.data();
+    view.diffusion_exponent = diffusion_exponent.data();
+    if (!diffuse_transmittance.empty()) view.diffuse_transmittance = diffuse_transmittance.data();
+    view.extrapolation_length = extrapolation_length;
+    view.extrapolation_lengths = extrapolation_lengths.data();
+    view.tolerance = tolerance;
+    view.path_law = path_law.get();
+    view.highest_order = highest_order;
+    return view;
+}
+
+namespace {
+
+void check_header(const Table& table) {
+    check_family(table.phase_function, table.family, caller);
+    check_lengths(table);
+    check_albedo(table.albedo);
+    check_optical_depth(table.optical_depth);
+    check_cosine(table.mu_in, "mu_in");
+    check_cosine(table.mu_out, "mu_out");
+    check_azimuth(table.azimuth);
+    const std::size_t albedos = checked_product({table.member_count(), table.albedo.values.size()});
+    const std::size_t layers = checked_product({albedos, table.optical_depth.values.size()});
+    const std::size_t lit = checked_product({layers, table.mu_in.values.size()});
+    check_dataset(table.plane_albedo, "plane_albedo", lit, false);
+    check_dataset(table.diffuse_transmittance, "diffuse_transmittance", lit, false);
+    check_dataset(table.spherical_albedo, "spherical_albedo", layers, false);
+    check_dataset(table.diffusion_exponent, "diffusion_exponent", albedos, true);
+    check_numbers(table);
+    check_boundary(table);
+    check_stack(table);
+}
+
+}  // namespace
+
+void check(const Table& table) {
+    check_header(table);
+    check_samples(table);
+}
+
+void prepare_header(Table& table) {
+    check_header(table);
+    if (!table.has_family()) table.extrapolation_lengths = {table.extrapolation_length};
+    work_out_weights(table);
+}
+
+void prepare(Table& table) {
+    check(table);
+    if (!table.has_family()) table.extrapolation_lengths = {table.extrapolation_length};
+    work_out_weights(table);
+    table.phase_curve = PhaseCurve(table.phase_function);
+}
+
+bool is_mixture(const std::vector<FamilyAxis>& family) noexcept {
+    return family.size() == 1 && family[0].parameter == PhaseParameter::mixture &&
+           !family[0].is_discrete;
+}
+
+Table table_of_member(const Table& table, std::size_t member) {
+    if (!table.has_family()) return table;
+    const TableView view = table.view().at(member_at(table.family, member));
+    Table one = table;
+    one.family.clear();
+    one.phase_function = view.chosen_phase_function();
+    one.second_phase_function = {};
+    one.path_law = view.own_path_law;
+    one.extrapolation_length = table.extrapolation_lengths[member];
+    for_each_of_members(
+        [&](auto& numbers) {
+            const std::size_t size = numbers.size() / table.member_count();
+            const auto first = numbers.begin() + static_cast<std::ptrdiff_t>(member * size);
+            numbers = {first, first + static_cast<std::ptrdiff_t>(size)};
+        },
+        one);
+    prepare(one);
+    return one;
+}
+
+}  // namespace stratus

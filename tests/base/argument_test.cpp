@@ -1,0 +1,87 @@
+#include <stratus/base/argument.h>
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace stratus {
+namespace {
+
+TEST(Require, AcceptsAConditionThatHolds) {
+    EXPECT_NO_THROW(require(true, "doubling", "albedo", "in [0, 1]", 0.5));
+}
+
+TEST(Require, NamesFunctionArgumentRangeAndValue) {
+    try {
+        require(false, "doubling", "albedo", "in [0, 1]", 1.25);
+        FAIL() << "nothing was thrown";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_STREQ(error.what(), "doubling: albedo must be in [0, 1], got 1.25");
+    }
+}
+
+TEST(Require, ShowsNoMoreOfAValueThanPeopleRead) {
+    const std::string much(4'000'000, 'x');
+    try {
+        require(false, "doubling", much, "in [0, 1]", much);
+        FAIL() << "nothing was thrown";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_LT(std::string(error.what()).size(), 2 * max_shown + 60);
+        EXPECT_NE(std::string(error.what()).find("x must be in [0, 1], got x"), std::string::npos);
+    }
+}
+
+TEST(Shown, KeepsReadableText) {
+    const std::string text = "d\u00e9j\u00e0 \u4e91 \U0001f327 'a'\\";
+    EXPECT_EQ(shown(text), text);
+    EXPECT_EQ(shown(""), "");
+}
+
+TEST(Shown, EscapesWhatATerminalObeys) {
+    EXPECT_EQ(shown("a\x1b[2Jb\n\t\x7f"), "a\\x1b[2Jb\\x0a\\x09\\x7f");
+    EXPECT_EQ(shown(std::string("\0", 1)), "\\x00");
+    EXPECT_EQ(shown("\xc2\x9b\xc2\xa0"), "\\xc2\\x9b\xc2\xa0");  // C1, and a space
+}
+
+TEST(Shown, EscapesWhatIsNotUtf8) {
+    EXPECT_EQ(shown("\xff"), "\\xff");
+    EXPECT_EQ(shown("\xc3"), "\\xc3");                    // cut off
+    EXPECT_EQ(shown("\xc0\x9b"), "\\xc0\\x9b");           // too long
+    EXPECT_EQ(shown("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // a surrogate
+    EXPECT_EQ(shown("\x9b"), "\\x9b");
+}
+
+TEST(Shown, CutsTheMiddle) {
+    EXPECT_EQ(shown("abcdefghijklmnopqrst", 20), "abcdefghijklmnopqrst");
+    EXPECT_EQ(shown("abcdefghijklmnopqrstu", 20), "abcdefghijk ... rstu");
+}
+
+TEST(Shown, CutsBetweenCharactersOnly) {
+    for (std::size_t most = 5; most < 40; ++most)
+        for (const std::size_t count : {30u, 300u}) {
+            std::string text(most % 2, 'a');
+            for (std::size_t i = 0; i < count; ++i) text += "\u4e91";
+            const std::string cut = shown(text, most);
+            EXPECT_LE(cut.size(), most);
+            EXPECT_EQ(cut.find('\\'), std::string::npos);
+            EXPECT_EQ(shown(cut), cut);  // still UTF-8
+        }
+}
+
+TEST(NearestName, IsSoonFoundForALongName) {  // ten million letters took seconds
+    EXPECT_EQ(nearest_name("moments" + std::string(10'000'000, 'x'), {"x", "moments"}), "moments");
+}
+
+TEST(NearestName, IsTheOneWithTheFewestEdits) {
+    const std::vector<std::string> known = {"isotropic", "rayleigh", "moments"};
+    EXPECT_EQ(nearest_name("raleigh", known), "rayleigh");      // a letter is missing
+    EXPECT_EQ(nearest_name("isotropiic", known), "isotropic");  // one is added
+    EXPECT_EQ(nearest_name("nomemts", known), "moments");       // two are changed
+}
+
+TEST(NearestName, IsTheFirstOfEquallyNearOnes) { EXPECT_EQ(nearest_name("b", {"a", "c"}), "a"); }
+
+TEST(NearestName, IsEmptyWithoutKnownNames) { EXPECT_EQ(nearest_name("x", {}), ""); }
+
+}  // namespace
+}  // namespace stratus

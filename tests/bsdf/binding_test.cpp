@@ -1,0 +1,164 @@
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/lookup.h>
+
+#include "directions.h"
+#include "refusal.h"
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+struct AzimuthCase {
+    const char* name;
+    bool with_azimuth;
+    AxisScale scale;
+};
+
+class BindingTolerance : public testing::TestWithParam<AzimuthCase> {};
+
+TEST_P(BindingTolerance, IsMet) {
+    const Table table = smooth_table(GetParam().with_azimuth, GetParam().scale);
+    for (const double tau : {0.02, 0.3, 5.0, 100.0, infinity})
+        for (const double w : {0.2, 0.9, 1.0}) {
+            const Slice slice = bind(table.view(), tau, w);
+            for (const Direction& at : random_directions(500, 0.02f)) {
+                const double R = reflection(table.view(), w, tau, at.geometry()).total();
+                const double T = transmission(table.view(), w, tau, at.geometry()).total();
+                EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), R,
+                            table.tolerance * R);
+                EXPECT_NEAR(slice.transmission(at.mu_in, at.mu_out, at.azimuth), T,
+                            table.tolerance * std::max(T, 1e-6));
+            }
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BindingTolerance,
+    testing::Values(AzimuthCase{"an_isotropic_table", false, AxisScale::linear},
+                    AzimuthCase{"an_anisotropic_table", true, AxisScale::linear},
+                    AzimuthCase{"azimuth_in_its_square_root", true, AxisScale::square_root}),
+    [](const auto& row) { return row.param.name; });
+
+TEST(Binding, TakesFewerBytesAtALooserTolerance) {
+    Table table = smooth_table(true);
+    const std::size_t usual = bind(table.view(), 1, 0.9).bytes();
+    table.tolerance = 1e-2;
+    EXPECT_LT(bind(table.view(), 1, 0.9).bytes(), usual / 3);
+}
+
+TEST(Binding, GivesASliceThatOutlivesItsTable) {
+    Slice slice = [] {
+        const Table table = smooth_table(true);
+        return bind(table.view(), 1, 0.9);
+    }();
+    const float before = slice.reflection(0.4f, 0.6f, 1);
+    const Slice moved = std::move(slice);
+    EXPECT_EQ(moved.reflection(0.4f, 0.6f, 1), before);
+    EXPECT_GT(before, 0);
+}
+
+TEST(Binding, RefusesLayersOutsideTheTable) {
+    using Error = std::invalid_argument;
+    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    const TableView view = table.view();
+    expect_refusal<Error>([&] { bind(view, 1, 0.1); },
+                          {"bind", "albedo", "0 or in [0.19, 1]", "0.1"});
+    expect_refusal<Error>([&] { bind(view, 9, 1); }, {"bind", "optical_depth", "[0, 8]", "9"});
+    expect_refusal<Error>([&] { bind(view, infinity, 1); }, {"optical_depth", "inf"});
+    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 9}, {1, 1, 1}); }, {"optical_depth", "9"});
+    Effects effects;
+    effects.density = 0.5;
+    expect_refusal<Error>([&] { bind(view, 5, 1, effects); }, {"optical_depth", "10"});
+    effects.multiple = false;
+    EXPECT_NO_THROW(bind(view, 5, 1, effects));
+    const Table both = mixed(table, table);
+    Table part = both;
+    set_mixture(part, make_axis(AxisScale::linear, 0.25, 0.75, 2));
+    prepare(part);
+    expect_refusal<Error>([&] { bind(part.view().at_mixture(0.1), 1, 1); },
+                          {"bind", "mixture", "[0.25, 0.75]", "0.1"});
+    Table semi_infinite = table;
+    semi_infinite.optical_depth.values = {infinity};
+    semi_infinite.reflection_multiple.resize(semi_infinite.sample_count());
+    semi_infinite.transmission_multiple.clear();
+    prepare(semi_infinite);
+    expect_refusal<Error>([&] { bind(semi_infinite.view(), 1, 1); }, {"optical_depth", "inf", "1"});
+}
+
+TEST(Binding, ClampsToTheNearestLayerOnRequest) {
+    const Table table = filled({4, 4, 6, 6, 5}, {0.5, 8, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    Effects multiple;
+    multiple.single = false;
+    const Slice edge = bind(table.view(), 8, 1, multiple);
+    EXPECT_FALSE(edge.clamped());
+    for (const double tau : {100.0, infinity}) {
+        const Slice slice = bind(table.view(), tau, 1, multiple, OutsideTable::clamp);
+        EXPECT_TRUE(slice.clamped());
+        constexpr double refinement = 1e-4;  // is relative to totals, which differ
+        EXPECT_NEAR(slice.reflection(0.5f, 0.7f, 1), edge.reflection(0.5f, 0.7f, 1), refinement);
+        // A semi-infinite layer transmits nothing.
+        EXPECT_NEAR(slice.transmission(0.5f, 0.7f, 1),
+                    tau == infinity ? 0 : edge.transmission(0.5f, 0.7f, 1), refinement);
+    }
+    EXPECT_TRUE(bind(table.view(), 1, 0.1, {}, OutsideTable::clamp).clamped());
+    EXPECT_FALSE(bind(table.view(), 1, 0.2, {}, OutsideTable::clamp).clamped());
+}
+
+TEST(Binding, ExtrapolatesByTheLimitingLaws) {
+    const Table table = filled({4, 6, 6, 6, 5}, {0.5, 32, false}, small_table_reflection_scale,
+                               small_table_transmission_scale);
+    const TableView view = table.view();
+    for (const Direction& at : random_directions(100, 0.02f)) {
+        const Geometry g = at.geometry();
+        // No scattering.
+        const Slice black = bind(view, 1, 0);
+        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_FALSE(black.clamped());
+        // Thinner than the table.
+        const double thin = reflection(view, 0.9, 0.01, g).total();
+        EXPECT_NEAR(bind(view, 0.01, 0.9).reflection(at.mu_in, at.mu_out, at.azimuth), thin,
+                    1e-3 * thin);
+        // Deeper than the table, where the diffusion law has saturated.
+        const Slice semi_infinite = bind(view, infinity, 0.5);
+        EXPECT_FALSE(semi_infinite.clamped());
+        EXPECT_EQ(semi_infinite.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        const double deep = reflection(view, 0.5, 32, g).total();
+        EXPECT_NEAR(semi_infinite.reflection(at.mu_in, at.mu_out, at.azimuth), deep, 1e-3 * deep);
+        const double T = small_table_transmission_scale({0.5, 40, g.mu_in, g.mu_out, g.azimuth});
+        EXPECT_NEAR(bind(view, 40, 0.5).transmission(at.mu_in, at.mu_out, at.azimuth), T,
+                    1e-2 * T + 1e-12);
+    }
+    Effects transmission_alone;
+    transmission_alone.reflection = false;
+    EXPECT_EQ(bind(view, infinity, 1, transmission_alone).transmission(1, 1, 0), 0);
+}
+
+TEST(Binding, RefusesArgumentsOutOfRange) {
+    using Error = std::invalid_argument;
+    Table table = smooth_table(true);
+    const TableView view = table.view();
+    expect_refusal<Error>([&] { bind(view, -1, 0.5); },
+                          {"bind", "optical_depth", "[0, inf]", "-1"});
+    expect_refusal<Error>([&] { bind(view, std::nan(""), 0.5); }, {"optical_depth", "nan"});
+    expect_refusal<Error>([&] { bind(view, 1, 1.1); }, {"bind", "albedo", "[0, 1]", "1.1"});
+    expect_refusal<Error>([&] { bind_rgb(view, {1, 1, 1}, {0.5, -0.1, 0.5}); }, {"albedo", "-0.1"});
+    Effects effects;
+    effects.density = 1;
+    expect_refusal<Error>([&] { bind(view, 1, 0.5, effects); }, {"density", "[0, 1)"});
+}
+
+}  // namespace
+}  // namespace stratus

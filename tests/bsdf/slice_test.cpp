@@ -1,0 +1,400 @@
+#include <stratus/base/instruction_set.h>
+#include <stratus/bsdf/slice.h>
+
+#include <stratus/base/constants.h>
+#include <stratus/table/lookup.h>
+
+#include "directions.h"
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr double single_precision = 2e-6;  // of some thirty operations in float
+
+const PhaseFunction& any_phase() {
+    static const PhaseFunction phase = parse_phase_function(
+        "0.3*rayleigh + 0.3*henyey_greenstein:g=0.7 + 0.4*henyey_greenstein:g=-0.3");
+    return phase;
+}
+
+/// Largest difference of single scattering from the closed form in double precision, relative.
+double single_error(const PhaseFunction& phase, double tau, double w) {
+    const Slice slice(phase, {{tau}, {w}});
+    double largest = 0;
+    for (const Direction& at : random_directions(2000)) {
+        const Geometry g = at.geometry();
+        const double R =
+            single_reflection(phase(cos_scattering_angle_reflected(g)), w, tau, g.mu_in, g.mu_out);
+        const double T = single_transmission(phase(cos_scattering_angle_transmitted(g)), w, tau,
+                                             g.mu_in, g.mu_out);
+        largest =
+            std::max(largest, std::abs(slice.reflection(at.mu_in, at.mu_out, at.azimuth) - R) / R);
+        // In single precision exp(-x) is only known to 1e-7 x.
+        const double lost = 1e-7 * tau / std::max(g.mu_in, g.mu_out);
+        if (lost < 5e-6 && T > 1e-30)
+            largest = std::max(
+                largest,
+                std::abs(slice.transmission(at.mu_in, at.mu_out, at.azimuth) - T) / T - lost);
+    }
+    return largest;
+}
+
+TEST(Slice, IsSingleScatteringWithoutATable) {
+    for (const double tau : {1e-12, 1e-3, 0.3, 2.0, 40.0})
+        for (const char* const text :
+             {"isotropic", "rayleigh", "henyey_greenstein:g=0.75",
+              "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"})
+            EXPECT_LT(single_error(parse_phase_function(text), tau, 0.8), 4 * single_precision)
+                << text << " tau " << tau;
+    EXPECT_LT(single_error(any_phase(), 1, 1), 4 * single_precision);
+    EXPECT_LT(single_error(parse_phase_function("0.5*lambert_sphere + 0.5*isotropic"), 1, 0.5),
+              4 * single_precision);
+}
+
+TEST(Slice, IsRightAtTheLimitsOfDepthAndAlbedo) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.5);
+    const Slice empty(phase, {{0}, {1}}), black(phase, {{2}, {0}}),
+        semi_infinite(phase, {{infinity}, {1}});
+    for (const Direction& at : random_directions(100, 1e-6f)) {
+        EXPECT_EQ(empty.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(empty.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(black.reflection(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(black.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        EXPECT_EQ(semi_infinite.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+        const Geometry g = at.geometry();
+        const double R = single_reflection(phase(cos_scattering_angle_reflected(g)), 1, infinity,
+                                           g.mu_in, g.mu_out);
+        EXPECT_NEAR(semi_infinite.reflection(at.mu_in, at.mu_out, at.azimuth), R, 1e-5 * R);
+    }
+}
+
+TEST(Slice, IsFiniteAtGrazingAndInvalidDirections) {
+    Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, true});
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    prepare(table);
+    const Slice slice = bind(table.view(), 3, 0.9);
+    for (const float mu : {0.0f, 1e-30f, 1e-7f, -1.0f, 1.0f, 2.0f, std::nanf("")})
+        for (const float azimuth : {0.0f, -1.0f, 3.2f, 1e4f}) {
+            EXPECT_TRUE(std::isfinite(slice.reflection(std::isnan(mu) ? 0.5f : mu, 0.5f, azimuth)))
+                << mu;
+            EXPECT_TRUE(
+                std::isfinite(slice.transmission(0.5f, std::isnan(mu) ? 0.5f : mu, azimuth)))
+                << mu;
+            slice.reflection(mu, mu, azimuth);  // indices in range: checked by the sanitizers
+        }
+}
+
+TEST(Slice, HasOnlyTheRequestedEffects) {
+    Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    prepare(table);
+    const auto bound = [&](bool single, bool multiple, bool reflection, bool transmission) {
+        Effects effects;
+        effects.single = single;
+        effects.multiple = multiple;
+        effects.reflection = reflection;
+        effects.transmission = transmission;
+        return bind(table.view(), 2, 0.9, effects);
+    };
+    const Slice all = bound(true, true, true, true), single = bound(true, false, true, true),
+                multiple = bound(false, true, true, true), lit = bound(true, true, true, false),
+                far = bound(true, true, false, true), none = bound(false, false, true, true);
+    for (const Direction& at : random_directions(200)) {
+        const auto R = [&](const Slice& slice) {
+            return slice.reflection(at.mu_in, at.mu_out, at.azimuth);
+        };
+        const auto T = [&](const Slice& slice) {
+            return slice.transmission(at.mu_in, at.mu_out, at.azimuth);
+        };
+        EXPECT_NEAR(R(single) + R(multiple), R(all), single_precision * R(all));
+        EXPECT_NEAR(T(single) + T(multiple), T(all), single_precision * T(all));
+        EXPECT_GT(R(multiple), 0);
+        EXPECT_GT(T(multiple), 0);
+        EXPECT_EQ(R(lit), R(all));
+        EXPECT_EQ(T(lit), 0);
+        EXPECT_EQ(R(far), 0);
+        EXPECT_EQ(T(far), T(all));
+        EXPECT_EQ(R(none), 0);
+        EXPECT_EQ(T(none), 0);
+    }
+    EXPECT_LT(single.bytes(), 1200u);  // itself
+    EXPECT_LT(lit.bytes(), all.bytes());
+}
+
+TEST(Slice, WithDensityIsASliceOfTheEffectiveOpticalDepth) {
+    Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    prepare(table);
+    Effects dense;
+    dense.density = 0.2;
+    const Slice slice = bind(table.view(), 2, 0.9, dense), effective = bind(table.view(), 2.5, 0.9);
+    for (const Direction& at : random_directions(100)) {  // every order, both sides, the beam
+        EXPECT_EQ(slice.reflection(at.mu_in, at.mu_out, at.azimuth),
+                  effective.reflection(at.mu_in, at.mu_out, at.azimuth));
+        EXPECT_EQ(slice.transmission(at.mu_in, at.mu_out, at.azimuth),
+                  effective.transmission(at.mu_in, at.mu_out, at.azimuth));
+        EXPECT_EQ(slice.direct(at.mu_in), effective.direct(at.mu_in));
+    }
+}
+
+TEST(Slice, AppliesOppositionToSingleReflectionOnly) {
+    Table table = empty_table({4, 4, 6, 6, 5}, {0.5, 8, false});
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    prepare(table);
+    const double tau = 2, w = 0.9;
+    const Slice plain = bind(table.view(), tau, w);
+    for (const Opposition& opposition : {Opposition::blinn(0.3), Opposition::hapke(0.8, 0.06)}) {
+        Effects effects;
+        effects.opposition = opposition;
+        const Slice bright = bind(table.view(), tau, w, effects);
+        for (const Direction& at : random_directions(500)) {
+            const Geometry g = at.geometry();
+            const double c = cos_scattering_angle_reflected(g);
+            const double once =
+                single_reflection(table.phase_function(c), w, tau, g.mu_in, g.mu_out);
+            const double factor = opposition_factor(opposition, c, tau, g.mu_in, g.mu_out);
+            const double expected =
+                plain.reflection(at.mu_in, at.mu_out, at.azimuth) + once * (factor - 1);
+            // Straight lines between samples of the phase function with its bump, or of Blinn's
+            // law; and from an azimuth in single precision the phase angle is known to 0.03 degrees
+            // only.
+            const bool of_blinn = opposition.law == Opposition::Law::blinn;
+            const double accuracy = c < -0.9999 || of_blinn ? 1e-3 : 2e-5;
+            EXPECT_NEAR(bright.reflection(at.mu_in, at.mu_out, at.azimuth), expected,
+                        accuracy * expected);
+            EXPECT_EQ(bright.transmission(at.mu_in, at.mu_out, at.azimuth),
+                      plain.transmission(at.mu_in, at.mu_out, at.azimuth));
+        }
+    }
+}
+
+TEST(Slice, KeepsHigherOrdersWithoutAzimuthUnderOpposition) {
+    const Table table = smooth_table(false);
+    const double tau = 2, w = 0.9;
+    Effects multiple, opposed, once;
+    multiple.single = false;
+    opposed.opposition = once.opposition = Opposition::blinn(0.3);
+    once.multiple = false;
+    const Slice plain = bind(table.view(), tau, w, multiple);
+    const Slice bright = bind(table.view(), tau, w, opposed);
+    const Slice bright_once = bind(table.view(), tau, w, once);
+    for (const Direction& at : random_directions(500)) {
+        const float total = bright.reflection(at.mu_in, at.mu_out, at.azimuth);
+        EXPECT_NEAR(total - bright_once.reflection(at.mu_in, at.mu_out, at.azimuth),
+                    plain.reflection(at.mu_in, at.mu_out, at.azimuth),
+                    4 * single_precision * total);
+    }
+}
+
+TEST(Slice, TakesItsOppositionFromTheDensity) {
+    const PhaseFunction phase = PhaseFunction::rayleigh();
+    const Medium<1> medium{{3}, {0.9}};
+    for (const Opposition& opposition : {Opposition::blinn(), Opposition::hapke(0.8)}) {
+        Effects effects;
+        effects.density = 0.2;
+        effects.opposition = opposition;
+        const Slice of_density(phase, medium, effects);
+        effects.density = 0;
+        effects.opposition = seen_opposition(opposition, 0.2);
+        const Slice as_seen(phase, {{3 / 0.8}, {0.9}}, effects);
+        for (const Direction& at : random_directions(100))
+            EXPECT_EQ(of_density.reflection(at.mu_in, at.mu_out, at.azimuth),
+                      as_seen.reflection(at.mu_in, at.mu_out, at.azimuth));
+    }
+}
+
+TEST(Slice, HasTheSameOppositionInColoursAndInBatches) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(-0.3);
+    Effects effects;
+    effects.opposition = Opposition::blinn(0.2);
+    const double depth[] = {0.1, 1, infinity}, albedo[] = {0.9, 0.8, 0.7};
+    const RgbSlice colours(phase, {{depth[0], depth[1], depth[2]}, {0.9, 0.8, 0.7}}, effects);
+    std::vector<float> mu_in, mu_out, azimuth;
+    for (const Direction& at : random_directions(100)) {
+        mu_in.push_back(at.mu_in);
+        mu_out.push_back(at.mu_out);
+        azimuth.push_back(at.azimuth);
+    }
+    const std::size_t count = mu_in.size();
+    std::vector<float> many(3 * count), one(count);
+    colours.reflection(count, mu_in.data(), mu_out.data(), azimuth.data(), many.data());
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Slice slice(phase, {{depth[c]}, {albedo[c]}}, effects);
+        slice.reflection(count, mu_in.data(), mu_out.data(), azimuth.data(), one.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const Rgb rgb = colours.reflection(mu_in[i], mu_out[i], azimuth[i]);
+            const float expected = slice.reflection(mu_in[i], mu_out[i], azimuth[i]);
+            const float channel[] = {rgb.r, rgb.g, rgb.b};
+            for (const float value : {many[c * count + i], one[i], channel[c]})
+                EXPECT_NEAR(value, expected, 1e-5f * expected);
+        }
+    }
+}
+
+TEST(Slice, HasTheFullOppositionPeakAtEqualVectors) {
+    Effects effects;
+    effects.opposition = Opposition::hapke(1, 0.05);
+    const PhaseFunction phase = PhaseFunction::isotropic();
+    const Slice bright(phase, {{2}, {0.9}}, effects), plain(phase, {{2}, {0.9}});
+    const Vectors v = vectors_of({0.3f, 0.3f, 0}, true);
+    EXPECT_NEAR(bright.eval(v.wi, v.wi), 2 * plain.eval(v.wi, v.wi), 1e-4 * plain.eval(v.wi, v.wi));
+    effects.opposition = Opposition::blinn(0.01);
+    const double once = 1 + std::tanh(2 / (2 * double{v.wi.z}));  // [Blinn82] 5.2
+    EXPECT_NEAR(Slice(phase, {{2}, {0.9}}, effects).eval(v.wi, v.wi) / plain.eval(v.wi, v.wi), once,
+                single_precision);
+}
+
+TEST(Slice, OverALowerBoundaryOnlyReflects) {
+    const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.3);
+    Table table = empty_table({3, 4, 6, 6, 13}, {0.5, 8, false});
+    table.reflection_multiple =
+        samples_of(table, [](const Point& p) { return 0.1 + 0.05 * std::cos(p.azimuth); });
+    for (const LowerBoundary& boundary :
+         {LowerBoundary::surface(0.4), LowerBoundary::layer(PhaseFunction::rayleigh(), 0.7)}) {
+        table.lower_boundary = boundary;
+        prepare(table);
+        for (const double tau : {0.5, 2.0}) {
+            const Slice slice = bind(table.view(), tau, 0.9);
+            for (const Direction& at : random_directions(300, 0.02f)) {
+                const double expected = reflection(table.view(), 0.9, tau, at.geometry()).total();
+                EXPECT_NEAR(slice.reflection(at.mu_in, at.mu_out, at.azimuth), expected,
+                            1e-3 * expected);
+                EXPECT_EQ(slice.transmission(at.mu_in, at.mu_out, at.azimuth), 0);
+                EXPECT_EQ(slice.direct(at.mu_in), 0);
+            }
+            const Vectors up = vectors_of({0.4f, 0.6f, 1}, true);
+            EXPECT_GT(slice.eval(up.wi, up.wo), 0);
+            EXPECT_EQ(slice.eval({up.wi.x, up.wi.y, -up.wi.z}, {up.wo.x, up.wo.y, -up.wo.z}), 0);
+        }
+    }
+}
+
+TEST(Slice, IsSymmetricToTheLastBit) {
+    const Table table = smooth_table(true);
+    const Slice slice = bind(table.view(), 1, 0.9);
+    for (const Direction& at : random_directions(500)) {
+        for (const bool same_side : {true, false}) {
+            const Vectors v = vectors_of(at, same_side);
+            EXPECT_FLOAT_EQ(slice.eval(v.wi, v.wo), slice.eval(v.wo, v.wi));
+        }
+    }
+}
+
+TEST(Slice, AgreesBetweenVectorsAndAngles) {
+    const Table table = smooth_table(true);
+    const Slice slice = bind(table.view(), 1, 0.9);
+    for (const Direction& at : random_directions(500, 0.02f)) {
+        const Vectors above = vectors_of(at, true), through = vectors_of(at, false);
+        const double R = double{slice.reflection(at.mu_in, at.mu_out, at.azimuth)} / pi;
+        const double T = double{slice.transmission(at.mu_in, at.mu_out, at.azimuth)} / pi;
+        // The azimuth of nearly upright vectors is known to 1e-7 over their sines.
+        EXPECT_NEAR(slice.eval(above.wi, above.wo), R, 2e-4 * R);
+        EXPECT_NEAR(slice.eval(through.wi, through.wo), T, 2e-4 * T);
+        const auto flipped = [](Vector v) { return Vector{v.x, v.y, -v.z}; };
+        EXPECT_EQ(slice.eval(flipped(above.wi), flipped(above.wo)), slice.eval(above.wi, above.wo));
+    }
+    EXPECT_EQ(slice.eval({1, 0, 0}, {0, 0, 1}), 0);  // along the surface
+}
+
+TEST(RgbSlice, IsThreeSlices) {
+    const Table table = smooth_table(true);
+    const RgbSlice rgb = bind_rgb(table.view(), {0.5, 2, 5}, {0.6, 0.9, 1});
+    const Slice channel[3] = {bind(table.view(), 0.5, 0.6), bind(table.view(), 2, 0.9),
+                              bind(table.view(), 5, 1)};
+    for (const Direction& at : random_directions(300, 0.02f)) {
+        const Rgb R = rgb.reflection(at.mu_in, at.mu_out, at.azimuth);
+        const Rgb T = rgb.transmission(at.mu_in, at.mu_out, at.azimuth);
+        const float found[3][2] = {{R.r, T.r}, {R.g, T.g}, {R.b, T.b}};
+        for (int c = 0; c < 3; ++c) {  // channels share the finest of their axes
+            const float expected[2] = {channel[c].reflection(at.mu_in, at.mu_out, at.azimuth),
+                                       channel[c].transmission(at.mu_in, at.mu_out, at.azimuth)};
+            for (int side = 0; side < 2; ++side)
+                EXPECT_NEAR(found[c][side], expected[side], table.tolerance * expected[side]);
+        }
+    }
+}
+
+template <int channels>
+void expect_batches_to_agree(const SliceOf<channels>& slice) {
+    const std::vector<Direction> directions = random_directions(1003);  // no multiple of any width
+    const std::size_t count = directions.size();
+    std::vector<float> in, out, azimuth, found(channels * count), xyz[6];
+    std::vector<Vectors> vectors;
+    for (std::size_t i = 0; i < count; ++i) {
+        in.push_back(directions[i].mu_in);
+        out.push_back(directions[i].mu_out);
+        azimuth.push_back(directions[i].azimuth);
+        vectors.push_back(vectors_of(directions[i], i % 3 != 0));
+        Vectors& v = vectors.back();
+        if (i % 5 == 0) {  // from below
+            v.wi.z = -v.wi.z;
+            v.wo.z = -v.wo.z;
+        }
+        if (i % 29 == 0) v.wo.z = 0;
+        const float numbers[6] = {v.wi.x, v.wi.y, v.wi.z, v.wo.x, v.wo.y, v.wo.z};
+        for (int d = 0; d < 6; ++d) xyz[d].push_back(numbers[d]);
+    }
+    const auto expect_equal_first = [&](std::size_t some, const auto& one_by_one,
+                                        float at_ends = 1e-6f) {
+        for (std::size_t i = 0; i < some; ++i) {
+            const bool at_end = directions[i].azimuth == 0 || directions[i].azimuth > 3.14159f;
+            const float within = at_end ? at_ends : 1e-6f;
+            const auto expected = one_by_one(i);
+            float channel[channels];
+            std::memcpy(channel, &expected, sizeof channel);
+            for (std::size_t c = 0; c < channels; ++c)
+                EXPECT_NEAR(found[c * some + i], channel[c], within * channel[c]) << i;
+        }
+    };
+    const auto expect_equal = [&](const auto& one_by_one) {
+        expect_equal_first(count, one_by_one);
+    };
+    slice.reflection(count, in.data(), out.data(), azimuth.data(), found.data());
+    expect_equal([&](std::size_t i) { return slice.reflection(in[i], out[i], azimuth[i]); });
+    slice.transmission(count, in.data(), out.data(), azimuth.data(), found.data());
+    expect_equal([&](std::size_t i) { return slice.transmission(in[i], out[i], azimuth[i]); });
+    const float* const wi[3] = {xyz[0].data(), xyz[1].data(), xyz[2].data()};
+    const float* const wo[3] = {xyz[3].data(), xyz[4].data(), xyz[5].data()};
+    // Where vectors have the azimuth 0 or pi, it is known to 5e-4 alone: its cosine is rounded, by
+    // how much is up to the processor. R and T may then differ by 1 % of the tolerance.
+    constexpr float of_rounded_azimuth = 0.01f * 1e-3f;
+    for (const std::size_t some : {1u, 15u, 16u, 17u, 255u, 257u, 1003u}) {
+        slice.eval(some, wi, wo, found.data());
+        expect_equal_first(
+            some, [&](std::size_t i) { return slice.eval(vectors[i].wi, vectors[i].wo); },
+            of_rounded_azimuth);
+    }
+    slice.eval(0, wi, wo, nullptr);  // an empty batch
+}
+
+TEST(Slice, AgreesBetweenBatchesAndSingleCalls) {
+    const Table table = smooth_table(true), isotropic = smooth_table(false);
+    for (const auto widest :
+         {InstructionSet::generic, InstructionSet::avx2, InstructionSet::avx512}) {
+        const InstructionSetLimit limit(widest);
+        expect_batches_to_agree(bind(table.view(), 1, 0.9));
+        expect_batches_to_agree(bind(isotropic.view(), 1, 0.9));
+    }
+    expect_batches_to_agree(bind_rgb(table.view(), {0.5, 2, 5}, {0.6, 0.9, 1}));
+    expect_batches_to_agree(Slice(any_phase(), {{2}, {0.9}}));
+    Effects effects;
+    effects.opposition = Opposition::blinn(0.2);
+    expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
+    effects.reflection = false;
+    expect_batches_to_agree(bind(table.view(), 1, 0.9, effects));
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,146 @@
+// One table, many threads: what `./run test --sanitize` runs under ThreadSanitizer, which sees
+// every unguarded access to what one thread writes.
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/table/lookup.h>
+
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <thread>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+constexpr int thread_count = 8;
+
+/// All that threads share.
+struct Shared {
+    Table table;
+    Table over_ground;
+    Bsdf bsdf;
+};
+
+/// A table with a phase function of every kind, from 0.5 to 8 and at infinity.
+Table every_kind() {
+    Table table = empty_table({5, 5, 5, 5, 5}, {0.5, 8, true});
+    table.phase_function = parse_phase_function(
+        "0.1*isotropic + 0.1*rayleigh + 0.1*anisotropic:x=0.5 + 0.2*lambert_sphere + "
+        "0.2*henyey_greenstein:g=0.1 + 0.1*tabulated:points=0 1/90 0/180 0.25 + "
+        "0.2*moments:chi=1 0.1");
+    table.reflection_multiple = samples_of(table, small_table_reflection_scale);
+    table.transmission_multiple = samples_of(table, small_table_transmission_scale);
+    prepare(table);
+    return table;
+}
+
+Table every_kind_over_ground() {
+    Table table = every_kind();
+    table.transmission_multiple.clear();
+    table.lower_boundary = LowerBoundary::layer(table.phase_function, 0.9);
+    prepare(table);
+    return table;
+}
+
+Geometry geometry_of(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
+/// A function of a shared table at one point. New lookups are rows of `functions` below.
+struct Function {
+    const char* name;
+    double (*value)(const Shared& shared, const Point& p);
+};
+
+const Function functions[] = {
+    {"Reflection",
+     [](const Shared& shared, const Point& p) {
+         return reflection(shared.table.view(), p.albedo, p.optical_depth, geometry_of(p)).total();
+     }},
+    {"Transmission",
+     [](const Shared& shared, const Point& p) {
+         return transmission(shared.table.view(), p.albedo, p.optical_depth, geometry_of(p))
+             .total();
+     }},
+    {"ReflectionOverGround",
+     [](const Shared& shared, const Point& p) {
+         return reflection(shared.over_ground.view(), p.albedo, p.optical_depth, geometry_of(p))
+             .total();
+     }},
+    {"Bsdf",
+     [](const Shared& shared, const Point& p) {
+         const float mu = static_cast<float>(p.mu_in);
+         const Bsdf::SampleOfAngles drawn = shared.bsdf.sample(mu, static_cast<float>(p.mu_out),
+                                                               static_cast<float>(p.albedo), 0.5f);
+         return double{drawn.value} +
+                double{shared.bsdf.pdf(drawn.side, mu, drawn.mu_out, drawn.azimuth)} +
+                double{shared.bsdf.albedo(mu).reflected};
+     }},
+};
+
+/// Below, within and above the finite depths.
+std::vector<Point> random_points(int count) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> share(0, 1);
+    std::vector<Point> points;
+    for (int i = 0; i < count; ++i)
+        points.push_back({share(random), 0.1 * std::pow(1000, share(random)), 1 - share(random),
+                          1 - share(random), 2 * pi * share(random)});
+    return points;
+}
+
+class SharedTable : public testing::TestWithParam<Function> {};
+
+TEST_P(SharedTable, IsBitIdenticalFromManyThreads) {
+    const Table table = every_kind();
+    const Shared shared{table, every_kind_over_ground(), Bsdf(bind(table.view(), 2, 0.7))};
+    const std::vector<Point> points = random_points(200);
+    const auto values_at_all_points = [&] {
+        std::vector<double> values;
+        for (const Point& p : points) values.push_back(GetParam().value(shared, p));
+        return values;
+    };
+
+    // The threads come first, so that they would also meet on what is computed at first use.
+    std::vector<std::vector<double>> of_thread(thread_count);
+    std::atomic<int> waiting{thread_count};
+    std::vector<std::thread> threads;
+    for (std::vector<double>& values : of_thread)
+        threads.emplace_back([&] {
+            --waiting;
+            while (waiting > 0) std::this_thread::yield();  // all begin at once
+            values = values_at_all_points();
+        });
+    for (std::thread& thread : threads) thread.join();
+
+    const std::vector<double> alone = values_at_all_points();
+    for (const std::vector<double>& values : of_thread) {
+        ASSERT_EQ(values.size(), alone.size());
+        EXPECT_EQ(std::memcmp(values.data(), alone.data(), alone.size() * sizeof(double)), 0);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryFunction, SharedTable, testing::ValuesIn(functions),
+                         [](const auto& row) { return row.param.name; });
+
+#if defined(__SANITIZE_THREAD__)
+TEST(ThreadSanitizerDeathTest, SeesTwoThreadsWriteTheSame) {
+    constexpr int exit_code_of_a_race = 66;
+    testing::GTEST_FLAG(death_test_style) = "threadsafe";
+    EXPECT_EXIT(
+        {
+            int shared = 0;
+            std::thread other([&] { ++shared; });
+            ++shared;
+            other.join();
+            std::exit(0);
+        },
+        testing::ExitedWithCode(exit_code_of_a_race), "data race");
+}
+#endif
+
+}  // namespace
+}  // namespace stratus

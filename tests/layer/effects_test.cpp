@@ -1,0 +1,49 @@
+#include <stratus/layer/effects.h>
+
+#include <stratus/base/constants.h>
+
+#include "refusal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+TEST(Density, DividesTheDepthByTheFreeVolume) {
+    EXPECT_EQ(effective_optical_depth(2, 0), 2);
+    EXPECT_DOUBLE_EQ(effective_optical_depth(2, 0.2), 2.5);
+    EXPECT_EQ(effective_optical_depth(infinity, 0.5), infinity);
+    EXPECT_EQ(effective_optical_depth(0, 0.5), 0);
+}
+
+TEST(Density, IsTheShareOfTheVolumeThatParticlesFill) {
+    EXPECT_NEAR(volume_fraction(0.1, 0.5), 0.1 * 4 / 3 * pi * 0.125, 1e-15);
+    EXPECT_NEAR(volume_fraction(1e8, 0.5e-3), volume_fraction(0.1, 0.5), 1e-15);  // per m^3 and m
+    EXPECT_EQ(volume_fraction(0, 2), 0);
+    using Error = std::invalid_argument;
+    expect_refusal<Error>([] { volume_fraction(-1, 1); }, {"number_density", "[0, inf)", "-1"});
+    expect_refusal<Error>([] { volume_fraction(1, 0); }, {"radius", "(0, inf)", "got 0"});
+    expect_refusal<Error>([] { volume_fraction(1, 1); }, {"number_density", "[0, 1)", "4.18"});
+}
+
+TEST(Effects, RefuseNumbersOutOfRange) {
+    using Error = std::invalid_argument;
+    Effects effects;
+    effects.density = 1;
+    expect_refusal<Error>([&] { check_effects(effects); }, {"density", "[0, 1)", "got 1"});
+    effects.density = std::nan("");
+    expect_refusal<Error>([&] { check_effects(effects); }, {"density", "[0, 1)", "nan"});
+    effects = {};
+    effects.opposition.law = Opposition::Law::hapke;
+    expect_refusal<Error>([&] { check_effects(effects); },
+                          {"opposition.width", "density above 0", "got 0"});
+    effects.opposition = Opposition::hapke(1, 0.1);
+    effects.single = false;
+    expect_refusal<Error>([&] { check_effects(effects); }, {"opposition", "single"});
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,109 @@
+// Tables that mix two kinds of scattering, seen at one mixture: TableView::at_mixture.
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/lookup.h>
+
+#include "refusal.h"
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace stratus {
+namespace {
+
+/// A table whose interpolated part is `level` everywhere.
+Table level_table(double level, double g) {
+    Table table = empty_table({4, 4, 4, 4, 4}, {0.25, 8, true});
+    table.phase_function = PhaseFunction::henyey_greenstein(g);
+    table.reflection_multiple =
+        samples_of(table, [&](const Point& p) { return level * small_table_reflection_scale(p); });
+    table.transmission_multiple = samples_of(
+        table, [&](const Point& p) { return level * small_table_transmission_scale(p); });
+    prepare(table);
+    return table;
+}
+
+const Table& first() {
+    static const Table table = level_table(0.5, 0.3);
+    return table;
+}
+
+const Table& second() {
+    static const Table table = level_table(2, -0.6);
+    return table;
+}
+
+const Table& both() {
+    static const Table table = mixed(first(), second());
+    return table;
+}
+
+constexpr double depths[] = {0.05, 0.9, 8, 20, 1e5, infinity};
+
+// Samples are floats.
+constexpr double mixture_rounding = 1e-6;
+
+TEST(Mixture, GoesStraightFromOneKindToTheOther) {
+    for (const double f : {0.0, 0.3, 0.75, 1.0})
+        for (const double depth : depths)
+            for (const Geometry& at : three_geometries)
+                for (const auto look_up : {reflection, transmission}) {
+                    const Scattered a = look_up(first().view(), 0.9, depth, at);
+                    const Scattered b = look_up(second().view(), 0.9, depth, at);
+                    const Scattered found = look_up(both().view().at_mixture(f), 0.9, depth, at);
+                    const double expected = f * a.multiple + (1 - f) * b.multiple;
+                    EXPECT_NEAR(found.single, f * a.single + (1 - f) * b.single,
+                                1e-14 * found.single);
+                    EXPECT_NEAR(found.multiple, expected, mixture_rounding * expected);
+                }
+}
+
+TEST(Mixture, OfEachEndIsTheTableOfOneKindToTheBit) {
+    for (const double depth : depths)
+        for (const Geometry& at : three_geometries)
+            for (const auto look_up : {reflection, transmission}) {
+                EXPECT_EQ(look_up(both().view().at_mixture(0), 0.9, depth, at).total(),
+                          look_up(second().view(), 0.9, depth, at).total());
+                EXPECT_EQ(look_up(both().view().at_mixture(1), 0.9, depth, at).multiple,
+                          look_up(first().view(), 0.9, depth, at).multiple);
+            }
+}
+
+TEST(Mixture, IsThatOfTheSlicesBoundAtIt) {
+    const TableView view = both().view().at_mixture(0.25);
+    const Slice slice = bind(view, 0.9, 0.9);
+    const RgbSlice rgb = bind_rgb(view, {0.9, 0.9, 8}, {0.9, 0.5, 0.9});
+    for (const Geometry& at : three_geometries) {
+        const auto in = static_cast<float>(at.mu_in), out = static_cast<float>(at.mu_out);
+        const auto azimuth = static_cast<float>(at.azimuth);
+        const double R = reflection(view, 0.9, 0.9, at).total();
+        const double T = transmission(view, 0.9, 8, at).total();
+        constexpr double straight_lines = 1e-3;  // between the samples of a slice
+        EXPECT_NEAR(double{slice.reflection(in, out, azimuth)}, R, straight_lines * R);
+        EXPECT_NEAR(double{rgb.transmission(in, out, azimuth).b}, T, straight_lines * T);
+    }
+    const double forward =
+        0.25 * (*view.phase_function)(1) + 0.75 * (*view.second_phase_function)(1);
+    EXPECT_NEAR(slice.source_behind(1), source_seen_through(forward, 0.9, 0.9, 1), 1e-6);
+}
+
+TEST(Mixture, NotChosenGivesNotANumberAndCannotBeBound) {
+    EXPECT_TRUE(std::isnan(reflection(both().view(), 0.9, 1, three_geometries[0]).total()));
+    EXPECT_TRUE(std::isnan(transmission(both().view(), 0.9, 1, three_geometries[0]).total()));
+    expect_refusal<std::invalid_argument>([] { bind(both().view(), 1, 0.9); },
+                                          {"at_mixture", "mixture", "[0, 1]", "nan"});
+    expect_refusal<std::invalid_argument>([] { bind(both().view().at_mixture(1.1), 1, 0.9); },
+                                          {"at_mixture", "mixture", "[0, 1]", "1.1"});
+}
+
+TEST(Mixture, IsIgnoredWhereNothingIsMixed) {
+    const TableView view = first().view();
+    EXPECT_EQ(reflection(view.at_mixture(0.3), 0.9, 1, three_geometries[0]).total(),
+              reflection(view, 0.9, 1, three_geometries[0]).total());
+}
+
+}  // namespace
+}  // namespace stratus

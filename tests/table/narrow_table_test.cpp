@@ -1,0 +1,231 @@
+// Tables of some directions alone: lookups of every kind, against tables of all of them.
+#include <stratus/base/constants.h>
+#include <stratus/bsdf/bsdf.h>
+#include <stratus/bsdf/slice.h>
+#include <stratus/table/lookup.h>
+#include <stratus/table/packed_table.h>
+
+#include "refusal.h"
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+/// Smooth, even in azimuth about 0 and pi, symmetric in the cosines.
+double narrow_shape(const Point& p) {
+    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
+    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
+    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
+           0.4 * sines * std::cos(p.azimuth) + 0.2 * sines * sines * std::cos(2 * p.azimuth);
+}
+
+double narrow_reflected(const Point& p) {
+    return small_table_reflection_scale(p) * narrow_shape(p);
+}
+double narrow_transmitted(const Point& p) {
+    return small_table_transmission_scale(p) * narrow_shape(p);
+}
+
+struct Directions {
+    const char* name;
+    Axis mu_in, mu_out, azimuth;
+};
+
+Axis cosines(double lowest, double highest, int count) {
+    return make_axis(AxisScale::arcsine_of_fourth_root, lowest, highest, count);
+}
+Axis azimuths(double lowest, double highest, int count, AxisScale scale = AxisScale::linear) {
+    return make_axis(scale, lowest, highest, count);
+}
+
+Table table_of(const Directions& directions, bool to_infinity = true) {
+    Table table = empty_table({9, 12, 2, 2, 1}, {0.05, 8, to_infinity});
+    table.phase_function = PhaseFunction::rayleigh();
+    table.tolerance = small_table_tolerance;
+    table.mu_in = directions.mu_in;
+    table.mu_out = directions.mu_out;
+    table.azimuth = directions.azimuth;
+    table.reflection_multiple = samples_of(table, narrow_reflected);
+    table.transmission_multiple = samples_of(table, narrow_transmitted);
+    prepare(table);
+    return table;
+}
+
+const Table& full() {
+    static const Table table =
+        table_of({"Full", cosines(0.01, 1, 28), cosines(0.01, 1, 28), azimuths(0, pi, 17)});
+    return table;
+}
+
+std::vector<Directions> narrow() {
+    const Axis any_cosine = cosines(0.01, 1, 28), any_azimuth = azimuths(0, pi, 17);
+    return {
+        {"OneSun", cosines(0.35, 0.35, 1), any_cosine, any_azimuth},
+        {"OneView", any_cosine, cosines(0.35, 0.35, 1), any_azimuth},
+        {"SomeViews", any_cosine, cosines(0.2, 0.5, 7), any_azimuth},
+        {"SomeOfBoth", cosines(0.2, 0.5, 7), cosines(0.2, 0.5, 7), any_azimuth},
+        {"SomeOfEach", cosines(0.6, 0.7, 4), cosines(0.2, 0.5, 7), any_azimuth},
+        {"SomeAzimuths", any_cosine, any_cosine, azimuths(1.2, 1.5, 4)},
+        {"AzimuthsFromForward", any_cosine, any_cosine, azimuths(0, 0.7, 5)},
+        {"AzimuthsToBackward", any_cosine, any_cosine, azimuths(2.3, pi, 5)},
+        {"AzimuthsByRoots", any_cosine, any_cosine, azimuths(0.3, 1, 6, AxisScale::square_root)},
+        {"OneAzimuth", any_cosine, any_cosine, azimuths(2, 2, 1)},
+        {"LittleOfAll", cosines(0.35, 0.35, 1), cosines(0.2, 0.3, 4), azimuths(2.6, 2.8, 4)},
+        {"OneDirection", cosines(0.35, 0.35, 1), cosines(0.6, 0.6, 1), azimuths(2, 2, 1)},
+    };
+}
+
+class NarrowTable : public testing::TestWithParam<Directions> {
+  protected:
+    Table table_ = table_of(GetParam());
+
+    /// Random layers, and directions within the table's.
+    std::vector<Point> points(int count) const {
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> uniform(0, 1);
+        const TableView view = table_.view();
+        const auto within = [&](const AxisView& axis) {
+            return axis.lowest + uniform(random) * (axis.highest - axis.lowest);
+        };
+        std::vector<Point> all;
+        for (int n = 0; n < count; ++n) {
+            Point p{};
+            p.albedo = within(view.albedo);
+            p.optical_depth = 0.05 * std::pow(200, uniform(random));
+            p.mu_in = within(view.mu_in);
+            p.mu_out = within(view.mu_out);
+            p.azimuth = within(view.azimuth);
+            all.push_back(p);
+        }
+        return all;
+    }
+
+    static Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+};
+
+TEST_P(NarrowTable, IsLookedUpLikeTheFullOne) {
+    for (const Point& p : points(300))
+        for (const auto look : {reflection, transmission}) {
+            const double expected =
+                look(full().view(), p.albedo, p.optical_depth, geometry(p)).total();
+            const double found =
+                look(table_.view(), p.albedo, p.optical_depth, geometry(p)).total();
+            // Both interpolate; the coarser has 28 cosines and 17 azimuths.
+            EXPECT_NEAR(found, expected, 0.5 * small_table_tolerance * expected)
+                << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
+        }
+}
+
+TEST_P(NarrowTable, IsSymmetricInAzimuth) {
+    for (const Point& p : points(20)) {
+        const double once =
+            reflection(table_.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
+        for (const double other : {-p.azimuth, 2 * pi - p.azimuth, 2 * pi + p.azimuth})
+            EXPECT_NEAR(
+                reflection(table_.view(), p.albedo, p.optical_depth, {p.mu_in, p.mu_out, other})
+                    .multiple,
+                once, 1e-6);
+    }
+}
+
+TEST_P(NarrowTable, IsBoundLikeItIsLookedUp) {
+    for (const Point& layer : points(4)) {
+        const Slice slice = bind(table_.view(), layer.optical_depth, layer.albedo);
+        const std::vector<Point> at = points(300);
+        std::vector<float> in, out, around, many(at.size());
+        for (const Point& p : at) {
+            in.push_back(static_cast<float>(p.mu_in));
+            out.push_back(static_cast<float>(p.mu_out));
+            around.push_back(static_cast<float>(p.azimuth));
+        }
+        for (const bool reflects : {true, false}) {
+            if (reflects)
+                slice.reflection(at.size(), in.data(), out.data(), around.data(), many.data());
+            else
+                slice.transmission(at.size(), in.data(), out.data(), around.data(), many.data());
+            for (std::size_t n = 0; n < at.size(); ++n) {
+                const double expected =
+                    (reflects ? reflection : transmission)(table_.view(), layer.albedo,
+                                                           layer.optical_depth, geometry(at[n]))
+                        .total();
+                const double found =
+                    double{reflects ? slice.reflection(in[n], out[n], around[n])
+                                    : slice.transmission(in[n], out[n], around[n])};
+                EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
+                EXPECT_NEAR(many[n], found, 2e-6 * std::max(found, 0.01));
+            }
+        }
+    }
+}
+
+TEST_P(NarrowTable, IsPackedLikeItIsLookedUp) {
+    const PackedTable packed(pack(table_));
+    const std::vector<Point> at = points(200);
+    std::vector<float> numbers[5], total(at.size());
+    for (const Point& p : at) {
+        const double all[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
+        for (std::size_t q = 0; q < 5; ++q) numbers[q].push_back(static_cast<float>(all[q]));
+    }
+    for (const bool reflects : {true, false}) {
+        const PackedPoints points{numbers[0].data(), numbers[1].data(), numbers[2].data(),
+                                    numbers[3].data(), numbers[4].data(), at.size()};
+        if (reflects)
+            packed.reflection(points, total.data());
+        else
+            packed.transmission(points, total.data());
+        for (std::size_t n = 0; n < at.size(); ++n) {
+            const Point& p = at[n];
+            const double expected = (reflects ? reflection : transmission)(
+                                        table_.view(), p.albedo, p.optical_depth, geometry(p))
+                                        .total();
+            const double found =
+                (reflects ? packed.reflection(p.albedo, p.optical_depth, geometry(p))
+                          : packed.transmission(p.albedo, p.optical_depth, geometry(p)))
+                    .total();
+            EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01))
+                << p.mu_in << ' ' << p.mu_out << ' ' << p.azimuth;
+            EXPECT_NEAR(double{total[n]}, found, 2e-5 * std::max(found, 0.01));
+        }
+    }
+}
+
+TEST_P(NarrowTable, MakesNoBsdf) {
+    EXPECT_FALSE(table_.view().has_all_directions());
+    Slice slice = bind(table_.view(), 1, 0.9);
+    EXPECT_FALSE(slice.has_all_directions());
+    expect_refusal<std::invalid_argument>([&] { Bsdf(std::move(slice)); },
+                                          {"Bsdf", "all directions", "narrowed"});
+    Effects once;
+    once.multiple = false;
+    EXPECT_NO_THROW(Bsdf(bind(table_.view(), 1, 0.9, once)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, NarrowTable, testing::ValuesIn(narrow()),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(FullTable, MakesABsdf) {
+    EXPECT_TRUE(full().view().has_all_directions());
+    EXPECT_NO_THROW(Bsdf(bind(full().view(), 1, 0.9)));
+}
+
+TEST(NarrowTables, AreClampedToTheirDirections) {
+    const Table table =
+        table_of({"", cosines(0.35, 0.35, 1), cosines(0.2, 0.5, 7), azimuths(1.2, 1.5, 4)});
+    const auto multiple = [&](double in, double out, double azimuth) {
+        return reflection(table.view(), 0.9, 1, {in, out, azimuth}).multiple;
+    };
+    EXPECT_NEAR(multiple(0.8, 0.3, 1.3), multiple(0.35, 0.3, 1.3), 1e-6);
+    EXPECT_NEAR(multiple(0.35, 0.9, 1.3), multiple(0.35, 0.5, 1.3), 1e-6);
+    EXPECT_NEAR(multiple(0.35, 0.3, 0.1), multiple(0.35, 0.3, 1.2), 1e-6);
+    EXPECT_NEAR(multiple(0.35, 0.3, 3.1), multiple(0.35, 0.3, 1.5), 1e-6);
+}
+
+}  // namespace
+}  // namespace stratus

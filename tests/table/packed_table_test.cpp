@@ -1,0 +1,374 @@
+#include <stratus/table/packed_table.h>
+
+#include <stratus/base/constants.h>
+#include <stratus/base/instruction_set.h>
+#include <stratus/layer/single_scattering.h>
+
+#include "refusal.h"
+#include "small_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+namespace {
+
+/// Between 1 and 3, symmetric in the cosines: what is left of samples once they are divided by all
+/// that lookups divide by.
+double shape(const Point& p) {
+    const double depth = p.optical_depth < infinity ? p.optical_depth / (1 + p.optical_depth) : 1;
+    const double sines = std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out));
+    return 2 + 0.6 * std::sin(3 * depth + p.albedo) * std::cos(2 * (p.mu_in + p.mu_out)) +
+           0.4 * sines * std::cos(p.azimuth) * (1 + p.albedo * depth) / 2;
+}
+
+double reflected(const Point& p) { return small_table_reflection_scale(p) * shape(p); }
+double transmitted(const Point& p) { return small_table_transmission_scale(p) * shape(p); }
+
+/// Over a lower boundary nothing is divided out.
+double reflected_over(const Point& p) {
+    return 0.1 * shape(p) * (1 - std::exp(-p.optical_depth)) * p.albedo + 0.05 * shape(p);
+}
+
+Table packable(const Counts& counts, const Depths& depths, const char* phase = "rayleigh") {
+    Table table = empty_table(counts, depths);
+    table.phase_function = parse_phase_function(phase);
+    table.tolerance = small_table_tolerance;
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
+constexpr Counts usual{9, 12, 16, 16, 9};
+constexpr Depths to_eight{0.05, 8, false}, to_infinity{0.05, 8, true};
+
+/// Random lookups, cosines evenly spread over their roots.
+std::vector<Point> random_lookups(const Table& table, int count, double shallowest,
+                                  double deepest) {
+    const TableView view = table.view();
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    std::vector<Point> all;
+    for (int n = 0; n < count; ++n) {
+        const auto cosine = [&] { return std::pow(0.1 + 0.9 * uniform(random), 2); };
+        Point p{};
+        p.albedo = view.albedo.lowest + (1 - view.albedo.lowest) * uniform(random);
+        p.optical_depth = shallowest * std::pow(deepest / shallowest, uniform(random));
+        p.mu_in = cosine();
+        p.mu_out = cosine();
+        p.azimuth = pi * uniform(random);
+        all.push_back(p);
+    }
+    return all;
+}
+
+Geometry geometry(const Point& p) { return {p.mu_in, p.mu_out, p.azimuth}; }
+
+/// That the lookups of a packed table are those of lookup.h, to the tolerance relative to R or T
+/// but not to less than 1 % of 1.
+void expect_lookups(const PackedTable& packed, const TableView& view,
+                    const std::vector<Point>& at) {
+    for (const Point& p : at) {
+        const std::pair<Scattered, Scattered> both[] = {
+            {packed.reflection(p.albedo, p.optical_depth, geometry(p)),
+             reflection(view, p.albedo, p.optical_depth, geometry(p))},
+            {packed.transmission(p.albedo, p.optical_depth, geometry(p)),
+             transmission(view, p.albedo, p.optical_depth, geometry(p))}};
+        for (const auto& [found, expected] : both) {
+            const double scale = std::max(expected.total(), 0.01);
+            EXPECT_NEAR(found.multiple, expected.multiple, small_table_tolerance * scale)
+                << (&found == &both[0].first ? "R" : "T") << " at w " << p.albedo << " tau "
+                << p.optical_depth << " mu " << p.mu_in << " " << p.mu_out << " azimuth "
+                << p.azimuth;
+            // Single precision, and exp of paths up to 80.
+            EXPECT_NEAR(found.single, expected.single, 1e-5 * std::max(expected.single, 1e-4));
+        }
+    }
+}
+
+struct Shape {
+    const char* name;
+    Counts counts;
+    Depths depths;
+    const char* phase;
+};
+
+class PackedTableShapes : public testing::TestWithParam<Shape> {};
+
+TEST_P(PackedTableShapes, AgreeWithLookups) {
+    const Shape& of = GetParam();
+    const Table table = packable(of.counts, of.depths, of.phase);
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.01, 20));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, PackedTableShapes,
+    testing::Values(Shape{"usual", usual, to_eight, "henyey_greenstein:g=0.5"},
+                    Shape{"to_infinity", usual, to_infinity, "rayleigh"},
+                    Shape{"two_lobes", usual, to_eight,
+                          "0.6*henyey_greenstein:g=-0.5 + 0.4*henyey_greenstein:g=0.5"},
+                    Shape{"sampled", usual, to_eight, "lambert_sphere"},
+                    Shape{"without_azimuth", {9, 12, 16, 16, 1}, to_eight, "isotropic"},
+                    Shape{"two_azimuths", {9, 12, 16, 16, 2}, to_eight, "isotropic"},
+                    Shape{"one_albedo", {1, 12, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"two_albedos", {2, 12, 16, 16, 9}, to_eight, "rayleigh"},
+                    Shape{"three_depths", {9, 3, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"one_depth", {9, 1, 16, 16, 9}, to_eight, "rayleigh"},
+                    Shape{"infinite_depth_alone", {9, 0, 16, 16, 9}, to_infinity, "rayleigh"},
+                    Shape{"cosines_that_differ", {9, 12, 16, 15, 9}, to_eight, "rayleigh"},
+                    Shape{"two_cosines", {9, 12, 2, 2, 9}, to_eight, "rayleigh"},
+                    Shape{"many_depths", {9, 40, 16, 16, 9}, {0.01, 100, true}, "rayleigh"}),
+    [](const auto& row) { return row.param.name; });
+
+/// A table whose azimuths lie evenly in their square root, and albedos in the fourth of 1 - w.
+Table forward_filled() {
+    Table table = empty_table(usual, to_eight);
+    table.azimuth = make_axis(AxisScale::square_root, 0, pi, usual.azimuth);
+    table.albedo = make_axis(AxisScale::fourth_root_of_complement, table.albedo.values.front(),
+                             table.albedo.values.back(), usual.albedo);
+    for (std::size_t a = 0; a < table.albedo.values.size(); ++a)
+        table.diffusion_exponent[a] = small_table_exponent(table.albedo.values[a]);
+    table.phase_function = parse_phase_function("henyey_greenstein:g=0.5");
+    table.tolerance = small_table_tolerance;
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
+class PackedTableInstructionSets : public testing::TestWithParam<InstructionSet> {
+  protected:
+    void SetUp() override {
+        if (!is_available(GetParam())) GTEST_SKIP() << "this processor has none";
+        limit_.emplace(GetParam());
+    }
+
+  private:
+    std::optional<InstructionSetLimit> limit_;
+};
+
+TEST_P(PackedTableInstructionSets, AgreeWithLookups) {
+    const Table table = packable(usual, to_eight);
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 200, 0.05, 8));
+}
+
+TEST_P(PackedTableInstructionSets, AgreeWithLookupsInTheSquareRootOfAzimuth) {
+    const Table table = forward_filled();
+    const PackedTable packed(pack(table));
+    std::vector<Point> at = random_lookups(table, 200, 0.05, 8);
+    for (Point& p : at) p.azimuth *= p.azimuth / pi;  // many of them forward
+    expect_lookups(packed, table.view(), at);
+    for (Point& p : at) p.azimuth = 2 * pi - p.azimuth;
+    expect_lookups(packed, table.view(), at);
+}
+
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndMany) {
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const PackedTable packed(pack(table));
+    const std::vector<Point> at =
+        random_lookups(table, 1003, 0.01, 40);  // no multiple of any width
+    std::vector<float> of[5];
+    for (const Point& p : at) {
+        const double quantities[] = {p.albedo, p.optical_depth, p.mu_in, p.mu_out, p.azimuth};
+        for (int q = 0; q < 5; ++q) of[q].push_back(static_cast<float>(quantities[q]));
+    }
+    std::vector<float> R(at.size()), T(at.size());
+    const PackedPoints points{of[0].data(), of[1].data(), of[2].data(),
+                              of[3].data(), of[4].data(), at.size()};
+    packed.reflection(points, R.data());
+    packed.transmission(points, T.data());
+    for (std::size_t n = 0; n < at.size(); ++n) {
+        const Geometry here{of[2][n], of[3][n], of[4][n]};
+        const double of_one[] = {packed.reflection(of[0][n], of[1][n], here).total(),
+                                 packed.transmission(of[0][n], of[1][n], here).total()};
+        EXPECT_NEAR(R[n], of_one[0], 1e-6 * std::max(1.0, of_one[0]));
+        EXPECT_NEAR(T[n], of_one[1], 1e-6 * std::max(1.0, of_one[1]));
+    }
+}
+
+TEST_P(PackedTableInstructionSets, AgreeBetweenOneAndThree) {
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const PackedTable packed(pack(table));
+    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
+        // The second as the first, the third mostly in another block.
+        const PackedLayers layers{{p.albedo, p.albedo, 1 - p.albedo},
+                                  {p.optical_depth, p.optical_depth, 9 * p.optical_depth}};
+        for (const Side side : {Side::reflection, Side::transmission}) {
+            double value[3];
+            packed.multiple(side, layers, geometry(p), 1, value);
+            for (int k = 0; k < 3; ++k) {
+                const double w = layers.albedo[k], depth = layers.optical_depth[k];
+                const double one =
+                    (side == Side::reflection ? packed.reflection(w, depth, geometry(p))
+                                              : packed.transmission(w, depth, geometry(p)))
+                        .multiple;
+                EXPECT_NEAR(value[k], one, 1e-6 * std::max(1.0, one));
+            }
+        }
+    }
+}
+
+/// What slices are bound from, times the shares intercepted.
+void expect_layer(const Table& table, double albedo, double optical_depth) {
+    const PackedTable packed(pack(table));
+    const std::vector<float> layer = packed.layer(Side::reflection, albedo, optical_depth, {});
+    std::size_t n = 0;
+    for (const double in : table.mu_in.values)
+        for (const double out : table.mu_out.values)
+            for (const double azimuth : table.azimuth.values) {
+                const double shares =
+                    intercepted_share(optical_depth, in) * intercepted_share(optical_depth, out);
+                const double expected =
+                    packed.reflection(albedo, optical_depth, {in, out, azimuth}).multiple;
+                EXPECT_NEAR(double{layer[n++]} * shares, expected, 3e-6 * expected);
+            }
+    EXPECT_EQ(n, layer.size());
+}
+
+TEST_P(PackedTableInstructionSets, GiveALayerAtTheSamplesAsLookupsDo) {
+    const Table table = packable(usual, to_infinity);
+    for (const double depth : {0.03, 1.7, 20.0, infinity}) expect_layer(table, 0.8, depth);
+    expect_layer(packable({9, 12, 3, 3, 3}, to_eight), 0.8, 1.7);  // axes that are sampled again
+    expect_layer(packable({9, 12, 1, 16, 1}, to_eight), 0.8, 1.7);
+}
+
+TEST_P(PackedTableInstructionSets, AgreeWithTheGenericOne) {
+    const Table table = packable(usual, to_infinity, "henyey_greenstein:g=0.5");
+    const std::vector<Point> at = random_lookups(table, 200, 0.01, 40);
+    const auto totals = [&] {  // kernels are chosen when a table is opened
+        const PackedTable packed(pack(table));
+        std::vector<double> all;
+        for (const Point& p : at) {
+            all.push_back(packed.reflection(p.albedo, p.optical_depth, geometry(p)).total());
+            all.push_back(packed.transmission(p.albedo, p.optical_depth, geometry(p)).total());
+        }
+        return all;
+    };
+    const std::vector<double> found = totals();
+    const InstructionSetLimit generic(InstructionSet::generic);
+    const std::vector<double> expected = totals();
+    for (std::size_t n = 0; n < found.size(); ++n)  // roundings of sums of products alone
+        EXPECT_NEAR(found[n], expected[n], 1e-6 * std::max(1.0, expected[n]));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PackedTableInstructionSets,
+                         testing::Values(InstructionSet::generic, InstructionSet::avx2,
+                                         InstructionSet::avx512),
+                         [](const auto& row) { return name_of(row.param); });
+
+TEST(PackedTable, IsSymmetricInTheCosinesBitForBit) {
+    const Table table = packable(usual, to_infinity);
+    const PackedTable packed(pack(table));
+    for (const Point& p : random_lookups(table, 200, 0.01, 40)) {
+        const Geometry back{p.mu_out, p.mu_in, p.azimuth};
+        EXPECT_EQ(packed.reflection(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  packed.reflection(p.albedo, p.optical_depth, back).multiple);
+        EXPECT_EQ(packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple,
+                  packed.transmission(p.albedo, p.optical_depth, back).multiple);
+    }
+}
+
+TEST(PackedTable, IsEvenAndPeriodicInAzimuth) {
+    const Table table = packable(usual, to_eight);
+    const PackedTable packed(pack(table));
+    const double there = packed.reflection(0.9, 1, {0.4, 0.7, 1.2}).total();
+    for (const double azimuth : {-1.2, 2 * pi - 1.2, 2 * pi + 1.2, 20 * pi + 1.2})
+        EXPECT_NEAR(packed.reflection(0.9, 1, {0.4, 0.7, azimuth}).total(), there, 1e-6);
+}
+
+TEST(PackedTable, ScattersNothingAtZeroDepthOrAlbedo) {
+    Table table = packable(usual, to_infinity);
+    const PackedTable packed(pack(table));
+    EXPECT_EQ(packed.reflection(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.transmission(0.9, 0, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.transmission(0.9, infinity, {0.4, 0.7, 1}).total(), 0);
+    EXPECT_EQ(packed.reflection(0, 1, {0.4, 0.7, 1}).single, 0);
+}
+
+TEST(PackedTable, ApproachesInfiniteDepthAsDiffusionDoes) {
+    const Table table = packable(usual, to_infinity);
+    const PackedTable packed(pack(table));
+    std::vector<Point> at = random_lookups(table, 100, 8, 1e5);
+    for (int n = 0; n < 20; ++n) at[static_cast<std::size_t>(n)].optical_depth = infinity;
+    at[0].albedo = at[30].albedo = 1;
+    expect_lookups(packed, table.view(), at);
+}
+
+TEST(PackedTable, UsesNeighboursOfUnderflowingSamples) {
+    // T of the lower albedos is below 1e-35 at the deepest samples.
+    const Table table = packable({9, 24, 12, 12, 1}, {0.1, 400, false}, "isotropic");
+    const PackedTable packed(pack(table));
+    for (const Point& p : random_lookups(table, 200, 20, 400)) {
+        const double found = packed.transmission(p.albedo, p.optical_depth, geometry(p)).multiple;
+        const double expected =
+            transmission(table.view(), p.albedo, p.optical_depth, geometry(p)).multiple;
+        EXPECT_NEAR(found, expected, small_table_tolerance * std::max(expected, 0.01));
+    }
+}
+
+TEST(PackedTable, GivesSingleScatteringAloneOfAMissingSide) {
+    Table table = packable(usual, to_eight);
+    table.transmission_multiple.clear();
+    const PackedTable packed(pack(table));
+    const Scattered found = packed.transmission(0.9, 1, {0.4, 0.7, 1});
+    const Scattered expected = transmission(table.view(), 0.9, 1, {0.4, 0.7, 1});
+    EXPECT_EQ(found.multiple, 0);
+    EXPECT_NEAR(found.single, expected.single, 1e-6 * expected.single);
+}
+
+class PackedTableOverBoundary : public testing::TestWithParam<LowerBoundary> {};
+
+TEST_P(PackedTableOverBoundary, AgreeWithLookups) {
+    Table table = empty_table(usual, to_infinity);
+    table.phase_function = PhaseFunction::henyey_greenstein(0.5);
+    table.tolerance = small_table_tolerance;
+    table.lower_boundary = GetParam();
+    table.reflection_multiple = samples_of(table, reflected_over);
+    prepare(table);
+    expect_lookups(PackedTable(pack(table)), table.view(), random_lookups(table, 400, 0.005, 40));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PackedTableOverBoundary,
+                         testing::Values(LowerBoundary::surface(0.3),
+                                         LowerBoundary::layer(PhaseFunction::rayleigh(), 0.6)),
+                         [](const auto& row) {
+                             return row.param.kind == LowerBoundary::Kind::surface ? "surface"
+                                                                                   : "layer";
+                         });
+
+TEST(PackedTable, OutlivesItsTable) {
+    Table table = packable(usual, to_eight);
+    const double expected = reflection(table.view(), 0.9, 1, {0.4, 0.7, 1}).total();
+    PackedTable packed(pack(table));
+    table = Table();
+    const PackedTable moved = std::move(packed);
+    EXPECT_NEAR(moved.reflection(0.9, 1, {0.4, 0.7, 1}).total(), expected,
+                small_table_tolerance * expected);
+    EXPECT_GT(moved.bytes(), 0u);
+}
+
+TEST(PackedTable, JoinsMixturesAsLookupsDo) {
+    const Table one = packable(usual, to_eight);
+    const Table other = packable(usual, to_eight, "henyey_greenstein:g=0.5");
+    const Table table = mixed(one, other);
+    const PackedTable packed(pack(table));
+    for (const double mixture : {0.0, 0.3, 1.0})
+        for (const Point& p : random_lookups(table, 50, 0.05, 8)) {
+            const Scattered found =
+                packed.reflection(p.albedo, p.optical_depth, geometry(p), mixture);
+            const Scattered expected = reflection(table.view().at_mixture(mixture), p.albedo,
+                                                  p.optical_depth, geometry(p));
+            EXPECT_NEAR(found.multiple, expected.multiple,
+                        small_table_tolerance * expected.total());
+            EXPECT_NEAR(found.single, expected.single, 1e-5 * expected.single);
+        }
+}
+
+}  // namespace
+}  // namespace stratus

@@ -1,0 +1,145 @@
+// Tables filled from a function, for tests of lookups.
+#pragma once
+
+#include <stratus/base/angle.h>
+#include <stratus/layer/diffusion.h>
+#include <stratus/layer/single_scattering.h>
+#include <stratus/table/table.h>
+
+#include <cmath>
+#include <functional>
+#include <utility>
+
+namespace stratus {
+
+/// Where a sample stands.
+struct Point {
+    double albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+/// Samples along each axis.
+struct Counts {
+    int albedo, optical_depth, mu_in, mu_out, azimuth;
+};
+
+struct Depths {
+    double lowest, highest;
+    bool and_infinity;
+};
+
+constexpr Geometry three_geometries[] = {{0.3, 0.8, 0.4}, {1, 0.05, 2}, {0.6, 0.6, 3.1}};
+
+constexpr double small_table_tolerance = 1e-3;
+constexpr double small_table_length = 0.7;
+
+/// A diffusion exponent that a cubic in sqrt(1 - albedo) follows exactly.
+inline double small_table_exponent(double albedo) { return 1.1 * std::sqrt(1 - albedo); }
+
+/// The coordinate in which cosines are sampled.
+inline double cosine_coordinate(double mu) { return std::asin(std::sqrt(std::sqrt(mu))); }
+
+inline Axis axis_of(AxisScale scale, double lowest, double highest, int count) {
+    return make_axis(scale, count == 1 ? highest : lowest, highest, count);
+}
+
+/// Albedo 0.19 to 1, cosines 0.01 to 1, azimuth 0 to pi; not yet filled.
+inline Table empty_table(const Counts& counts, const Depths& depths) {
+    Table table;
+    table.phase_function = PhaseFunction::henyey_greenstein(0.3);
+    table.albedo = axis_of(AxisScale::square_root_of_complement, 0.19, 1, counts.albedo);
+    const double lowest = counts.optical_depth == 1 ? depths.highest : depths.lowest;
+    table.optical_depth = make_axis(AxisScale::logarithmic, lowest, depths.highest,
+                                    counts.optical_depth, depths.and_infinity);
+    table.mu_in = axis_of(AxisScale::arcsine_of_fourth_root, 0.01, 1, counts.mu_in);
+    table.mu_out = axis_of(AxisScale::arcsine_of_fourth_root, 0.01, 1, counts.mu_out);
+    table.azimuth = counts.azimuth == 1 ? Axis{AxisScale::linear, {0}}
+                                        : make_axis(AxisScale::linear, 0, pi, counts.azimuth);
+    for (const double albedo : table.albedo.values)
+        table.diffusion_exponent.push_back(small_table_exponent(albedo));
+    table.extrapolation_length = small_table_length;
+    return table;
+}
+
+using FunctionOfPoint = std::function<double(const Point&)>;
+
+inline std::vector<float> samples_of(const Table& table, const FunctionOfPoint& function) {
+    std::vector<float> samples;
+    samples.reserve(table.sample_count());
+    for (const double w : table.albedo.values)
+        for (const double tau : table.optical_depth.values)
+            for (const double mu_in : table.mu_in.values)
+                for (const double mu_out : table.mu_out.values)
+                    for (const double azimuth : table.azimuth.values)
+                        samples.push_back(
+                            static_cast<float>(function({w, tau, mu_in, mu_out, azimuth})));
+    return samples;
+}
+
+inline Table filled(const Counts& counts, const Depths& depths, const FunctionOfPoint& reflected,
+                    const FunctionOfPoint& transmitted) {
+    Table table = empty_table(counts, depths);
+    table.reflection_multiple = samples_of(table, reflected);
+    table.transmission_multiple = samples_of(table, transmitted);
+    prepare(table);
+    return table;
+}
+
+inline void set_mixture(Table& table, Axis shares) {
+    table.family = {{PhaseParameter::mixture, std::move(shares), false}};
+}
+
+/// The table of two alike but for samples and phase function, in any mixture; the first of them at
+/// mixture 1.
+inline Table mixed(const Table& first, const Table& second) {
+    Table table = second;
+    table.phase_function = first.phase_function;
+    table.second_phase_function = second.phase_function;
+    table.extrapolation_length = first.extrapolation_length;
+    table.extrapolation_lengths = {second.extrapolation_length, first.extrapolation_length};
+    set_mixture(table, make_axis(AxisScale::linear, 0, 1, 2));
+    for_each_of_members(
+        [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); }, table,
+        first);
+    prepare(table);
+    return table;
+}
+
+/// What a lookup divides samples by along albedo and both cosines.
+inline double small_table_incidence(const Point& p) {
+    return p.albedo * intercepted_share(p.optical_depth, p.mu_in) *
+           intercepted_share(p.optical_depth, p.mu_out);
+}
+
+/// All that a lookup divides samples of R by: what is left is interpolated.
+inline double small_table_reflection_scale(const Point& p) {
+    return small_table_incidence(p) *
+           reflection_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
+}
+
+/// The same for T.
+inline double small_table_transmission_scale(const Point& p) {
+    return small_table_incidence(p) *
+           transmission_scale(p.optical_depth, small_table_exponent(p.albedo), small_table_length);
+}
+
+/// A table that is smooth along every axis, as solved ones are.
+inline Table smooth_table(bool with_azimuth, AxisScale azimuth_scale = AxisScale::linear) {
+    Table table = empty_table({5, 8, 20, 20, with_azimuth ? 13 : 1}, {0.1, 8, true});
+    if (with_azimuth) table.azimuth = make_axis(azimuth_scale, 0, pi, 13);
+    const auto varied = [](const Point& p) {
+        return 1 + 0.3 * p.albedo + 0.2 * std::sqrt(p.mu_in + p.mu_out) +
+               0.3 * std::sqrt((1 - p.mu_in * p.mu_in) * (1 - p.mu_out * p.mu_out)) *
+                   std::cos(p.azimuth);
+    };
+    table.reflection_multiple = samples_of(
+        table, [&](const Point& p) { return small_table_reflection_scale(p) * varied(p); });
+    table.transmission_multiple = samples_of(table, [&](const Point& p) {
+        return std::isinf(p.optical_depth) ? 0.0 : small_table_transmission_scale(p) * varied(p);
+    });
+    if (!with_azimuth) table.phase_function = PhaseFunction::isotropic();
+    table.tolerance = small_table_tolerance;
+    prepare(table);
+    return table;
+}
+
+}  // namespace stratus

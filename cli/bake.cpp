@@ -184,6 +184,7 @@ void bake_to_file(const BakeCommand& command, const RankZero* of) {
     options.missed = [&](const std::string& sentence) { missed = sentence; };
     std::optional<SampleFiles> samples(std::filesystem::path(command.output).parent_path());
     std::vector<char> packed;
+    options.keeps_samples = !command.exr.empty();
     if (is_packed(command.output))
         options.packed = &packed;
     else if (command.exr.empty())  // pictures are made in memory
@@ -230,6 +231,9 @@ void help_bake(const BakeCommand& command, Ranks& ranks) {
     BakeOptions options;
     options.threads = command.threads;
     options.log.ranks = &ranks;
+    std::vector<char> none;
+    if (is_packed(command.output)) options.packed = &none;
+    options.keeps_samples = !command.exr.empty();
     bake(read_recipe(command.recipe), options);
     if (!is_packed(command.output)) help_write(ranks, command.threads);
     ranks.finish();

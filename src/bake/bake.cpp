@@ -10,6 +10,7 @@
 #include "forecast.h"
 #include "piece_of_work.h"
 #include "resolve.h"
+#include "solved_samples.h"
 
 #include <algorithm>
 #include <optional>
@@ -87,7 +88,11 @@ std::string sentence_of_miss(const Table& table, const std::vector<AxisAtCap>& a
 Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOptions& options) {
     Attempt attempt;
     Table& table = attempt.table;
-    table = solve_table(resolved, options);
+    std::optional<SolvedSamples> samples;  // of a packed table, solved when they are asked for
+    if (options.packed && !options.keeps_samples)
+        samples.emplace(resolved, options, table);
+    else
+        table = solve_table(resolved, options);
     table.tolerance = recipe.tolerance;
     table.attributes = conventions();
     if (table.is_stack())
@@ -129,8 +134,10 @@ Attempt attempt_bake(const Recipe& recipe, const Recipe& resolved, const BakeOpt
     if (options.progress) check.progress = [&](double done) { options.progress(done, "checking"); };
     std::optional<PackedTable> packed;
     if (options.packed) {
-        *options.packed = pack(table);
-        check.packed = &packed.emplace(*options.packed);
+        *options.packed = samples                      ? pack(table, *samples)
+                          : is_first_rank(options.log) ? pack(table)
+                                                       : std::vector<char>{};
+        if (is_first_rank(options.log)) check.packed = &packed.emplace(*options.packed);
     }
     Verification verification = verify(table, check);
     attempt.met = verification.meets(margin * recipe.tolerance);

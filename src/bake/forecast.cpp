@@ -7,7 +7,7 @@
 
 #include "axes.h"
 #include "family_section.h"
-#include "solve_table.h"
+#include "table_units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -130,7 +130,7 @@ Forecast forecast_of(const Resolution& resolution, const BakeOptions& options) {
     const auto started = Clock::now();
     const int threads = thread_count(options.threads);
     ShareableWork& work = forecast.work;
-    PredictedUnits units = predict_units(resolution.recipe);
+    PredictedUnits units = TableUnits(resolution.recipe).predicted();
     work.unit_seconds = std::move(units.seconds);
     work.flops = units.flops;
     predict_check(resolution.recipe, work);

@@ -1,17 +1,13 @@
 // Solves every sample of a resolved recipe.
-#include "solve_table.h"
-
 #include <stratus/bake/bake.h>
-#include <stratus/bake/clock.h>
 #include <stratus/base/argument.h>
 #include <stratus/io/sample_files.h>
 #include <stratus/transfer/fourier_sum.h>
 #include <stratus/transfer/stack.h>
 
 #include "axes.h"
-#include "family_section.h"
 #include "piece_of_work.h"
-#include "solve_material.h"
+#include "table_units.h"
 
 #include <algorithm>
 #include <array>
@@ -19,18 +15,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <map>
-#include <numeric>
 #include <span>
 #include <utility>
 
 namespace stratus {
 
 namespace {
-
-/// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where
-/// modes are many four do as well with two modes at a time, and fewer lanes idle in the last run.
-std::size_t albedos_at_once(int modes) { return modes >= 16 ? 4 : 8; }
 
 /// Drops the last bits of samples, which the tolerance does not need, so that files compress well;
 /// costs a thousandth of the tolerance.
@@ -53,40 +43,24 @@ class Rounding {
     int drop_ = 0;
 };
 
-/// What is solved at once, on one thread: some albedos at the depths of one run of doubling.
-struct Unit {
-    std::size_t member;
-    int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
-    std::size_t first_albedo, albedo_count;
-};
-
 class TableSolver {
   public:
     TableSolver(const Recipe& recipe, const BakeOptions& options)
-        : recipe_(recipe), options_(options), rounded_(recipe.tolerance) {
-        place_axes();
-        table_.path_law = path_law_of(recipe);
-        for (std::size_t m = 0; m < table_.member_count(); ++m) {
-            members_.push_back(at_member(recipe, member_at(table_.family, m)));
-            const Recipe& member = members_.back();
-            const std::vector<double> exponents = decay_exponents(member, table_.albedo.values);
-            table_.extrapolation_lengths.push_back(
-                extrapolation_length(member.phase_function, member.lower_boundary));
-            table_.diffusion_exponent.insert(table_.diffusion_exponent.end(), exponents.begin(),
-                                             exponents.end());
-            grids_.emplace_back(member.phase_function, member.lower_boundary, mu_,
-                                table_.azimuth.values, recipe.discretisation.modes,
-                                path_law_of(member), pairs_);
-        }
-    }
+        : units_(recipe),
+          recipe_(units_.recipe()),
+          options_(options),
+          rounded_(recipe.tolerance),
+          table_(units_.header()) {}
 
     Table solve() {
         make_room();
-        const std::vector<Unit> units = divide_work();
-        const auto unit = [&](int piece) { return units[static_cast<std::size_t>(piece)]; };
+        const std::vector<Unit> units = units_.all();
+        const auto unit = [&](int piece) -> const Unit& {
+            return units[static_cast<std::size_t>(piece)];
+        };
         Pieces pieces;
         pieces.count = static_cast<int>(units.size());
-        pieces.name = [&](int piece) { return name_of(unit(piece)); };
+        pieces.name = [&](int piece) { return units_.name_of(unit(piece)); };
         pieces.solve = [&](int piece) { return solve_unit(unit(piece)); };
         pieces.take = [&](int piece, std::span<const char> result) { store(unit(piece), result); };
         if (options_.progress)
@@ -96,98 +70,7 @@ class TableSolver {
         return std::move(table_);
     }
 
-    /// Seconds that the units take one thread, from those of the first of the nearest timed member:
-    /// the ends and the middle, for members take very different times.
-    std::vector<double> unit_seconds() const {
-        const std::vector<Unit> units = divide_work();
-        const std::size_t units_of_member = units.size() / members_.size(),
-                          last = members_.size() - 1;
-        std::map<std::size_t, double> of_member;  // seconds a layer
-        for (const std::size_t member : {std::size_t{0}, last / 2, last})
-            if (of_member.count(member) == 0)
-                of_member[member] = layer_seconds(units[member * units_of_member]);
-        std::vector<double> of_unit;
-        for (const Unit& unit : units) {
-            const auto distance = [&](const auto& timed) {
-                return timed.first < unit.member ? unit.member - timed.first
-                                                 : timed.first - unit.member;
-            };
-            const auto nearest = std::ranges::min_element(of_member, {}, distance);
-            of_unit.push_back(nearest->second * layers_of(unit));
-        }
-        return of_unit;
-    }
-
-    double layers_of(const Unit& unit) const {
-        return std::max(1.0, static_cast<double>(unit.albedo_count) * ladder_of(unit).octaves);
-    }
-
-    /// Seconds that one thread takes for a layer of a unit, timed.
-    double layer_seconds(const Unit& unit) const {
-        // Few albedos, of which the modes alone fill the registers.
-        Unit timed = unit;
-        const int modes = recipe_.discretisation.modes;
-        timed.albedo_count = std::min<std::size_t>(timed.albedo_count, modes >= 32   ? 1
-                                                                       : modes >= 16 ? 2
-                                                                       : modes >= 8  ? 4
-                                                                                     : 8);
-        const double started = processor_seconds();
-        for (const auto& of_albedo : solutions_of(timed))
-            for (const LayerSolution& solution : of_albedo)
-                for (const Side side : {Side::reflection, Side::transmission})
-                    if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
-                        evaluate_tabulated(solution, side, grids_[timed.member]);
-        return (processor_seconds() - started) / layers_of(timed);
-    }
-
-    /// Floating-point operations of all units, at most: doubling one mode of one albedo takes about
-    /// 8 n^3 of them, and every unit begins some twenty doublings below its first depth.
-    double flops() const {
-        constexpr double of_doubling = 8, before_first = 20;
-        double doublings = 0;
-        for (const Unit& unit : divide_work())
-            doublings +=
-                static_cast<double>(unit.albedo_count) * (before_first + ladder_of(unit).octaves);
-        const Discretisation& d = recipe_.discretisation;
-        return of_doubling * std::pow(d.nodes, 3) * d.modes * doublings;
-    }
-
   private:
-    void place_axes() {
-        const Discretisation& d = recipe_.discretisation;
-        table_.phase_function = recipe_.phase_function;
-        table_.lower_boundary = recipe_.lower_boundary;
-        table_.layers = recipe_.layers;
-        table_.highest_order = recipe_.orders;
-        table_.extrapolation_length =
-            extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
-        table_.family = family_axes(recipe_);
-        if (mixture_of(recipe_) != nullptr)
-            table_.second_phase_function = recipe_.second_phase_function;
-        table_.albedo = albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale);
-        table_.optical_depth = optical_depth_axis(recipe_.optical_depth,
-                                                  std::max(1, d.optical_depth_samples_per_octave),
-                                                  d.deepest_optical_depth);
-        DirectionAxes directions = direction_axes(recipe_);
-        table_.mu_in = std::move(directions.mu_in);
-        table_.mu_out = std::move(directions.mu_out);
-        table_.azimuth = std::move(directions.azimuth);
-        place_cosines();
-    }
-
-    /// The cosines to be solved at: those along both axes, once where they are the same.
-    void place_cosines() {
-        mu_ = table_.mu_in.values;
-        pairs_.in.resize(mu_.size());
-        std::iota(pairs_.in.begin(), pairs_.in.end(), 0);
-        pairs_.out = pairs_.in;
-        pairs_.exchangeable = recipe_.layers.empty();
-        if (table_.mu_out.values == mu_) return;
-        pairs_.out.resize(table_.mu_out.values.size());
-        std::iota(pairs_.out.begin(), pairs_.out.end(), static_cast<int>(mu_.size()));
-        mu_.insert(mu_.end(), table_.mu_out.values.begin(), table_.mu_out.values.end());
-    }
-
     void make_room() {
         const std::size_t rows = table_.member_count() * table_.albedo.values.size() *
                                  table_.optical_depth.values.size();
@@ -212,55 +95,6 @@ class TableSolver {
         if (recipe_.transmission) table_.diffuse_transmittance.resize(rows * mus);
     }
 
-    /// One run of doubling serves all octaves: as many runs as samples an octave.
-    int runs() const {
-        const int depths = table_.optical_depth.view().count;
-        const int per_octave = std::max(1, recipe_.discretisation.optical_depth_samples_per_octave);
-        return depths == 0 ? 1 : std::min(per_octave, depths);
-    }
-
-    std::vector<Unit> divide_work() const {
-        const std::size_t albedos = table_.albedo.values.size();
-        const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
-        std::vector<Unit> units;
-        for (std::size_t member = 0; member < members_.size(); ++member)
-            for (std::size_t first = 0; first < albedos; first += at_once)
-                for (int run = 0; run < runs(); ++run)
-                    units.push_back({member, run, first, std::min(at_once, albedos - first)});
-        return units;
-    }
-
-    DepthLadder ladder_of(const Unit& unit) const {
-        const AxisView tau = table_.optical_depth.view();
-        if (tau.count == 0) return {1, 0, tau.ends_at_infinity};
-        return {table_.optical_depth.values[static_cast<std::size_t>(unit.run)],
-                (tau.count - 1 - unit.run) / runs() + 1,
-                tau.ends_at_infinity && unit.run == (tau.count - 1) % runs()};
-    }
-
-    std::vector<std::vector<LayerSolution>> solutions_of(const Unit& unit) const {
-        const auto first =
-            table_.albedo.values.begin() + static_cast<std::ptrdiff_t>(unit.first_albedo);
-        return solve_material(recipe_.layers, members_[unit.member].phase_function,
-                              {first, first + static_cast<std::ptrdiff_t>(unit.albedo_count)},
-                              ladder_of(unit), mu_, solver_options(recipe_),
-                              recipe_.lower_boundary);
-    }
-
-    /// Rows of the table, a row an (albedo, optical depth), in the order in which they are solved.
-    std::vector<std::size_t> rows_of(const Unit& unit, const DepthLadder& ladder) const {
-        const std::size_t albedos = table_.albedo.values.size();
-        const std::size_t depths = table_.optical_depth.values.size();
-        std::vector<std::size_t> rows;
-        for (std::size_t a = 0; a < unit.albedo_count; ++a) {
-            const std::size_t first = (unit.member * albedos + unit.first_albedo + a) * depths;
-            for (int d = 0; d < ladder.octaves; ++d)
-                rows.push_back(first + static_cast<std::size_t>(unit.run + d * runs()));
-            if (ladder.to_infinity) rows.push_back(first + depths - 1);
-        }
-        return rows;
-    }
-
     // ---- results of units ----------------------------------------------------------------------
 
     /// All samples of a row of the table; empty where the table has none.
@@ -270,41 +104,34 @@ class TableSolver {
         std::span<float> spherical_albedo, spherical_albedo_below;
     };
 
-    std::string name_of(const Unit& unit) const {
-        const std::string piece = "depths from " + std::to_string(unit.run) + ", albedos " +
-                                  std::to_string(unit.first_albedo) + " to " +
-                                  std::to_string(unit.first_albedo + unit.albedo_count - 1);
-        return table_.has_family() ? "member " + std::to_string(unit.member) + ", " + piece : piece;
-    }
-
     /// The samples of all its rows, as `visit_samples` comes by them.
     std::vector<char> solve_unit(const Unit& unit) const {
         std::vector<float> room;
         const Row row = row_in(room);
         std::vector<char> samples;
-        samples.reserve(room.size() * sizeof(float) * rows_of(unit, ladder_of(unit)).size());
-        for (const auto& of_albedo : solutions_of(unit))
-            for (const LayerSolution& solution : of_albedo) {
-                fill(row, solution, grids_[unit.member]);
-                visit_samples(row, [&](std::span<const float> some) {
-                    const auto bytes = std::as_bytes(some);
-                    const char* const first = reinterpret_cast<const char*>(bytes.data());
-                    samples.insert(samples.end(), first, first + bytes.size());
-                });
-            }
+        samples.reserve(room.size() * sizeof(float) * units_.layers_of(unit).size());
+        for (const SolvedLayer& layer : units_.solve(unit)) {
+            fill(row, layer.solution, units_.grid(unit.member));
+            visit_samples(row, [&](std::span<const float> some) {
+                const auto bytes = std::as_bytes(some);
+                const char* const first = reinterpret_cast<const char*>(bytes.data());
+                samples.insert(samples.end(), first, first + bytes.size());
+            });
+        }
         return samples;
     }
 
     /// Puts the samples of a unit into the table.
     void store(const Unit& unit, std::span<const char> samples) {
-        const std::vector<std::size_t> rows = rows_of(unit, ladder_of(unit));
+        const std::vector<int> rows = units_.layers_of(unit);
         std::vector<float> room(is_filed_ ? 2 * block_ : 0);
         std::size_t count = 0;
-        for (const std::size_t row : rows)
-            visit_samples(row_of_table(row, room),
+        for (const int row : rows)
+            visit_samples(row_of_table(static_cast<std::size_t>(row), room),
                           [&](std::span<float> some) { count += some.size(); });
-        check_size<float>(samples, name_of(unit), count);
-        for (const std::size_t at : rows) {
+        check_size<float>(samples, units_.name_of(unit), count);
+        for (const int layer : rows) {
+            const auto at = static_cast<std::size_t>(layer);
             const Row row = row_of_table(at, room);
             visit_samples(row, [&](std::span<float> some) {
                 std::memcpy(some.data(), samples.data(), some.size_bytes());
@@ -362,7 +189,7 @@ class TableSolver {
         const std::size_t mus = table_.mu_in.values.size();
         for (const std::span<float> side : row.sides)
             for (std::size_t i = 0; i < mus && !side.empty(); ++i) {
-                const std::size_t begin = pairs_.are_symmetric()
+                const std::size_t begin = units_.are_pairs_symmetric()
                                               ? i * (mus + 1) * block_ / (mus * mus)
                                               : i * block_ / mus;
                 visit(side.subspan(begin, (i + 1) * block_ / mus - begin));
@@ -375,7 +202,7 @@ class TableSolver {
 
     /// Fills in the samples with mu_in and mu_out exchanged.
     void mirror(const Row& row) const {
-        if (!pairs_.are_symmetric()) return;
+        if (!units_.are_pairs_symmetric()) return;
         const std::size_t mus = table_.mu_in.values.size(), azimuths = table_.azimuth.values.size();
         for (const std::span<float> side : row.sides) {
             if (side.empty()) continue;
@@ -405,14 +232,11 @@ class TableSolver {
                 static_cast<float>(solution.stack->spherical_albedo_below);
     }
 
+    const TableUnits units_;
     const Recipe& recipe_;
     const BakeOptions& options_;
     const Rounding rounded_;
     Table table_;
-    std::vector<Recipe> members_;       // one where the recipe has no family
-    std::vector<DirectionGrid> grids_;  // of each member
-    std::vector<double> mu_;            // of solutions
-    CosinePairs pairs_;                 // of them, along the table's axes
     std::size_t block_ = 0;             // samples of one row
     float spherical_albedo_below_ = 0;  // of a stack
     bool is_filed_ = false;             // the samples of both sides are in files
@@ -420,27 +244,8 @@ class TableSolver {
 
 }  // namespace
 
-PredictedUnits predict_units(const Recipe& resolved) {
-    const BakeOptions alone;
-    const TableSolver solver(resolved, alone);
-    return {solver.unit_seconds(), solver.flops()};
-}
-
 Table solve_table(const Recipe& resolved, const BakeOptions& options) {
-    const Discretisation& d = resolved.discretisation;
-    std::vector<std::pair<std::string, int>> choices{{"nodes", d.nodes},
-                                                     {"modes", d.modes},
-                                                     {"mu_samples", d.mu_samples},
-                                                     {"azimuth_samples", d.azimuth_samples},
-                                                     {"albedo_samples", d.albedo_samples}};
-    for (std::size_t k = 0; k < resolved.family.size(); ++k)
-        if (resolved.family[k].values.empty())
-            choices.push_back({samples_key(resolved.family[k].parameter), d.family_samples[k]});
-    for (const auto& [name, count] : choices)
-        require(count >= 1, "solve_table", name, "resolved", count);
-    check_directions(resolved);
-    const Recipe decided = with_path_law_decided(resolved);
-    Table table = TableSolver(decided, options).solve();
+    Table table = TableSolver(resolved, options).solve();
     if (!is_first_rank(options.log)) return table;
     if (options.samples && options.samples->has_room()) {
         prepare_header(table);

@@ -14,21 +14,18 @@ struct SampleRange {
     int last() const { return first + count - 1; }
 };
 
-/// The layers of a block, thinned out along azimuth.
+/// The layers of a block, at the directions of a sketch (layer_sums.h).
 struct BlockLayers {
     SampleRange members;                                        // of a family; else one
     SampleRange albedos, depths;                                // depths: finite ones
     bool and_infinity;                                          // after the depths
-    std::vector<const std::vector<float>*> values, importance;  // over (member, albedo, depth)
-    int azimuths;
+    std::vector<int> number;                                    // over (member, albedo, depth)
+    std::vector<const std::vector<float>*> values, importance;  // over the same
 
     int count() const { return static_cast<int>(values.size()); }
     int depth_count() const { return depths.count + (and_infinity ? 1 : 0); }
 
-    // Where a layer lies.
-    int member(int layer) const { return members.first + layer / depth_count() / albedos.count; }
     int albedo(int layer) const { return albedos.first + layer / depth_count() % albedos.count; }
-    int depth(int layer) const { return depths.first + layer % depth_count(); }
 };
 
 /// Functions that are orthogonal over the block's directions, as sums over layers.

@@ -2,47 +2,61 @@
 // that hardly differ from one layer to the next.
 #pragma once
 
+#include <stratus/table/layer_samples.h>
 #include <stratus/table/table.h>
 
+#include <cstddef>
 #include <vector>
 
 namespace stratus {
 
+/// DirectionList of a side, by their numbers, ascending.
+using DirectionList = std::vector<std::size_t>;
+
+/// The layers of one member of a family, or of the only one.
 class LayerShapes {
   public:
-    LayerShapes(const TableView& table, Side side);
+    LayerShapes(const Table& table, Side side, int member);
 
-    const TableView& table() const { return table_; }
-    int azimuths() const { return table_.azimuth.count; }
+    const Table& table() const { return table_; }
+    const DirectionNumbers& numbers() const { return numbers_; }
 
-    // Pairs of the cosines along mu_in and mu_out, either way round where the table is symmetric.
-    int pairs() const {
-        const int cosines = table_.mu_in.count;
-        return table_.is_symmetric() ? cosines * (cosines + 1) / 2 : cosines * table_.mu_out.count;
-    }
-    int pair(int in, int out) const {
-        if (!table_.is_symmetric()) return in * table_.mu_out.count + out;
-        return in > out ? in * (in + 1) / 2 + out : out * (out + 1) / 2 + in;
-    }
+    /// False where a sample is too near the end of float's range to be scaled back up: lookups use
+    /// that of a higher albedo, or of a thinner layer, in its place.
+    bool is_resolved(int albedo, int depth) const { return weight(albedo, depth) != 0; }
 
-    /// One layer over (pair of cosines, every `step`-th azimuth).
-    std::vector<float> layer(int albedo, int depth, int step) const;
+    /// Divides samples at some directions by what lookups multiply back.
+    void divide(int albedo, int depth, const DirectionList& at, std::vector<float>& samples) const;
 
-    /// What an error of a layer's values is to be multiplied by to be relative to R or T; over the
-    /// same directions.
-    std::vector<float> importance(int albedo, int depth, int step) const;
+    /// Errors of a layer are relative to no less than this: a share of its largest R or T.
+    float floor(int albedo, int depth, const DirectionList& at,
+                const std::vector<float>& shape) const;
+
+    /// What errors of a layer's shape are to be multiplied by to be relative to R or T, at the same
+    /// directions; 0 where the layer does not count.
+    std::vector<float> importance(int albedo, int depth, const DirectionList& at,
+                                  const std::vector<float>& shape, float floor) const;
 
   private:
-    Geometry geometry(int in, int out, int azimuth) const;
-    /// How many of mu_out are paired with a sample of mu_in: the first.
-    int partners(int in) const { return table_.is_symmetric() ? in + 1 : table_.mu_out.count; }
-    double depth_of(int depth) const;
+    struct Pair {
+        int in, out;
+    };
 
-    const TableView& table_;
-    const float* samples_;
-    const float* weight_;
+    float weight(int albedo, int depth) const;
+    /// Calls use(n, pair) for every direction at[n].
+    template <class Use>
+    void for_each(const DirectionList& at, const Use& use) const;
+    /// Calls use(n, factor, total, smaller cosine): what samples were divided by, and R or T.
+    template <class Use>
+    void for_each_total(int albedo, int depth, const DirectionList& at,
+                        const std::vector<float>& shape, const Use& use) const;
+
+    const Table& table_;
+    DirectionNumbers numbers_;
     Side side_;
-    std::vector<double> phase_;  // over (pair, azimuth)
+    int member_;
+    std::vector<Pair> pairs_;    // by number
+    std::vector<double> phase_;  // at every direction
 };
 
 }  // namespace stratus

@@ -7,14 +7,17 @@
 
 #include "base/size.h"
 #include "kept_tolerance.h"
+#include "layer_sums.h"
 #include "packed_block.h"
 #include "packed_names.h"
 #include "packed_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,34 +25,12 @@
 namespace stratus {
 namespace {
 
-// Shares of the tolerance by which functions may miss a layer: those sought, and these when they are
-// rounded to halves.
-constexpr double basis_share = 0.3, total_share = 0.5;
+// Shares of the tolerance by which the functions of all layers may miss one, those of a block the
+// sums of these, and both when they are rounded to halves.
+constexpr double sums_share = 0.05, basis_share = 0.3, total_share = 0.5;
 
 // Share of the tolerance by which rounding to halves may change the path law.
 constexpr double rounding_share = 0.05, half_rounding = 1.0 / (1 << 12);
-
-/// One side of all members of a family, or of the only one.
-struct SideShapes {
-    std::vector<LayerShapes> samples;  // of each member
-    std::vector<std::vector<float>> values,
-        importance;  // over (member, albedo, depth), thinned out
-    int azimuth_step = 1;
-
-    SideShapes(const std::vector<TableView>& members, Side side) {
-        for (const TableView& member : members) samples.emplace_back(member, side);
-        azimuth_step = std::max(1, (samples[0].azimuths() - 1) / 8);
-        for (const LayerShapes& of_member : samples)
-            for (int a = 0; a < table().albedo.count; ++a)
-                for (int d = 0; d < table().optical_depth.size(); ++d) {
-                    values.push_back(of_member.layer(a, d, azimuth_step));
-                    importance.push_back(of_member.importance(a, d, azimuth_step));
-                }
-    }
-
-    /// Whose axes are those of all.
-    const TableView& table() const { return samples[0].table(); }
-};
 
 /// The blocks of one side, of members that share their functions.
 struct PackedBlocks {
@@ -67,12 +48,12 @@ struct PackedBlocks {
 /// Divides albedos and optical depths into blocks as large as sixteen functions suffice for.
 class BlockBuilder {
   public:
-    BlockBuilder(const SideShapes& shapes, const SampleRange& members)
-        : shapes_(shapes),
+    BlockBuilder(const LayerSums& sums, const SampleRange& members)
+        : sums_(sums),
           members_(members),
-          ends_at_infinity_(shapes.table().optical_depth.ends_at_infinity),
-          tolerance_(kept_tolerance(shapes.table())) {
-        const AxisView &albedo = shapes.table().albedo, &depth = shapes.table().optical_depth;
+          view_(sums.table().view()),
+          tolerance_(kept_tolerance(view_)) {
+        const AxisView &albedo = view_.albedo, &depth = view_.optical_depth;
         depth_rows_ = std::max(stencil_size, depth.count);
         packed_.members = members;
         packed_.coefficient.resize(size(members.count));
@@ -96,7 +77,8 @@ class BlockBuilder {
     struct Candidate {
         SampleRange albedo_cells, depth_cells;
         BlockLayers layers;
-        PackedBlock block;
+        LayerBasis basis;
+        double half_error;
         bool holds;  // its errors are within their shares of the tolerance
     };
 
@@ -104,7 +86,7 @@ class BlockBuilder {
     /// shallow one does, of half the albedos each.
     void cover(const SampleRange& albedo_cells, int first_depth) {
         constexpr int narrow = 8;  // cells
-        const int end = std::max(1, shapes_.table().optical_depth.count - 1);
+        const int end = std::max(1, view_.optical_depth.count - 1);
         for (int first = first_depth; first < end;) {
             const SampleRange depth_cells{first, end - first};
             const Candidate deepest = deepest_block(albedo_cells, depth_cells);
@@ -138,52 +120,53 @@ class BlockBuilder {
     }
 
     Candidate candidate(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
-        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells), {}, false};
+        Candidate made{albedo_cells, depth_cells, layers_of(albedo_cells, depth_cells),
+                       {},           0,           false};
         const LayerBasis basis = greedy_basis(made.layers, basis_share * tolerance_);
-        const double allowed = total_share * tolerance_;
+        const double allowed = (total_share - sums_share) * tolerance_;
         // Fewer functions leave room for what rounding leaves of them.
         for (std::size_t count = basis.pivot.size(); !made.holds; --count) {
-            made.block = packed_block(shapes_.samples, made.layers, basis.first(count));
-            made.holds = basis.error[count] + made.block.half_error <= allowed;
+            made.basis = basis.first(count);
+            made.half_error = error_of_halves(sums_, made.layers, made.basis);
+            made.holds = basis.error[count] + made.half_error <= allowed;
             if (count == 0 || basis.error[count - 1] > allowed) break;
         }
         return made;
     }
 
     BlockLayers layers_of(const SampleRange& albedo_cells, const SampleRange& depth_cells) const {
-        const AxisView& depth = shapes_.table().optical_depth;
-        const int albedos = shapes_.table().albedo.count;
+        const AxisView& depth = view_.optical_depth;
+        const int albedos = view_.albedo.count;
         const bool deepest = depth_cells.first + depth_cells.count >= depth.count - 1;
         BlockLayers layers{members_,
                            reach(albedo_cells, albedos),
                            reach(depth_cells, depth.count),
-                           deepest && ends_at_infinity_,
+                           deepest && depth.ends_at_infinity,
                            {},
                            {},
-                           (shapes_.samples[0].azimuths() - 1) / shapes_.azimuth_step + 1};
+                           {}};
         for (int m = members_.first; m <= members_.last(); ++m)
             for (int a = layers.albedos.first; a <= layers.albedos.last(); ++a)
                 for (int d = 0; d < layers.depth_count(); ++d) {
-                    const std::size_t at =
-                        size((m * albedos + a) * depth.size() + layers.depths.first + d);
-                    layers.values.push_back(&shapes_.values[at]);
-                    layers.importance.push_back(&shapes_.importance[at]);
+                    const int at = (m * albedos + a) * depth.size() + layers.depths.first + d;
+                    layers.number.push_back(at);
+                    layers.values.push_back(&sums_.values[size(at)]);
+                    layers.importance.push_back(&sums_.importance[size(at)]);
                 }
         return layers;
     }
 
     void add(const Candidate& added) {
-        const auto& [albedo_cells, depth_cells, layers, block, holds] = added;
+        const auto& [albedo_cells, depth_cells, layers, basis, half_error, holds] = added;
+        const PackedBlock block = packed_block(sums_, layers, basis);
         const auto index = static_cast<std::int32_t>(packed_.count());
         // A place on the last sample belongs to the last cell; short axes are sampled again.
         const auto end_of = [](const SampleRange& cells, int samples) {
             return samples < stencil_size ? stencil_size
                                           : std::min(cells.first + cells.count + 1, samples);
         };
-        for (int a = albedo_cells.first; a < end_of(albedo_cells, shapes_.table().albedo.count);
-             ++a)
-            for (int d = depth_cells.first;
-                 d < end_of(depth_cells, shapes_.table().optical_depth.count); ++d)
+        for (int a = albedo_cells.first; a < end_of(albedo_cells, view_.albedo.count); ++a)
+            for (int d = depth_cells.first; d < end_of(depth_cells, view_.optical_depth.count); ++d)
                 packed_.block_of_cell[size(a * depth_rows_ + d)] = index;
         const std::size_t rows = block.coefficient[0].size();
         std::int32_t field[BlockField::count];
@@ -201,13 +184,13 @@ class BlockBuilder {
             for (const CoefficientRow& row : block.coefficient[m])
                 packed_.coefficient[m].insert(packed_.coefficient[m].end(), row.value,
                                               row.value + functions);
-        packed_.half_error = std::max(packed_.half_error, block.half_error);
+        packed_.half_error = std::max(packed_.half_error, half_error);
         packed_.holds = packed_.holds && holds;
     }
 
-    const SideShapes& shapes_;
+    const LayerSums& sums_;
     SampleRange members_;
-    bool ends_at_infinity_;
+    TableView view_;
     double tolerance_;
     int depth_rows_;
     PackedBlocks packed_;
@@ -215,18 +198,18 @@ class BlockBuilder {
 
 /// Members in groups that share their functions: halves that are a group each are joined where that
 /// takes fewer blocks.
-std::vector<PackedBlocks> grouped_blocks(const SideShapes& shapes, const SampleRange& members) {
+std::vector<PackedBlocks> grouped_blocks(const LayerSums& sums, const SampleRange& members) {
     std::vector<PackedBlocks> groups;
     if (members.count == 1) {
-        groups.push_back(BlockBuilder(shapes, members).take());
+        groups.push_back(BlockBuilder(sums, members).take());
         return groups;
     }
     const int half = members.count / 2;
-    groups = grouped_blocks(shapes, {members.first, half});
-    for (PackedBlocks& group : grouped_blocks(shapes, {members.first + half, members.count - half}))
+    groups = grouped_blocks(sums, {members.first, half});
+    for (PackedBlocks& group : grouped_blocks(sums, {members.first + half, members.count - half}))
         groups.push_back(std::move(group));
     if (groups.size() > 2) return groups;
-    PackedBlocks joined = BlockBuilder(shapes, members).take();
+    PackedBlocks joined = BlockBuilder(sums, members).take();
     if (!joined.holds || joined.count() >= groups[0].count() + groups[1].count()) return groups;
     groups.clear();
     groups.push_back(std::move(joined));
@@ -262,21 +245,15 @@ void add_functions(TensorWriter& file, const std::string& name, const TableView&
 }
 
 /// One side of all members, or of the only one.
-void add_side(TensorWriter& file, const Table& table, const std::vector<TableView>& members,
-              Side which) {
-    const TableView& first = members[0];
-    const bool held = which == Side::reflection
-                          ? first.has_reflection()
-                          : first.has_transmission() && first.optical_depth.count > 0;
-    if (!held) return;
+void add_side(TensorWriter& file, const LayerSums& sums, Side which) {
+    const Table& table = sums.table();
     const auto name_of = [&](int member) {
         return member_prefix(table, size(member)) + side_name(which);
     };
-    const SideShapes shapes(members, which);
-    for (const PackedBlocks& blocks :
-         grouped_blocks(shapes, {0, static_cast<int>(members.size())})) {
+    const int members = static_cast<int>(table.member_count());
+    for (const PackedBlocks& blocks : grouped_blocks(sums, {0, members})) {
         const std::int32_t owner = blocks.members.first;
-        add_functions(file, name_of(owner), first, blocks);
+        add_functions(file, name_of(owner), table.view(), blocks);
         for (int m = owner; m <= blocks.members.last(); ++m) {
             const std::vector<float>& coefficients = blocks.coefficient[size(m - owner)];
             file.add(name_of(m) + coefficients_name, {coefficients.size() / functions, functions},
@@ -284,11 +261,11 @@ void add_side(TensorWriter& file, const Table& table, const std::vector<TableVie
             if (m > owner) file.add(name_of(m) + functions_of_name, {1}, std::vector{owner});
         }
     }
-    if (which == Side::reflection && first.has_lower_boundary() &&
-        first.lower_boundary->kind == LowerBoundary::Kind::layer)
-        for (std::size_t m = 0; m < members.size(); ++m)
-            add_curve(file, name_of(static_cast<int>(m)) + phase_name,
-                      reflected_curve(*members[m].phase_function, {}, first.lower_boundary));
+    const LowerBoundary& below = table.lower_boundary;
+    if (which == Side::reflection && below.kind == LowerBoundary::Kind::layer)
+        for (int m = 0; m < members; ++m)
+            add_curve(file, name_of(m) + phase_name,
+                      reflected_curve(phase_function_of_member(table, size(m)), {}, &below));
 }
 
 void add_layers(TensorWriter& file, const Table& table) {
@@ -390,29 +367,91 @@ void add_header(TensorWriter& file, const Table& table) {
 
 }  // namespace
 
+std::vector<char> pack(const Table& table, LayerSamples& samples) {
+    const TableView view = table.view();
+    const std::array<bool, 2> sides{view.has_reflection(),
+                                    view.has_transmission() && view.optical_depth.count > 0};
+    const std::array<LayerSums, 2> sums =
+        find_layer_sums(table, sides, sums_share * kept_tolerance(view), samples);
+    if (!samples.is_first_rank()) return {};
+    TensorWriter file;
+    add_header(file, table);
+    add_layers(file, table);
+    add_path_law(file, table);
+    if (!table.varies_parameters())
+        for (std::size_t m = 0; m < table.member_count(); ++m)
+            add_curve(file, member_prefix(table, m) + phase_name,
+                      PhaseCurve(phase_function_of_member(table, m)));
+    if (sides[0]) add_side(file, sums[0], Side::reflection);
+    if (sides[1]) add_side(file, sums[1], Side::transmission);
+    return file.bytes();
+}
+
+namespace {
+
+/// The samples that a table holds itself.
+class HeldSamples : public LayerSamples {
+  public:
+    explicit HeldSamples(const Table& table) : table_(table), numbers_(table.view()) {}
+
+    int in_full(std::vector<int> layers, const Use& use) override {
+        DirectionList all(numbers_.count());
+        std::iota(all.begin(), all.end(), std::size_t{0});
+        for (const int layer : layers) use_layer(layer, {all, all}, use);
+        return static_cast<int>(layers.size());
+    }
+
+    void at(const std::array<DirectionList, 2>& directions, const Use& use) override {
+        const std::size_t layers = table_.member_count() * table_.albedo.values.size() *
+                                   table_.optical_depth.values.size();
+        for (std::size_t layer = 0; layer < layers; ++layer)
+            use_layer(static_cast<int>(layer), directions, use);
+    }
+
+  private:
+    void use_layer(int layer, const std::array<DirectionList, 2>& at, const Use& use) const {
+        if (!table_.reflection_multiple.empty())
+            use(layer, Side::reflection, picked(table_.reflection_multiple, layer, at[0]));
+        if (!table_.transmission_multiple.empty())
+            use(layer, Side::transmission, picked(table_.transmission_multiple, layer, at[1]));
+    }
+
+    /// Means of what is the same both ways round.
+    std::vector<float> picked(const std::vector<float>& samples, int layer,
+                              const DirectionList& at) const {
+        const std::size_t ins = table_.mu_in.values.size(), outs = table_.mu_out.values.size(),
+                          azimuths = table_.azimuth.values.size();
+        const float* const first = &samples[size(layer) * ins * outs * azimuths];
+        std::vector<float> values;
+        values.reserve(at.size());
+        std::size_t in = 0, out = 0;  // of the pair, which never goes back
+        for (const std::size_t direction : at) {
+            while (numbers_.pair(static_cast<int>(in), static_cast<int>(out)) <
+                   direction / azimuths)
+                if (++out == size(numbers_.partners(static_cast<int>(in)))) ++in, out = 0;
+            const std::size_t azimuth = direction % azimuths;
+            const float there = first[(in * outs + out) * azimuths + azimuth];
+            values.push_back(numbers_.is_symmetric()
+                                 ? 0.5f * (there + first[(out * outs + in) * azimuths + azimuth])
+                                 : there);
+        }
+        return values;
+    }
+
+    const Table& table_;
+    DirectionNumbers numbers_;
+};
+
+}  // namespace
+
 std::vector<char> pack(const Table& table) {
     for (const std::vector<float>* const samples :
          {&table.reflection_multiple, &table.transmission_multiple})
         require(samples->empty() || samples->size() == table.sample_count(), "pack", "samples",
                 "as many as the axes say, " + std::to_string(table.sample_count()),
                 samples->size());
-    TensorWriter file;
-    add_header(file, table);
-    add_layers(file, table);
-    add_path_law(file, table);
-    std::vector<Table> of_members;
-    for (std::size_t m = 0; table.has_family() && m < table.member_count(); ++m)
-        of_members.push_back(table_of_member(table, m));
-    std::vector<TableView> members;
-    for (const Table& member : of_members) members.push_back(member.view());
-    if (!table.has_family()) members.push_back(table.view());
-    for (std::size_t m = 0; m < members.size(); ++m)
-        if (!table.varies_parameters())
-            add_curve(file, member_prefix(table, m) + phase_name,
-                      (table.has_family() ? of_members[m] : table).phase_curve);
-    for (const Side side : {Side::reflection, Side::transmission})
-        add_side(file, table, members, side);
-    return file.bytes();
+    HeldSamples samples(table);
+    return pack(table, samples);
 }
 
 std::vector<char> restated(const std::vector<char>& file, const Table& table) {

@@ -23,20 +23,20 @@ float unit_of(float largest) {
     return largest > 0 ? std::exp2(std::ceil(std::log2(largest / (largest_half / 2)))) : 1;
 }
 
-/// The functions at the table's own directions, all azimuths: over (pair of cosines, azimuth,
-/// function).
-std::vector<float> functions_at_samples(const std::vector<LayerShapes>& samples,
-                                        const BlockLayers& layers, const LayerBasis& basis) {
-    std::vector<float> all(size(samples[0].pairs()) * size(samples[0].azimuths() * functions));
+/// The functions at some directions, over (direction, function): pivot(f) gives the values of the
+/// layer that function f was made of.
+template <class Pivot>
+std::vector<float> functions_at(std::size_t directions, const LayerBasis& basis,
+                                const Pivot& pivot) {
+    std::vector<float> all(directions * functions);
     for (std::size_t f = 0; f < basis.pivot.size(); ++f) {
-        const int pivot = basis.pivot[f];
-        const std::vector<float> layer =
-            samples[size(layers.member(pivot))].layer(layers.albedo(pivot), layers.depth(pivot), 1);
-        for (std::size_t c = 0; c < layer.size(); ++c) {
+        const std::vector<float> layer = pivot(f);
+        const std::vector<float>& shares = basis.coefficient[size(basis.pivot[f])];
+        for (std::size_t c = 0; c < directions; ++c) {
             float* const here = &all[c * functions];
             double left = double{layer[c]};
             for (std::size_t earlier = 0; earlier < f; ++earlier)
-                left -= double{basis.coefficient[size(pivot)][earlier]} * double{here[earlier]};
+                left -= double{shares[earlier]} * double{here[earlier]};
             here[f] = static_cast<float>(left / basis.norm[f]);
         }
     }
@@ -79,9 +79,9 @@ std::vector<std::vector<float>> stored_coefficients(const LayerBasis& basis) {
 }
 
 /// Rows of functions over (mu, mu', azimuth) as lookups read them.
-std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>& at_samples,
+std::vector<float> laid_out(const DirectionNumbers& numbers, const std::vector<float>& at_samples,
                             const FunctionLayout& layout) {
-    const int azimuths = samples.azimuths(), inside = azimuths > 1 ? 1 : 0;
+    const int azimuths = numbers.azimuths(), inside = azimuths > 1 ? 1 : 0;
     const std::size_t row_size = size(azimuths * functions);
     std::vector<float> all(layout.rows() * functions, 0.0f);
     float* to = all.data();
@@ -93,7 +93,7 @@ std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>
                 for (int c = 0; c < layout.mu_out.from; ++c) {
                     const double share = layout.mu_in.weight(r, i) * layout.mu_out.weight(c, j);
                     if (share == 0) continue;
-                    const float* const from = &at_samples[size(samples.pair(r, c)) * row_size];
+                    const float* const from = &at_samples[numbers.pair(r, c) * row_size];
                     for (std::size_t k = 0; k < row_size; ++k)
                         first[k] += static_cast<float>(share) * from[k];
                 }
@@ -104,36 +104,6 @@ std::vector<float> laid_out(const LayerShapes& samples, const std::vector<float>
             }
         }
     return all;
-}
-
-/// The largest error of a layer's values, relative to R or T, by functions rounded to halves.
-double error_of_halves(const BlockLayers& layers, const LayerBasis& basis,
-                       const std::vector<std::vector<float>>& stored, int azimuth_step,
-                       const std::array<float, functions>& unit, int azimuths,
-                       std::vector<float> at_samples) {
-    split_remainders(basis, at_samples);
-    constexpr int searched = 40;
-    const int layer_step = std::max(1, layers.count() / searched);
-    const std::size_t columns = size(azimuths) * functions;
-    std::vector<float> rounding;  // at the directions that the layers are thinned out to
-    for (std::size_t pair = 0; pair * columns < at_samples.size(); ++pair)
-        for (int k = 0; k < azimuths; k += azimuth_step)
-            for (int f = 0; f < functions; ++f) {
-                const float value = at_samples[pair * columns + size(k * functions + f)];
-                rounding.push_back((to_float(to_half(value)) - value) * unit[size(f)]);
-            }
-    double largest = 0;
-    for (int l = 0; l < layers.count(); l += layer_step) {
-        const std::vector<float>& coefficient = stored[size(l)];
-        const std::vector<float>& importance = *layers.importance[size(l)];
-        for (std::size_t at = 0; at < importance.size(); ++at) {
-            float error = 0;
-            for (std::size_t f = 0; f < coefficient.size(); ++f)
-                error += coefficient[f] * rounding[at * functions + f];
-            largest = std::max(largest, double{std::abs(error * importance[at])});
-        }
-    }
-    return largest;
 }
 
 /// A member's coefficients over (albedo, optical depth), axes no shorter than a cubic, of functions
@@ -196,21 +166,44 @@ std::size_t FunctionLayout::rows() const {
     return (symmetric ? mus * (mus + 7) / 2 : mus * size(mu_out.to)) * size(azimuth_rows);
 }
 
-PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
-                         const LayerBasis& basis) {
-    const LayerShapes& first = samples[0];
-    std::vector<float> at_samples = functions_at_samples(samples, layers, basis);
-    const std::array<float, functions> unit = scale_to_units(basis, at_samples);
+double error_of_halves(const LayerSums& sums, const BlockLayers& layers, const LayerBasis& basis) {
+    std::vector<float> rounding = functions_at(sums.sketch.size(), basis, [&](std::size_t f) {
+        return *layers.values[size(basis.pivot[f])];
+    });
+    const std::array<float, functions> unit = scale_to_units(basis, rounding);
+    split_remainders(basis, rounding);
+    for (std::size_t n = 0; n < rounding.size(); ++n)
+        rounding[n] = (to_float(to_half(rounding[n])) - rounding[n]) * unit[n % functions];
+    constexpr int searched = 40;
+    const int layer_step = std::max(1, layers.count() / searched);
     const std::vector<std::vector<float>> stored = stored_coefficients(basis);
-    const int azimuth_step =
-        layers.azimuths > 1 ? (first.azimuths() - 1) / (layers.azimuths - 1) : 1;
-    std::vector<float> rows = laid_out(first, at_samples, FunctionLayout(first.table()));
+    double largest = 0;
+    for (int l = 0; l < layers.count(); l += layer_step) {
+        const std::vector<float>& coefficient = stored[size(l)];
+        const std::vector<float>& importance = *layers.importance[size(l)];
+        for (std::size_t at = 0; at < importance.size(); ++at) {
+            float error = 0;
+            for (std::size_t f = 0; f < coefficient.size(); ++f)
+                error += coefficient[f] * rounding[at * functions + f];
+            largest = std::max(largest, double{std::abs(error * importance[at])});
+        }
+    }
+    return largest;
+}
+
+PackedBlock packed_block(const LayerSums& sums, const BlockLayers& layers,
+                         const LayerBasis& basis) {
+    std::vector<float> everywhere = functions_at(sums.numbers().count(), basis, [&](std::size_t f) {
+        return sums.in_full(layers.number[size(basis.pivot[f])]);
+    });
+    const std::array<float, functions> unit = scale_to_units(basis, everywhere);
+    std::vector<float> rows =
+        laid_out(sums.numbers(), everywhere, FunctionLayout(sums.table().view()));
     split_remainders(basis, rows);
     PackedBlock block{std::move(rows),
                       {},
-                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0),
-                      error_of_halves(layers, basis, stored, azimuth_step, unit, first.azimuths(),
-                                      std::move(at_samples))};
+                      std::max(stencil_size, layers.depths.count) + (layers.and_infinity ? 1 : 0)};
+    const std::vector<std::vector<float>> stored = stored_coefficients(basis);
     for (int m = 0; m < layers.members.count; ++m)
         block.coefficient.push_back(coefficients(layers, m, stored, unit));
     return block;

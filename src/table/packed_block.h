@@ -6,7 +6,7 @@
 
 #include "kernels/packed.h"
 #include "layer_basis.h"
-#include "layer_shapes.h"
+#include "layer_sums.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -61,11 +61,12 @@ struct PackedBlock {
     std::vector<float> function;                           // FunctionLayout::rows() by `functions`
     std::vector<std::vector<CoefficientRow>> coefficient;  // of each member
     int depths;                                            // of the coefficients, infinity included
-    double half_error;  // of the layers if the functions are rounded to halves, relative to R or T
 };
 
-/// `samples`: of each member of the family, or of the only one.
-PackedBlock packed_block(const std::vector<LayerShapes>& samples, const BlockLayers& layers,
-                         const LayerBasis& basis);
+/// The largest error of a layer of a block, relative to R or T at the sketch, by functions that are
+/// rounded to halves.
+double error_of_halves(const LayerSums& sums, const BlockLayers& layers, const LayerBasis& basis);
+
+PackedBlock packed_block(const LayerSums& sums, const BlockLayers& layers, const LayerBasis& basis);
 
 }  // namespace stratus

@@ -327,6 +327,11 @@ bool is_mixture(const std::vector<FamilyAxis>& family) noexcept {
            !family[0].is_discrete;
 }
 
+PhaseFunction phase_function_of_member(const Table& table, std::size_t member) {
+    if (!table.has_family()) return table.phase_function;
+    return table.view().at(member_at(table.family, member)).chosen_phase_function();
+}
+
 Table table_of_member(const Table& table, std::size_t member) {
     if (!table.has_family()) return table;
     const TableView view = table.view().at(member_at(table.family, member));

@@ -236,6 +236,75 @@ std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
     return evaluate_parts(solution, side, grid, false).tabulated;
 }
 
+namespace {
+
+/// What a solution leaves to tables between one pair of cosines, at some azimuths of a grid.
+class PairSamples {
+  public:
+    PairSamples(const LayerSolution& solution, Side side, const DirectionGrid& grid)
+        : solution_(solution), side_(side), grid_(grid) {}
+
+    /// `positions`: in the grid, of one pair. Writes as many values.
+    void write(std::span<const std::size_t> positions, double* values) {
+        const std::size_t azimuths = grid_.azimuth().size(), pair = positions[0] / azimuths,
+                          outs = grid_.pairs().out.size();
+        const int in = grid_.pairs().in[pair / outs], out = grid_.pairs().out[pair % outs];
+        if (solution_.stack) {
+            std::vector<double> some;
+            for (const std::size_t at : positions) some.push_back(grid_.azimuth()[at % azimuths]);
+            for (const SolvedValue& value : values_of(solution_, side_, in, out, some))
+                *values++ = value.multiple;
+            return;
+        }
+        const auto& modes =
+            side_ == Side::reflection ? solution_.reflection_modes : solution_.transmission_modes;
+        terms_.resize(static_cast<Eigen::Index>(modes.size()));
+        for (Eigen::Index m = 0; m < terms_.size(); ++m)
+            terms_(m) = modes[static_cast<std::size_t>(m)](in, out);
+        cosines_.clear();
+        phase_.clear();
+        boundary_.clear();
+        const std::span<double> all(values, positions.size());
+        for (std::size_t n = 0; n < positions.size(); ++n) {
+            const std::size_t at = positions[n];
+            const auto azimuth = static_cast<Eigen::Index>(at % azimuths);
+            all[n] = grid_.cosines().row(azimuth).head(terms_.size()).dot(terms_);
+            cosines_.push_back(grid_.cos_scattering_angle(side_)[at]);
+            phase_.push_back(grid_.phase(side_)[at]);
+            boundary_.push_back(grid_.boundary_phase()[at]);
+        }
+        const PairTable table{cosines_, phase_, boundary_};
+        if (grid_.path_law() != nullptr)
+            split_multiple(solution_, side_, in, out, table, *grid_.path_law(), {{}, all});
+        else
+            add_corrections(solution_, side_, in, out, table, all);
+    }
+
+  private:
+    const LayerSolution& solution_;
+    Side side_;
+    const DirectionGrid& grid_;
+    VectorXd terms_;
+    std::vector<double> cosines_, phase_, boundary_;
+};
+
+}  // namespace
+
+std::vector<double> evaluate_tabulated(const LayerSolution& solution, Side side,
+                                       const DirectionGrid& grid,
+                                       const std::vector<std::size_t>& positions) {
+    std::vector<double> values(positions.size());
+    if (side == Side::transmission && solution.lower_boundary.is_present()) return values;
+    PairSamples samples(solution, side, grid);
+    const std::size_t azimuths = grid.azimuth().size();
+    for (std::size_t first = 0, end = 0; first < positions.size(); first = end) {
+        while (end < positions.size() && positions[end] / azimuths == positions[first] / azimuths)
+            ++end;
+        samples.write(std::span(positions).subspan(first, end - first), &values[first]);
+    }
+    return values;
+}
+
 SolvedValue LayerSolution::reflection(int in, int out, double azimuth) const {
     return reflection(in, out, std::vector<double>{azimuth})[0];
 }

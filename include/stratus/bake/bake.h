@@ -26,8 +26,11 @@ struct BakeOptions {
     /// Where there is room in them (sample_files.h), the samples of both sides go there. In the table
     /// one sample stands for those of each side: for `verify` and `write_table` with these files.
     SampleFiles* samples = nullptr;
-    /// Where to put the packed table (packed_table.h). The check is then of its lookups. Of rank 0.
+    /// Where to put the packed table (packed_table.h); all ranks ask for it, rank 0 gets it. The check
+    /// is then of its lookups, and the table has no samples, unless they are to be kept: one stands
+    /// for those of each side.
     std::vector<char>* packed = nullptr;
+    bool keeps_samples = false;
 };
 
 /// Names a program whose tables may differ from those of others in their last bits: its version,

@@ -33,7 +33,8 @@
 
 namespace stratus {
 
-struct PackedSide;  // src/table/kernels/packed.h
+class LayerSamples;  // layer_samples.h
+struct PackedSide;   // src/table/kernels/packed.h
 
 /// How names of packed tables' files end.
 constexpr const char* packed_ending = ".stratus";
@@ -56,6 +57,10 @@ struct PackedLayers {
 /// Cost     up to seconds for tables of 100 MB.
 /// Errors   std::invalid_argument for an attribute whose name the format reserves.
 std::vector<char> pack(const Table& table);
+
+/// The same of a table that holds no samples, but one on each side that it has: they are asked for.
+/// Empty on ranks but the first.
+std::vector<char> pack(const Table& table, LayerSamples& samples);
 
 /// The same file, stating the measured error and the attributes of `table`: those that are known
 /// once the packed samples have been looked up.

@@ -232,6 +232,9 @@ void prepare_header(Table& table);
 /// True where the family is the mixtures of two phase functions and nothing else.
 bool is_mixture(const std::vector<FamilyAxis>& family) noexcept;
 
+/// The phase function of a member of a family, or the only one.
+PhaseFunction phase_function_of_member(const Table& table, std::size_t member);
+
 /// A member of a family as a table of its own.
 ///
 /// Range    member in [0, member_count()).

@@ -1,0 +1,72 @@
+// The samples of a table's layers, as packing asks for them (packed_table.h): of every layer at a few
+// directions, of a few layers at all. A bake solves them when they are asked for; a table that holds
+// them all hands them over. Whoever asks never needs all samples at once.
+#pragma once
+
+#include <stratus/base/direction.h>
+#include <stratus/table/table.h>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace stratus {
+
+/// The directions of one side of a table, numbered: pairs of cosines, azimuths fastest. Where both
+/// ways have the same values (TableView::is_symmetric) a pair stands for both, and mu_in is the
+/// cosine whose sample comes later.
+class DirectionNumbers {
+  public:
+    explicit DirectionNumbers(const TableView& table)
+        : ins_(table.mu_in.count),
+          outs_(table.mu_out.count),
+          azimuths_(table.azimuth.count),
+          symmetric_(table.is_symmetric()) {}
+
+    bool is_symmetric() const { return symmetric_; }
+    int ins() const { return ins_; }
+    int azimuths() const { return azimuths_; }
+    /// How many samples of mu_out are paired with one of mu_in: the first.
+    int partners(int in) const { return symmetric_ ? in + 1 : outs_; }
+    std::size_t pair(int in, int out) const {
+        if (!symmetric_)
+            return static_cast<std::size_t>(in) * static_cast<std::size_t>(outs_) +
+                   static_cast<std::size_t>(out);
+        const auto later = static_cast<std::size_t>(in > out ? in : out);
+        return later * (later + 1) / 2 + static_cast<std::size_t>(in > out ? out : in);
+    }
+    std::size_t pairs() const { return pair(ins_ - 1, symmetric_ ? ins_ - 1 : outs_ - 1) + 1; }
+    std::size_t count() const { return pairs() * static_cast<std::size_t>(azimuths_); }
+
+  private:
+    int ins_, outs_, azimuths_;
+    bool symmetric_;
+};
+
+/// Directions of a side, by their numbers.
+using DirectionList = std::vector<std::size_t>;
+
+/// Layers are numbered like the samples of a table: member of the family, albedo, optical depth.
+class LayerSamples {
+  public:
+    /// Receives the samples of a layer's side, the orders n >= 2 that the table holds.
+    ///
+    /// Threads  called by several at once, for each layer and side once.
+    using Use = std::function<void(int layer, Side side, std::vector<float> samples)>;
+
+    virtual ~LayerSamples() = default;
+
+    /// False where another rank (bake/ranks.h) asks, receives the samples and packs them: this one
+    /// only solves.
+    virtual bool is_first_rank() const { return true; }
+
+    /// Some layers at all directions of the sides that the table has. Returns how many layers these
+    /// are: on ranks, those that the first asks for.
+    virtual int in_full(std::vector<int> layers, const Use& use) = 0;
+
+    /// All layers at some directions of either side, ascending.
+    virtual void at(const std::array<DirectionList, 2>& directions, const Use& use) = 0;
+};
+
+}  // namespace stratus

@@ -1,0 +1,50 @@
+// Samples of a table's layers, solved when packing asks for them (layer_samples.h): the table of all
+// samples is never formed.
+#pragma once
+
+#include <stratus/bake/bake.h>
+#include <stratus/table/layer_samples.h>
+
+#include "table_units.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace stratus {
+
+/// Ranks    all make their own of the same recipe, and ask for the same.
+/// Pieces   of the log: the units of every request.
+class SolvedSamples : public LayerSamples {
+  public:
+    /// `table` becomes that of the recipe without samples: one stands for those of each side. Its
+    /// fluxes come with the samples of all layers.
+    SolvedSamples(const Recipe& resolved, const BakeOptions& options, Table& table);
+
+    bool is_first_rank() const override;
+    int in_full(std::vector<int> layers, const Use& use) override;
+    void at(const std::array<DirectionList, 2>& directions, const Use& use) override;
+
+  private:
+    void make_room();
+    void solve(const std::string& stage, const std::vector<Unit>& units,
+               const std::array<DirectionList, 2>& directions, const Use& use);
+    std::vector<char> solve_unit(const Unit& unit,
+                                 const std::array<std::vector<std::size_t>, 2>& positions) const;
+    void take(const Unit& unit, const std::array<DirectionList, 2>& directions,
+              std::span<const char> result, const Use& use);
+    /// Calls visit(numbers) for the fluxes of a layer.
+    template <class Visit>
+    void for_each_flux(int layer, const Visit& visit);
+    std::vector<std::size_t> positions_of(const DirectionList& directions) const;
+    std::vector<float> fluxes_of(const LayerSolution& solution) const;
+
+    const TableUnits units_;
+    const BakeOptions& options_;
+    Table& table_;
+    const DirectionNumbers numbers_;
+    const std::array<bool, 2> sides_;
+    int requests_ = 0;
+};
+
+}  // namespace stratus

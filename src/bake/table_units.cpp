@@ -1,0 +1,231 @@
+#include "table_units.h"
+
+#include <stratus/bake/bake.h>
+#include <stratus/bake/clock.h>
+#include <stratus/base/argument.h>
+
+#include "axes.h"
+#include "family_section.h"
+#include "solve_material.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+/// Albedos that one run of the solver works on at once. Eight fill its registers mode by mode; where
+/// modes are many four do as well with two modes at a time, and fewer lanes idle in the last run.
+std::size_t albedos_at_once(int modes) { return modes >= 16 ? 4 : 8; }
+
+const Recipe& checked(const Recipe& resolved) {
+    const Discretisation& d = resolved.discretisation;
+    std::vector<std::pair<std::string, int>> choices{{"nodes", d.nodes},
+                                                     {"modes", d.modes},
+                                                     {"mu_samples", d.mu_samples},
+                                                     {"azimuth_samples", d.azimuth_samples},
+                                                     {"albedo_samples", d.albedo_samples}};
+    for (std::size_t k = 0; k < resolved.family.size(); ++k)
+        if (resolved.family[k].values.empty())
+            choices.push_back({samples_key(resolved.family[k].parameter), d.family_samples[k]});
+    for (const auto& [name, count] : choices)
+        require(count >= 1, "solve_table", name, "resolved", count);
+    check_directions(resolved);
+    return resolved;
+}
+
+}  // namespace
+
+TableUnits::TableUnits(const Recipe& resolved) : recipe_(with_path_law_decided(checked(resolved))) {
+    place_axes();
+    header_.path_law = path_law_of(recipe_);
+    for (std::size_t m = 0; m < header_.member_count(); ++m) {
+        members_.push_back(at_member(recipe_, member_at(header_.family, m)));
+        const Recipe& member = members_.back();
+        const std::vector<double> exponents = decay_exponents(member, header_.albedo.values);
+        header_.extrapolation_lengths.push_back(
+            extrapolation_length(member.phase_function, member.lower_boundary));
+        header_.diffusion_exponent.insert(header_.diffusion_exponent.end(), exponents.begin(),
+                                          exponents.end());
+        grids_.emplace_back(member.phase_function, member.lower_boundary, mu_,
+                            header_.azimuth.values, recipe_.discretisation.modes,
+                            path_law_of(member), pairs_);
+    }
+}
+
+void TableUnits::place_axes() {
+    const Discretisation& d = recipe_.discretisation;
+    header_.phase_function = recipe_.phase_function;
+    header_.lower_boundary = recipe_.lower_boundary;
+    header_.layers = recipe_.layers;
+    header_.highest_order = recipe_.orders;
+    header_.tolerance = recipe_.tolerance;
+    header_.extrapolation_length =
+        extrapolation_length(recipe_.phase_function, recipe_.lower_boundary);
+    header_.family = family_axes(recipe_);
+    if (mixture_of(recipe_) != nullptr)
+        header_.second_phase_function = recipe_.second_phase_function;
+    header_.albedo = albedo_axis(recipe_.albedo, d.albedo_samples, d.albedo_scale);
+    header_.optical_depth =
+        optical_depth_axis(recipe_.optical_depth, std::max(1, d.optical_depth_samples_per_octave),
+                           d.deepest_optical_depth);
+    DirectionAxes directions = direction_axes(recipe_);
+    header_.mu_in = std::move(directions.mu_in);
+    header_.mu_out = std::move(directions.mu_out);
+    header_.azimuth = std::move(directions.azimuth);
+    place_cosines();
+}
+
+/// The cosines to be solved at: those along both axes, once where they are the same.
+void TableUnits::place_cosines() {
+    mu_ = header_.mu_in.values;
+    pairs_.in.resize(mu_.size());
+    std::iota(pairs_.in.begin(), pairs_.in.end(), 0);
+    pairs_.out = pairs_.in;
+    pairs_.exchangeable = recipe_.layers.empty();
+    if (header_.mu_out.values == mu_) return;
+    pairs_.out.resize(header_.mu_out.values.size());
+    std::iota(pairs_.out.begin(), pairs_.out.end(), static_cast<int>(mu_.size()));
+    mu_.insert(mu_.end(), header_.mu_out.values.begin(), header_.mu_out.values.end());
+}
+
+/// One run of doubling serves all octaves: as many runs as samples an octave.
+int TableUnits::runs() const {
+    const int depths = header_.optical_depth.view().count;
+    const int per_octave = std::max(1, recipe_.discretisation.optical_depth_samples_per_octave);
+    return depths == 0 ? 1 : std::min(per_octave, depths);
+}
+
+std::vector<Unit> TableUnits::all() const {
+    std::vector<int> layers(header_.member_count() * header_.albedo.values.size() *
+                            header_.optical_depth.values.size());
+    std::iota(layers.begin(), layers.end(), 0);
+    return holding(layers);
+}
+
+std::vector<Unit> TableUnits::holding(const std::vector<int>& layers) const {
+    const AxisView tau = header_.optical_depth.view();
+    const int depths = tau.size(), albedos = static_cast<int>(header_.albedo.values.size());
+    struct Run {
+        std::set<std::size_t> albedos;
+        int octaves = 0;
+        bool to_infinity = false;
+    };
+    std::map<std::pair<std::size_t, int>, Run> run_of;  // by member and run
+    for (const int layer : layers) {
+        const int depth = layer % depths;
+        const bool is_infinite = depth == tau.count;
+        const int deepest = is_infinite ? std::max(0, tau.count - 1) : depth;
+        Run& run = run_of[{static_cast<std::size_t>(layer / depths / albedos), deepest % runs()}];
+        run.albedos.insert(static_cast<std::size_t>(layer / depths % albedos));
+        if (tau.count > 0) run.octaves = std::max(run.octaves, deepest / runs() + 1);
+        run.to_infinity = run.to_infinity || is_infinite;
+    }
+    const std::size_t at_once = albedos_at_once(recipe_.discretisation.modes);
+    std::vector<Unit> units;
+    for (const auto& [key, run] : run_of) {
+        const std::vector<std::size_t> of_run(run.albedos.begin(), run.albedos.end());
+        for (std::size_t first = 0; first < of_run.size(); first += at_once)
+            units.push_back({key.first,
+                             key.second,
+                             {of_run.begin() + static_cast<std::ptrdiff_t>(first),
+                              of_run.begin() + static_cast<std::ptrdiff_t>(
+                                                   std::min(first + at_once, of_run.size()))},
+                             run.octaves,
+                             run.to_infinity});
+    }
+    return units;
+}
+
+DepthLadder TableUnits::ladder_of(const Unit& unit) const {
+    if (unit.octaves == 0) return {1, 0, unit.to_infinity};
+    return {header_.optical_depth.values[static_cast<std::size_t>(unit.run)], unit.octaves,
+            unit.to_infinity};
+}
+
+std::vector<int> TableUnits::layers_of(const Unit& unit) const {
+    const std::size_t albedos = header_.albedo.values.size();
+    const std::size_t depths = header_.optical_depth.values.size();
+    std::vector<int> layers;
+    for (const std::size_t albedo : unit.albedos) {
+        const auto first = static_cast<int>((unit.member * albedos + albedo) * depths);
+        for (int d = 0; d < unit.octaves; ++d) layers.push_back(first + unit.run + d * runs());
+        if (unit.to_infinity) layers.push_back(first + static_cast<int>(depths) - 1);
+    }
+    return layers;
+}
+
+std::vector<SolvedLayer> TableUnits::solve(const Unit& unit) const {
+    std::vector<double> albedos;
+    for (const std::size_t albedo : unit.albedos) albedos.push_back(header_.albedo.values[albedo]);
+    const std::vector<int> numbers = layers_of(unit);
+    std::vector<SolvedLayer> solved;
+    for (auto& of_albedo :
+         solve_material(recipe_.layers, members_[unit.member].phase_function, albedos,
+                        ladder_of(unit), mu_, solver_options(recipe_), recipe_.lower_boundary))
+        for (LayerSolution& solution : of_albedo)
+            solved.push_back({numbers[solved.size()], std::move(solution)});
+    return solved;
+}
+
+std::string TableUnits::name_of(const Unit& unit) const {
+    std::string name = "depths from " + std::to_string(unit.run) + ", " +
+                       std::to_string(unit.octaves) + " octaves" +
+                       (unit.to_infinity ? " and infinity" : "") + ", albedos";
+    for (const std::size_t albedo : unit.albedos) name += ' ' + std::to_string(albedo);
+    return header_.has_family() ? "member " + std::to_string(unit.member) + ", " + name : name;
+}
+
+double TableUnits::weight_of(const Unit& unit) const {
+    return std::max(1.0, static_cast<double>(unit.albedos.size()) * unit.octaves);
+}
+
+/// Seconds that one thread takes for a layer of a unit, timed.
+double TableUnits::layer_seconds(const Unit& unit) const {
+    // Few albedos, of which the modes alone fill the registers.
+    Unit timed = unit;
+    const int modes = recipe_.discretisation.modes;
+    timed.albedos.resize(std::min<std::size_t>(timed.albedos.size(), modes >= 32   ? 1
+                                                                     : modes >= 16 ? 2
+                                                                     : modes >= 8  ? 4
+                                                                                   : 8));
+    const double started = processor_seconds();
+    for (const SolvedLayer& layer : solve(timed))
+        for (const Side side : {Side::reflection, Side::transmission})
+            if (side == Side::reflection ? recipe_.reflection : recipe_.transmission)
+                evaluate_tabulated(layer.solution, side, grids_[timed.member]);
+    return (processor_seconds() - started) / weight_of(timed);
+}
+
+/// From the first unit of the nearest timed member: the ends and the middle, for members take very
+/// different times.
+PredictedUnits TableUnits::predicted() const {
+    const std::vector<Unit> units = all();
+    const std::size_t units_of_member = units.size() / members_.size(), last = members_.size() - 1;
+    std::map<std::size_t, double> of_member;  // seconds a layer
+    for (const std::size_t member : {std::size_t{0}, last / 2, last})
+        if (of_member.count(member) == 0)
+            of_member[member] = layer_seconds(units[member * units_of_member]);
+    PredictedUnits predicted{{}, 0};
+    // Doubling one mode of one albedo takes about 8 n^3 operations, and every unit begins some twenty
+    // doublings below its first depth.
+    constexpr double of_doubling = 8, before_first = 20;
+    const Discretisation& d = recipe_.discretisation;
+    for (const Unit& unit : units) {
+        const auto distance = [&](const auto& timed) {
+            return timed.first < unit.member ? unit.member - timed.first
+                                             : timed.first - unit.member;
+        };
+        const auto nearest = std::ranges::min_element(of_member, {}, distance);
+        predicted.seconds.push_back(nearest->second * weight_of(unit));
+        predicted.flops += of_doubling * std::pow(d.nodes, 3) * d.modes *
+                           static_cast<double>(unit.albedos.size()) * (before_first + unit.octaves);
+    }
+    return predicted;
+}
+
+}  // namespace stratus

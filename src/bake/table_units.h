@@ -1,0 +1,81 @@
+// The layers of a resolved recipe's table, in units that are solved at once: some albedos at the
+// depths of one run of doubling.
+#pragma once
+
+#include <stratus/bake/recipe.h>
+#include <stratus/table/layer_samples.h>
+#include <stratus/table/table.h>
+#include <stratus/transfer/fourier_sum.h>
+#include <stratus/transfer/solve.h>
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace stratus {
+
+/// Solved on one thread.
+struct Unit {
+    std::size_t member;
+    int run;  // samples run, run + runs, run + 2 runs, ... of optical depth
+    std::vector<std::size_t> albedos;
+    int octaves;       // of the run
+    bool to_infinity;  // and the last sample
+};
+
+/// The units of a resolved recipe, which any thread or rank may solve, from one that is timed.
+struct PredictedUnits {
+    std::vector<double> seconds;  // of each, on one thread
+    double flops;                 // of all, at most
+};
+
+/// A layer of a unit and its number (layer_samples.h).
+struct SolvedLayer {
+    int number;
+    LayerSolution solution;
+};
+
+class TableUnits {
+  public:
+    /// `resolved` outlives this.
+    ///
+    /// Errors   std::invalid_argument for a choice left open.
+    explicit TableUnits(const Recipe& resolved);
+
+    /// Axes and what else is known of the table before any layer is solved.
+    const Table& header() const { return header_; }
+    const Recipe& recipe() const { return recipe_; }
+    /// The directions of the samples of a member.
+    const DirectionGrid& grid(std::size_t member) const { return grids_[member]; }
+    bool are_pairs_symmetric() const { return pairs_.are_symmetric(); }
+
+    /// All layers, each in one unit.
+    std::vector<Unit> all() const;
+    /// Some layers: as few units as hold them.
+    std::vector<Unit> holding(const std::vector<int>& layers) const;
+
+    /// In the order of their solutions: albedos one after the other, ascending depths of each.
+    std::vector<int> layers_of(const Unit& unit) const;
+    std::vector<SolvedLayer> solve(const Unit& unit) const;
+    std::string name_of(const Unit& unit) const;
+
+    PredictedUnits predicted() const;
+
+  private:
+    void place_axes();
+    void place_cosines();
+    int runs() const;
+    DepthLadder ladder_of(const Unit& unit) const;
+    double weight_of(const Unit& unit) const;
+    double layer_seconds(const Unit& unit) const;
+
+    const Recipe recipe_;
+    Table header_;
+    std::vector<Recipe> members_;       // one where the recipe has no family
+    std::vector<DirectionGrid> grids_;  // of each member
+    std::vector<double> mu_;            // of solutions
+    CosinePairs pairs_;                 // of them, along the table's axes
+};
+
+}  // namespace stratus

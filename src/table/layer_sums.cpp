@@ -1,0 +1,433 @@
+#include "layer_sums.h"
+
+#include "base/size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <random>
+#include <set>
+#include <utility>
+
+namespace stratus {
+namespace {
+
+constexpr std::size_t first_directions = 300;  // of a sketch, random
+constexpr int worst_directions = 8;            // that each function adds to it
+constexpr int apart = 25;                      // of the worst, one in so many: not neighbours
+constexpr int most_rounds = 3;                 // of looking for layers that the functions miss
+constexpr std::size_t most_missed = 64;        // layers seen in full in one round
+
+constexpr int pilot_albedos = 5, pilot_depths = 10, pilot_members = 5;
+
+/// Up to `most` of `count` places, evenly, the last among them.
+std::vector<int> spread(int count, int most) {
+    std::set<int> places;
+    const int used = std::min(count, most);
+    for (int n = 0; n < used; ++n)
+        places.insert(used == 1 ? count - 1 : (n * (count - 1) + (used - 1) / 2) / (used - 1));
+    return {places.begin(), places.end()};
+}
+
+/// Coefficients of functions by weighted least squares: P v, with P = R^-1 Q^T W of W F = Q R.
+class LeastSquares {
+  public:
+    LeastSquares() = default;
+
+    /// `function`: at the directions; `weight`: of each direction.
+    LeastSquares(const std::vector<std::vector<float>>& function,
+                 const std::vector<float>& weight) {
+        std::vector<std::vector<double>> q, r;
+        for (const std::vector<float>& column : function) {
+            std::vector<double> left(weight.size()), shares(q.size(), 0.0);
+            for (std::size_t s = 0; s < left.size(); ++s)
+                left[s] = double{weight[s]} * double{column[s]};
+            const double before = norm(left);
+            for (int twice = 0; twice < 2; ++twice)
+                for (std::size_t k = 0; k < q.size(); ++k) {
+                    const double share =
+                        std::inner_product(left.begin(), left.end(), q[k].begin(), 0.0);
+                    shares[k] += share;
+                    for (std::size_t s = 0; s < left.size(); ++s) left[s] -= share * q[k][s];
+                }
+            const double after = norm(left);
+            const bool depends = after <= 1e-9 * before;  // on those before: it gets no share
+            for (double& value : left) value = depends ? 0 : value / after;
+            shares.push_back(depends ? 1 : after);
+            q.push_back(std::move(left));
+            r.push_back(std::move(shares));
+        }
+        invert(q, r, weight);
+    }
+
+    std::vector<float> coefficients(const std::vector<float>& values) const {
+        std::vector<float> found;
+        for (const std::vector<float>& row : rows_) {
+            float sum = 0;
+            for (std::size_t s = 0; s < row.size(); ++s) sum += row[s] * values[s];
+            found.push_back(sum);
+        }
+        return found;
+    }
+
+  private:
+    static double norm(const std::vector<double>& values) {
+        return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0));
+    }
+
+    /// Back substitution of all columns of Q^T W.
+    void invert(std::vector<std::vector<double>>& q, const std::vector<std::vector<double>>& r,
+                const std::vector<float>& weight) {
+        for (std::size_t k = q.size(); k-- > 0;) {
+            for (std::size_t later = k + 1; later < q.size(); ++later)
+                for (std::size_t s = 0; s < weight.size(); ++s)
+                    q[k][s] -= r[later][k] * q[later][s];
+            for (double& value : q[k]) value /= r[k][k];
+        }
+        for (const std::vector<double>& row : q) {
+            rows_.emplace_back();
+            for (std::size_t s = 0; s < weight.size(); ++s)
+                rows_.back().push_back(static_cast<float>(row[s] * double{weight[s]}));
+        }
+    }
+
+    std::vector<std::vector<float>> rows_;  // P
+};
+
+void subtract_sum(const std::vector<std::vector<float>>& function,
+                  const std::vector<float>& coefficient, std::vector<float>& values) {
+    for (std::size_t k = 0; k < function.size(); ++k)
+        for (std::size_t n = 0; n < values.size(); ++n)
+            values[n] -= coefficient[k] * function[k][n];
+}
+
+float largest_product(const std::vector<float>& values, const std::vector<float>& importance) {
+    float largest = 0;
+    for (std::size_t n = 0; n < values.size(); ++n)
+        largest = std::max(largest, std::abs(values[n] * importance[n]));
+    return largest;
+}
+
+std::vector<float> picked(const std::vector<float>& values, const DirectionList& at) {
+    std::vector<float> some;
+    some.reserve(at.size());
+    for (const std::size_t n : at) some.push_back(values[n]);
+    return some;
+}
+
+/// The search on one side.
+class SideSearch {
+  public:
+    SideSearch(const Table& table, Side side, double allowed)
+        : allowed_(static_cast<float>(allowed)),
+          albedos_(static_cast<int>(table.albedo.values.size())),
+          depths_(static_cast<int>(table.optical_depth.values.size())) {
+        for (std::size_t m = 0; m < table.member_count(); ++m)
+            sums_.shapes.emplace_back(table, side, static_cast<int>(m));
+        everywhere_.resize(sums_.numbers().count());
+        std::iota(everywhere_.begin(), everywhere_.end(), std::size_t{0});
+        sketched_.resize(table.member_count() * size(albedos_) * size(depths_));
+        sums_.importance.resize(sketched_.size());
+    }
+
+    const DirectionList& sketch() const { return sums_.sketch; }
+
+    /// A layer's samples at all directions.
+    void see_in_full(int layer, std::vector<float> samples) {
+        shapes_of(layer).divide(albedo(layer), depth(layer), everywhere_, samples);
+        const float floor =
+            shapes_of(layer).floor(albedo(layer), depth(layer), everywhere_, samples);
+        const std::lock_guard<std::mutex> lock(mutex_);
+        full_[layer] = {std::move(samples), floor, {}, {}};
+    }
+
+    /// A layer's samples at the sketch.
+    void see_in_sketch(int layer, std::vector<float> samples) {
+        const LayerShapes& shapes = shapes_of(layer);
+        shapes.divide(albedo(layer), depth(layer), sums_.sketch, samples);
+        const float floor = shapes.floor(albedo(layer), depth(layer), sums_.sketch, samples);
+        sums_.importance[size(layer)] = importance(layer, sums_.sketch, samples, floor);
+        sketched_[size(layer)] = std::move(samples);
+    }
+
+    /// Functions for all layers that were seen in full, and the sketch.
+    void search_pilots() {
+        begin_sketch();
+        for (;;) {
+            fit();
+            int worst = worst_of([&](int layer) { return error_in_sketch(layer); });
+            if (worst < 0) worst = worst_of([&](int layer) { return error_in_full(layer); });
+            if (worst < 0) break;
+            add_function(worst, true);
+        }
+        full_.clear();
+        std::sort(sums_.sketch.begin(), sums_.sketch.end());
+    }
+
+    /// Functions of further layers, worst first as `missed` had them.
+    void add_missed() {
+        for (const int layer : missed_) {
+            fit();
+            add_function(layer, false);
+        }
+        missed_.clear();
+        full_.clear();
+    }
+
+    /// The layers, at most so many, whose functions all others need, by what the sketch shows.
+    std::vector<int> missed() {
+        fit();
+        std::vector<std::vector<float>> left(sketched_.size());
+        std::vector<float> error(sketched_.size(), 0.0f);
+        for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
+            left[layer] = sketched_[layer];
+            subtract_sum(at_sketch_, fit_.coefficients(left[layer]), left[layer]);
+            error[layer] = largest_product(left[layer], sums_.importance[layer]);
+        }
+        while (missed_.size() < most_missed) {
+            const auto worst = std::max_element(error.begin(), error.end());
+            if (*worst <= allowed_) break;
+            const auto pivot = static_cast<std::size_t>(worst - error.begin());
+            missed_.push_back(static_cast<int>(pivot));
+            remove_direction_of(left[pivot], left, error);
+        }
+        return missed_;
+    }
+
+    LayerSums take() {
+        fit();
+        for (std::size_t layer = 0; layer < sketched_.size(); ++layer) {
+            sums_.coefficient.push_back(
+                fit_.coefficients(sketched_[served_by(static_cast<int>(layer))]));
+            std::vector<float> negative(sums_.sketch.size(), 0.0f);
+            subtract_sum(at_sketch_, sums_.coefficient.back(), negative);
+            for (float& value : negative) value = -value;
+            sums_.values.push_back(std::move(negative));
+        }
+        return std::move(sums_);
+    }
+
+  private:
+    /// A layer that was seen in full.
+    struct Seen {
+        std::vector<float> shape;  // at all directions
+        float floor;
+        std::vector<float> values, importance;  // at the sketch
+    };
+
+    int depth(int layer) const { return layer % depths_; }
+    int albedo(int layer) const { return layer / depths_ % albedos_; }
+    const LayerShapes& shapes_of(int layer) const {
+        return sums_.shapes[size(layer / depths_ / albedos_)];
+    }
+
+    std::vector<float> importance(int layer, const DirectionList& at,
+                                  const std::vector<float>& shape, float floor) const {
+        return shapes_of(layer).importance(albedo(layer), depth(layer), at, shape, floor);
+    }
+
+    /// Itself, or in place of a layer that is too near the end of float's range a neighbour.
+    std::size_t served_by(int layer) const {
+        for (int same_depth = layer;; same_depth += depths_) {
+            if (shapes_of(layer).is_resolved(albedo(same_depth), depth(layer)))
+                return size(same_depth);
+            if (albedo(same_depth) == albedos_ - 1) break;
+        }
+        return depth(layer) > 0 ? served_by(layer - 1) : size(layer);
+    }
+
+    /// Directions all over, and those that tell how large a layer's values are.
+    void begin_sketch() {
+        greatest_.assign(everywhere_.size(), 0.0f);
+        for (const auto& [layer, seen] : full_) {
+            const std::vector<float> of_layer =
+                importance(layer, everywhere_, seen.shape, seen.floor);
+            for (std::size_t n = 0; n < greatest_.size(); ++n)
+                greatest_[n] = std::max(greatest_[n], of_layer[n]);
+        }
+        std::set<std::size_t> directions;
+        const DirectionNumbers& numbers = sums_.numbers();
+        const std::size_t azimuths = size(numbers.azimuths());
+        for (const int i : spread(numbers.ins(), 6))
+            for (const int j : spread(numbers.partners(i), 6))
+                for (const int k : spread(numbers.azimuths(), 3))
+                    directions.insert(numbers.pair(i, j) * azimuths + size(k));
+        std::mt19937 random(1);
+        const std::size_t wanted =
+            std::min(everywhere_.size(), directions.size() + first_directions);
+        while (directions.size() < wanted) directions.insert(random() % everywhere_.size());
+        add_to_sketch({directions.begin(), directions.end()});
+    }
+
+    void add_to_sketch(const DirectionList& directions) {
+        sums_.sketch.insert(sums_.sketch.end(), directions.begin(), directions.end());
+        for (auto& [layer, seen] : full_) {
+            const std::vector<float> values = picked(seen.shape, directions),
+                                     of_layer = importance(layer, directions, values, seen.floor);
+            seen.values.insert(seen.values.end(), values.begin(), values.end());
+            seen.importance.insert(seen.importance.end(), of_layer.begin(), of_layer.end());
+        }
+    }
+
+    /// Least squares at the sketch as it is.
+    void fit() {
+        at_sketch_.clear();
+        for (const std::vector<float>& function : sums_.function)
+            at_sketch_.push_back(picked(function, sums_.sketch));
+        fit_ = LeastSquares(at_sketch_, picked(greatest_, sums_.sketch));
+    }
+
+    /// What functions leave of a layer that was seen in full.
+    std::vector<float> left_of(int layer) const {
+        std::vector<float> left = full_.at(layer).shape;
+        subtract_sum(sums_.function, fit_.coefficients(picked(left, sums_.sketch)), left);
+        return left;
+    }
+
+    float error_in_sketch(int layer) const {
+        const Seen& seen = full_.at(layer);
+        std::vector<float> left = seen.values;
+        subtract_sum(at_sketch_, fit_.coefficients(seen.values), left);
+        return largest_product(left, seen.importance);
+    }
+    float error_in_full(int layer) const {
+        const Seen& seen = full_.at(layer);
+        return largest_product(left_of(layer),
+                               importance(layer, everywhere_, seen.shape, seen.floor));
+    }
+
+    /// The pilot without a function of its own that misses most; -1 where all are held.
+    template <class Error>
+    int worst_of(const Error& error_of) const {
+        int worst = -1;
+        float most = allowed_;
+        for (const auto& of_layer : full_) {
+            if (used_.count(of_layer.first) != 0) continue;
+            const float error = error_of(of_layer.first);
+            if (error <= most) continue;
+            most = error;
+            worst = of_layer.first;
+        }
+        return worst;
+    }
+
+    /// What is left of a layer; the sketch grows by the directions where that is most.
+    void add_function(int layer, bool grows) {
+        std::vector<float> left = left_of(layer);
+        const float largest = largest_product(left, greatest_);
+        used_.insert(layer);
+        if (largest == 0) return;
+        for (float& value : left) value /= largest;
+        if (grows) add_directions(left);
+        sums_.function.push_back(std::move(left));
+    }
+
+    void add_directions(const std::vector<float>& left) {
+        DirectionList order = everywhere_;
+        const std::size_t looked_at = std::min(order.size(), size(worst_directions * apart));
+        const auto is_worse = [&](std::size_t a, std::size_t b) {
+            const float of_a = std::abs(left[a] * greatest_[a]),
+                        of_b = std::abs(left[b] * greatest_[b]);
+            return of_a != of_b ? of_a > of_b : a < b;
+        };
+        std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(looked_at),
+                          order.end(), is_worse);
+        DirectionList added;
+        for (std::size_t n = 0; n < looked_at; n += size(apart))
+            if (std::find(sums_.sketch.begin(), sums_.sketch.end(), order[n]) == sums_.sketch.end())
+                added.push_back(order[n]);
+        add_to_sketch(added);
+    }
+
+    /// Takes what is left of one layer at the sketch out of what is left of all.
+    void remove_direction_of(std::vector<float> pivot, std::vector<std::vector<float>>& left,
+                             std::vector<float>& error) const {
+        const std::vector<float> weight = picked(greatest_, sums_.sketch);
+        const auto product = [&](const std::vector<float>& a, const std::vector<float>& b) {
+            float sum = 0;
+            for (std::size_t s = 0; s < weight.size(); ++s)
+                sum += weight[s] * weight[s] * a[s] * b[s];
+            return sum;
+        };
+        const float square = product(pivot, pivot);
+        for (std::size_t layer = 0; layer < left.size(); ++layer) {
+            const float share = square > 0 ? product(left[layer], pivot) / square : 0;
+            for (std::size_t s = 0; s < weight.size(); ++s) left[layer][s] -= share * pivot[s];
+            error[layer] = largest_product(left[layer], sums_.importance[layer]);
+        }
+    }
+
+    float allowed_;
+    int albedos_, depths_;
+    LayerSums sums_;
+    DirectionList everywhere_;
+    std::mutex mutex_;
+    std::map<int, Seen> full_;
+    std::set<int> used_;  // layers that functions were made of
+    std::vector<int> missed_;
+    std::vector<std::vector<float>> sketched_;   // shapes of all layers at the sketch
+    std::vector<float> greatest_;                // importance of each direction to any pilot
+    std::vector<std::vector<float>> at_sketch_;  // functions
+    LeastSquares fit_;
+};
+
+/// Layers all over the table.
+std::vector<int> pilots_of(const Table& table) {
+    const auto count = [](const Axis& axis) { return static_cast<int>(axis.values.size()); };
+    std::vector<int> layers;
+    for (const int member : spread(static_cast<int>(table.member_count()), pilot_members))
+        for (const int albedo : spread(count(table.albedo), pilot_albedos))
+            for (const int depth : spread(count(table.optical_depth), pilot_depths))
+                layers.push_back(
+                    (member * count(table.albedo) + albedo) * count(table.optical_depth) + depth);
+    return layers;
+}
+
+}  // namespace
+
+std::vector<float> LayerSums::in_full(int layer) const {
+    std::vector<float> sum(numbers().count(), 0.0f);
+    for (std::size_t k = 0; k < function.size(); ++k) {
+        const float share = coefficient[size(layer)][k];
+        for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += share * function[k][n];
+    }
+    return sum;
+}
+
+std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
+                                         double allowed, LayerSamples& samples) {
+    SideSearch lit(table, Side::reflection, allowed), far(table, Side::transmission, allowed);
+    const auto search = [&](Side side) -> SideSearch& {
+        return side == Side::reflection ? lit : far;
+    };
+    const auto see_in_full = [&](int layer, Side side, std::vector<float> values) {
+        search(side).see_in_full(layer, std::move(values));
+    };
+    const auto for_each_side = [&](const auto& use) {
+        for (const Side side : {Side::reflection, Side::transmission})
+            if (sides[side == Side::reflection ? 0 : 1]) use(search(side));
+    };
+    samples.in_full(pilots_of(table), see_in_full);
+    for_each_side([](SideSearch& side) { side.search_pilots(); });
+    samples.at({lit.sketch(), far.sketch()}, [&](int layer, Side side, std::vector<float> values) {
+        search(side).see_in_sketch(layer, std::move(values));
+    });
+    for (int round = 0;; ++round) {
+        std::set<int> missed;
+        if (round < most_rounds)
+            for_each_side([&](SideSearch& side) {
+                for (const int layer : side.missed()) missed.insert(layer);
+            });
+        if (samples.in_full({missed.begin(), missed.end()}, see_in_full) == 0) break;
+        for_each_side([](SideSearch& side) { side.add_missed(); });
+    }
+    std::array<LayerSums, 2> sums;
+    if (sides[0]) sums[0] = lit.take();
+    if (sides[1]) sums[1] = far.take();
+    return sums;
+}
+
+}  // namespace stratus

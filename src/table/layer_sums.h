@@ -1,0 +1,44 @@
+// The layers of a table as sums of a few functions of the directions, found while looking at most
+// layers in a few hundred directions: the sketch.
+//
+// Some layers, the pilots, are seen in full. Of these the one that the functions so far represent
+// worst gives the next function, what is left of it, and adds to the sketch the directions where most
+// is left; under a narrow peak random directions alone would miss those that decide. Every layer's
+// coefficients then follow from its sketch by least squares. One that misses is seen in full as well.
+#pragma once
+
+#include <stratus/table/layer_samples.h>
+#include <stratus/table/table.h>
+
+#include "layer_shapes.h"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace stratus {
+
+/// One side of all layers (numbered as LayerSamples has them).
+struct LayerSums {
+    std::vector<LayerShapes> shapes;           // of each member of the family, or of the only one
+    DirectionList sketch;                      // directions
+    std::vector<std::vector<float>> function;  // over all directions
+    std::vector<std::vector<float>> coefficient;  // of each layer, over functions
+    std::vector<std::vector<float>> values;       // of each layer: the sum at the sketch
+    std::vector<std::vector<float>> importance;   // of each layer: of errors there
+
+    const Table& table() const { return shapes[0].table(); }
+    const DirectionNumbers& numbers() const { return shapes[0].numbers(); }
+
+    /// The sum of a layer at all directions.
+    std::vector<float> in_full(int layer) const;
+};
+
+/// Both sides that a table has; none of a side that it has not. `sides`: which are asked for.
+///
+/// Accuracy  sums miss no layer by more than `allowed`, relative to R or T, where it was looked at.
+/// Threads   the same bits however many hand over samples.
+std::array<LayerSums, 2> find_layer_sums(const Table& table, const std::array<bool, 2>& sides,
+                                         double allowed, LayerSamples& samples);
+
+}  // namespace stratus
